@@ -16,7 +16,11 @@ constexpr Rule needs_format[] = {Rule::frame_crc,
                                  Rule::line_delay_jitter,
                                  Rule::sampling_margin,
                                  Rule::sampling_uncompensated,
-                                 Rule::speed};
+                                 Rule::speed,
+                                 Rule::stop_clock,
+                                 Rule::word_length,
+                                 Rule::counter_values,
+                                 Rule::safety};
 
 // The rules that nothing else than a frame shows.
 constexpr Rule needs_frame[] = {Rule::frame_structure,
@@ -37,7 +41,9 @@ constexpr Rule needs_frame[] = {Rule::frame_structure,
                                 Rule::nE,
                                 Rule::nW,
                                 Rule::sign_of_life,
-                                Rule::speed};
+                                Rule::speed,
+                                Rule::stop_clock,
+                                Rule::counter_values};
 
 void explain_format(const std::optional<FrameFormat>& format, Tallies& tallies) {
   if (!format) {
@@ -51,6 +57,7 @@ void explain_format(const std::optional<FrameFormat>& format, Tallies& tallies) 
   if (no_channel([](const ChannelFormat& channel) { return channel.crc.present(); })) {
     tallies.explain(Rule::frame_crc, "the format has no checksum");
     tallies.explain(Rule::stop, "not certain without a checksum");
+    tallies.explain(Rule::stop_clock, "not certain without a checksum");
   }
   if (no_channel([](const ChannelFormat& channel) { return channel.error.present; })) {
     tallies.explain(Rule::nE, "the format has no such bit");
@@ -60,6 +67,7 @@ void explain_format(const std::optional<FrameFormat>& format, Tallies& tallies) 
   }
   if (no_channel([](const ChannelFormat& channel) { return channel.life_counter.present(); })) {
     tallies.explain(Rule::sign_of_life, "the format has no sign of life");
+    tallies.explain(Rule::counter_values, "the format has no sign of life");
   }
 }
 
@@ -77,6 +85,13 @@ void explain(const CheckSetup& setup, Tallies& tallies) {
   if (!setup.renishaw_cables) {
     tallies.explain(Rule::cable, "no table of cables is known for the encoder");
   }
+  if (!FrameRules::knows_reset(timing)) {
+    tallies.explain(Rule::reset, "the time after an aborted request is not known for the encoder");
+  }
+  if (setup.format && !setup.has_word_lengths) {
+    tallies.explain(Rule::word_length, "no word lengths are known for the encoder");
+  }
+  if (setup.format && !setup.safety) tallies.explain(Rule::safety, "no frame of BiSS Safety");
   if (!setup.unidirectional) {
     tallies.explain(Rule::cds_zero, "the encoder may be bidirectional: CDS may be 1");
   }
@@ -99,9 +114,14 @@ Check::Check(const CheckSetup& setup)
                .renishaw_cables = setup.renishaw_cables,
                .compensated = setup.compensated},
               tallies_),
-      sequence_(setup.format, setup.timing, setup.speed_max, tallies_),
+      sequence_(setup.format, setup.timing, setup.speed_max, tallies_, setup.renishaw_cables),
       control_(setup.format, tallies_) {
   explain(setup, tallies_);
+  if (setup.format && setup.safety) safety_.emplace(*setup.format, *setup.safety);
+  if (setup.has_word_lengths) {
+    tallies_.count(Rule::word_length, *setup.has_word_lengths, 0,
+                   "the data sheet has no words of such lengths");
+  }
 }
 
 void Check::push(std::uint64_t number, const Cycle& cycle) {
@@ -109,6 +129,10 @@ void Check::push(std::uint64_t number, const Cycle& cycle) {
   signal_.push(number, cycle);
   sequence_.push(number, cycle);
   control_.push(number, cycle);
+  if (!safety_) return;
+  if (const auto verdict = safety_->judge(cycle)) {
+    tallies_.count(Rule::safety, !is_fault(*verdict), number, name_of(*verdict));
+  }
 }
 
 void Check::finish() {

@@ -6,11 +6,13 @@
 
 #include "biss/base/units.hpp"
 #include "biss/frame/format.hpp"
+#include "biss/safety/setup.hpp"
 #include "biss/timing/device_timing.hpp"
 #include "decode/control_rules.hpp"
 #include "decode/cycle.hpp"
 #include "decode/frame_rules.hpp"
 #include "decode/rules.hpp"
+#include "decode/safety_watch.hpp"
 #include "decode/sequence_rules.hpp"
 #include "decode/signal_rules.hpp"
 
@@ -27,6 +29,10 @@ struct CheckSetup {
   bool unidirectional = false;
   /// Renishaw's table of cables holds.
   bool renishaw_cables = false;
+  /// Whether the data sheet has words of these lengths; nothing: no data sheet names them.
+  std::optional<bool> has_word_lengths{};
+  /// Judges each frame by the safety monitor too. \pre the format allows it: see check_safety()
+  std::optional<SafetySetup> safety{};
   /// As in MarginSetup.
   bool compensated = true;
   Picoseconds resolution{};
@@ -52,6 +58,7 @@ class Check {
   SignalRules signal_;
   SequenceRules sequence_;
   ControlRules control_;
+  std::optional<SafetyWatch> safety_;
 };
 
 }  // namespace biss::decode

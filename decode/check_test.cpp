@@ -444,5 +444,95 @@ TEST(CycleRelease, IsTheTimeoutAndTheLineDelay) {
   }
 }
 
+TEST(Check, RightFrameWithoutTheClockOfStop_FailsStopClock) {
+  for (const bool stop : {true, false}) {
+    Bench bench("pos26,nE,nW,crc6");
+    Cycle made = bench.cycle();
+    made.crc_ok[0] = true;
+    made.frame.emplace();
+    made.frame->channel_count = 1;
+    made.frame->stop_seen = stop;
+    bench.push(made);
+    EXPECT_EQ(bench.failing(), stop ? "" : "stop_clock");
+    EXPECT_EQ(bench.verdict(Rule::stop), stop ? "pass" : "not_judged");
+  }
+}
+
+DeviceTiming with_cycle_timeout() {
+  DeviceTiming timing;
+  timing.timeout = {TimeoutRule::cycle, nanoseconds(31'250)};
+  timing.cycle_min = nanoseconds(31'250);
+  return timing;
+}
+
+// A whole request takes 40 us here.
+TEST(Check, RequestSoonAfterAnAbortedOne_FailsReset) {
+  for (const std::int64_t after : {12, 35, 39, 40, 60}) {
+    Bench bench({}, with_cycle_timeout());
+    bench.push(bench.cycle());
+    Cycle aborted = bench.cycle();
+    aborted.status = CycleStatus::truncated;
+    aborted.rising_edges = 10;
+    bench.push(aborted);
+    Cycle next = bench.cycle();
+    next.time = aborted.time + microseconds(after);
+    bench.push(next);
+    EXPECT_EQ(bench.verdict(Rule::reset), after < 40 ? "fail" : "pass") << after;
+    EXPECT_EQ(bench.check.result(Rule::reset).cycle, 1U);
+  }
+}
+
+TEST(Check, MaLowAfterAnAbortedRequest_FailsReset) {
+  Bench bench({}, with_cycle_timeout());
+  bench.push(bench.cycle());
+  Cycle aborted = bench.cycle(false, true);
+  aborted.status = CycleStatus::no_start;
+  aborted.rising_edges = 3;
+  bench.push(aborted);
+  EXPECT_EQ(bench.verdict(Rule::reset), "fail");
+}
+
+// At 80 kHz a whole request takes longer than 80 us: the encoder may be busy for so long.
+TEST(Check, SloLowAfterACutRequest_IsNotTheFaultOfTheDevice) {
+  for (const bool cut : {true, false}) {
+    Bench bench;
+    const auto slow = [&](std::int64_t time, CycleStatus status, std::uint32_t edges) {
+      Cycle made = bench.cycle();
+      made.time = microseconds(time);
+      made.period = nanoseconds(12'500);
+      made.status = status;
+      made.rising_edges = edges;
+      bench.push(made);
+    };
+    slow(0, CycleStatus::unchecked, 40);
+    slow(1'000, cut ? CycleStatus::truncated : CycleStatus::unchecked, cut ? 5 : 40);
+    slow(cut ? 1'150 : 1'700, CycleStatus::not_ready, 40);
+    EXPECT_EQ(bench.verdict(Rule::slo_idle), cut ? "pass" : "fail");
+  }
+}
+
+std::string_view counter_verdict(bool renishaw, std::uint64_t after_63) {
+  CheckSetup setup;
+  setup.format = parse_format("pos28,nE,nW,lc6,crc16").value();
+  setup.renishaw_cables = renishaw;
+  Check check(setup);
+  std::uint64_t number = 0;
+  for (const std::uint64_t counter : {std::uint64_t{62}, std::uint64_t{63}, after_63}) {
+    Cycle made = Bench().cycle();
+    made.time = static_cast<std::int64_t>(number) * microseconds(100);
+    made.frame.emplace();
+    made.frame->channel_count = 1;
+    made.frame->channel_list[0].life_counter = static_cast<std::uint8_t>(counter);
+    check.push(number++, made);
+  }
+  return name_of(check.result(Rule::counter_values).verdict);
+}
+
+TEST(Check, SixtyFourValuesOfTheSignOfLife_AreMarginalForRenishaw) {
+  EXPECT_EQ(counter_verdict(true, 0), "marginal");
+  EXPECT_EQ(counter_verdict(true, 1), "pass");
+  EXPECT_EQ(counter_verdict(false, 0), "not_judged");
+}
+
 }  // namespace check_test
 }  // namespace biss::decode

@@ -59,7 +59,12 @@ void CleanCycleFinder::find(const PairRun& run, std::vector<CleanCycle>& found,
     CleanCycle& cycle = found.back();
     // Before the first change of this run, SLO is not known.
     const bool high = slo != 0 && ((slo - 1) % 2 == 0) == run.slo.first_high;
-    if (high && read(cycle, {run.ma.times.subspan(at), run.slo.times.subspan(slo)})) {
+    const CleanLines lines{run.ma.times.subspan(at), run.slo.times.subspan(slo)};
+    // The first change of a run may be none.
+    const bool clean =
+        high && (slo > 1 || !margin_.signal) && read(cycle, lines) &&
+        (!margin_.signal || measure_signal(lines, run.slo.times[slo - 1], cycle.reading.cycle));
+    if (clean) {
       cycle.ma_begin = at;
       cycle.ma_end = at + measured_.next_fall;
       cycle.slo_begin = slo;
@@ -197,6 +202,52 @@ void CleanCycleFinder::append_raw(std::size_t start_bit, std::size_t count, RawB
     const auto now = static_cast<unsigned>(std::min<std::size_t>(end - at, 64));
     raw.append(word >> (64 - now), now);
   }
+}
+
+// False where a level is as short as a pulse.
+bool CleanCycleFinder::measure_signal(const CleanLines& lines, std::int64_t high_since,
+                                      Cycle& cycle) const {
+  LineSignal signal;
+  const std::uint32_t high = std::min(*cycle.duty_per_mille, 1000U);
+  signal.pulse_max = *cycle.period * std::int64_t{std::min(high, 1000U - high)} / 2000;
+  const auto shortest = [](std::span<const std::int64_t> times) {
+    std::int64_t least = INT64_MAX;
+    for (std::size_t i = 1; i < times.size(); ++i) least = std::min(least, times[i] - times[i - 1]);
+    return Picoseconds{least};
+  };
+  signal.ma_shortest = shortest(lines.ma.first(measured_.edges));
+  if (*signal.ma_shortest < signal.pulse_max) return false;
+  if (shortest(lines.slo.first(measured_.changes)) < signal.pulse_max) return false;
+  signal.ready = elapsed(Picoseconds{high_since}, cycle.time);
+  if (codec_) {
+    if (!cycle.frame) return false;
+    const std::size_t stop = cycle.frame->ack_clocks + std::size_t{3} + codec_->payload_bits();
+    signal.frame_clocks = static_cast<std::uint32_t>(stop + 1);
+    signal.changes = measure_changes(lines, std::min<std::size_t>(stop + 1, measured_.rises));
+  }
+  cycle.signal = signal;
+  return true;
+}
+
+// As decode::measure_changes(), without pulses.
+LineSignal::Changes CleanCycleFinder::measure_changes(const CleanLines& lines,
+                                                      std::size_t rises) const {
+  const auto rise_at = [&](std::size_t rise) { return lines.ma[2 * rise + 1] - lines.ma[0]; };
+  const std::int64_t first = measured_.fall - measured_.second_rise;
+  const std::int64_t half = (rise_at(rises - 1) - rise_at(1)) /
+                            std::max<std::int64_t>(2, 2 * static_cast<std::int64_t>(rises) - 4);
+  LineSignal::Changes changes{Picoseconds{first}, Picoseconds{first}, Picoseconds{measured_.delay}};
+  std::size_t rise = 1;
+  for (std::size_t i = 1; i < measured_.changes; ++i) {
+    const std::int64_t change = lines.slo[i] - lines.ma[0];
+    while (rise < rises && rise_at(rise) + first + half < change) ++rise;
+    if (rise == rises) break;
+    const Picoseconds seen{change - rise_at(rise)};
+    if (seen.count < first - half) continue;
+    changes.earliest = std::min(changes.earliest, seen);
+    changes.latest = std::max(changes.latest, seen);
+  }
+  return changes;
 }
 
 // The one rise of SLO after the last bit.

@@ -56,13 +56,13 @@ struct CleanCycle {
 /// before, provided that it waits for a request when they begin.
 class CleanCycleFinder {
  public:
-  /// Without a format, as CycleReader. Nothing is clean for a master without compensation, or where
-  /// Cycle::signal is asked for.
+  /// Without a format, as CycleReader. Nothing is clean for a master without compensation; where
+  /// Cycle::signal is asked for, no cycle with a pulse is.
   CleanCycleFinder(const std::optional<FrameFormat>& format, const DeviceTiming& timing,
                    const MarginSetup& margin);
 
   /// False: nothing will be found.
-  bool may_find() const { return margin_.compensated && !margin_.signal; }
+  bool may_find() const { return margin_.compensated; }
 
   /// The clean cycles in order.
   /// \param found is emptied first; its memory is used again
@@ -80,6 +80,8 @@ class CleanCycleFinder {
   void append_raw(std::size_t start_bit, std::size_t count, RawBits& raw) const;
   void measure_times(CycleReading& reading) const;
   std::optional<Picoseconds> release(std::size_t last_bit) const;
+  bool measure_signal(const CleanLines& lines, std::int64_t high_since, Cycle& cycle) const;
+  LineSignal::Changes measure_changes(const CleanLines& lines, std::size_t rises) const;
 
   std::optional<FrameCodec<>> codec_;
   // As CycleReader::needs_next().

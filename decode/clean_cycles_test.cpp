@@ -166,6 +166,7 @@ TEST(CleanCycles, RandomLines_SameRowsAsEdgeByEdge) {
     if (coarse) {
       const Picoseconds sample = shape.period / static_cast<std::int64_t>(4 + random() % 20);
       setup.margin.resolution = sample;
+      setup.margin.signal = random() % 2 == 0;
       line.ma = sampled(line.ma, sample);
       line.slo = sampled(line.slo, sample);
     }

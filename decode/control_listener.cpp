@@ -20,7 +20,7 @@ std::string_view name_of(AccessOutcome outcome) {
       "id_pattern", "refused",       "not_addressed",    "refused_or_not_addressed",
       "rw_pattern", "busy_too_long", "start_missing",    "data_crc",
       "write_crc",  "echo",          "next_unavailable", "not_accepted",
-      "dropped",    "frame_lost",    "cut_end"};
+      "dropped",    "frame_lost",    "cut_end",          "cds_not_seen"};
   return names[static_cast<std::size_t>(outcome)];
 }
 
@@ -32,6 +32,10 @@ std::string_view name_of(SeenAccess::Kind kind) {
 void ControlListener::push(std::uint64_t number, const Cycle& cycle) {
   // Too short to be a request: no slave takes notice of its CDM.
   if (cycle.status == CycleStatus::ma_glitch || cycle.status == CycleStatus::cut_start) return;
+  constexpr std::uint32_t reduced_edges = 2;
+  if (cycle.rising_edges == reduced_edges && !cycle.cds() && cycle.cdm) {
+    return push_reduced(number, cycle.time, *cycle.cdm);
+  }
   // CDM is missing after a CDS only where the capture ends before the level of MA is certain.
   const bool cut = cycle.status == CycleStatus::cut_end || (cycle.cds() && !cycle.cdm);
   push(number, cycle.time, cycle.cds(), cycle.cdm,
@@ -45,35 +49,46 @@ void ControlListener::push(std::uint64_t number, Picoseconds time, std::optional
     zeros_ = 0;
     return;
   }
-  cdm_ = cdm_ << 1U | (*cdm ? 1U : 0U);
-  cds_ = cds_ << 1U | (*cds ? 1U : 0U);
+  reduced_ = false;
+  step(number, time, *cds, *cdm);
+}
+
+void ControlListener::push_reduced(std::uint64_t number, Picoseconds time, bool cdm) {
+  reduced_ = true;
+  step(number, time, false, cdm);
+}
+
+void ControlListener::step(std::uint64_t number, Picoseconds time, bool cds, bool cdm) {
+  cdm_ = cdm_ << 1U | (cdm ? 1U : 0U);
+  cds_ = cds_ << 1U | (cds ? 1U : 0U);
   ++access_.cycles;
+  access_.reduced = access_.reduced || reduced_;
   switch (phase_) {
     case Phase::idle:
-      idle(number, time, *cds, *cdm);
+      idle(number, time, cds, cdm);
       break;
     case Phase::header:
       header();
       break;
     case Phase::kind:
-      kind(*cdm);
+      kind(cdm);
       break;
     case Phase::command:
-      command(*cdm);
+      command(cdm);
       break;
     case Phase::start:
-      start(time, *cds, *cdm);
+      start(time, cds, cdm);
       break;
     case Phase::byte:
       byte();
       break;
     case Phase::next:
-      next(number, time, *cds, *cdm);
+      next(number, time, cds, cdm);
       break;
     case Phase::over:
       break;
   }
-  zeros_ = *cdm ? 0 : zeros_ + 1;
+  zeros_ = cdm ? 0 : zeros_ + 1;
   if (zeros_ < control_reset_zeros) return;
   if (phase_ == Phase::header) fail(AccessOutcome::header_crc);
   phase_ = Phase::idle;
@@ -94,6 +109,7 @@ void ControlListener::idle(std::uint64_t number, Picoseconds time, bool cds, boo
   access_.cycle = number;
   access_.time = time;
   access_.cycles = 1;
+  access_.reduced = reduced_;
   phase_ = Phase::header;
   k_ = control_bit::cts;
 }
@@ -132,8 +148,13 @@ void ControlListener::kind(bool cdm) {
   if (asked == read) access_.kind = SeenAccess::Kind::read;
   if (asked == write) access_.kind = SeenAccess::Kind::write;
   // A master that sees the reason in the IDs stops before R and W.
-  if (const AccessOutcome ids = judge_ids(); ids != AccessOutcome::ok) return fail(ids);
+  const AccessOutcome ids = access_.reduced ? AccessOutcome::ok : judge_ids();
+  if (ids != AccessOutcome::ok) return fail(ids);
   if (access_.kind == SeenAccess::Kind::unknown) return fail(AccessOutcome::rw_pattern);
+  if (access_.reduced) {
+    phase_ = Phase::start;
+    return;
+  }
   if (answered == 0) {
     return fail(asked == read ? AccessOutcome::not_addressed
                               : AccessOutcome::refused_or_not_addressed);
@@ -172,7 +193,7 @@ void ControlListener::command(bool cdm) {
 void ControlListener::start(Picoseconds time, bool cds, bool cdm) {
   if (access_.busy_cycles == 0) busy_since_ = time;
   access_.busy = time - busy_since_;
-  if (cds) {
+  if (cds || access_.reduced) {
     phase_ = Phase::byte;
     k_ = 1;
     return;
@@ -190,13 +211,14 @@ void ControlListener::byte() {
   const auto sent = static_cast<unsigned>(cdm_ >> 1U & 0xFFFU);
   phase_ = Phase::next;
   if (access_.kind == SeenAccess::Kind::read) {
+    if (access_.reduced) return;
     if (!fits(heard)) return fail(AccessOutcome::data_crc);
     access_.data = static_cast<std::uint8_t>(heard >> 4U);
     return;
   }
   access_.data = static_cast<std::uint8_t>(sent >> 4U);
   if (!fits(sent)) return fail(AccessOutcome::write_crc);
-  if (heard != sent) return fail(AccessOutcome::echo);
+  if (heard != sent && !access_.reduced) return fail(AccessOutcome::echo);
 }
 
 void ControlListener::next(std::uint64_t number, Picoseconds time, bool p, bool cdm) {
@@ -217,7 +239,8 @@ void ControlListener::next(std::uint64_t number, Picoseconds time, bool p, bool 
 }
 
 void ControlListener::report(AccessOutcome outcome) {
-  access_.outcome = outcome;
+  access_.outcome =
+      outcome == AccessOutcome::ok && access_.reduced ? AccessOutcome::cds_not_seen : outcome;
   on_access_(access_);
 }
 

@@ -36,9 +36,12 @@ enum class AccessOutcome : std::uint8_t {
   dropped,           ///< command: EX = 0, although all had accepted
   frame_lost,        ///< a cycle of the access brought no CDS or no CDM
   cut_end,           ///< the capture ends within the access
+  /// The header was right, but a cycle of the access was a reduced frame, which carries no CDS: what
+  /// the slaves answered is not known.
+  cds_not_seen,
 };
 
-inline constexpr std::size_t access_outcome_count = 19;
+inline constexpr std::size_t access_outcome_count = 20;
 std::string_view name_of(AccessOutcome outcome);
 
 /// One byte read or written, or one command, as seen on the line.
@@ -61,6 +64,7 @@ struct SeenAccess {
   std::uint32_t busy_cycles = 0;    ///< cycles by which S came late
   Picoseconds busy{};          ///< from the cycle in which S was due until it came, or was given up
   std::uint32_t cycles = 0;    ///< from the start bit, or S, to the last bit
+  bool reduced = false;        ///< a reduced frame was among its cycles: CDS is not known
   bool header_sent = false;    ///< the header's CRC was right: id or slaves are known
   bool next_available = true;  ///< P was 0: the next address may be accessed
   /// A further byte of a sequential access: no header of its own.
@@ -82,6 +86,8 @@ class ControlListener {
   /// The same, bits given. A missing bit breaks off an access, with the outcome `lost`.
   void push(std::uint64_t number, Picoseconds time, std::optional<bool> cds,
             std::optional<bool> cdm, AccessOutcome lost = AccessOutcome::frame_lost);
+  /// A reduced frame: LAT and ACK, which carry CDM alone.
+  void push_reduced(std::uint64_t number, Picoseconds time, bool cdm);
   /// The capture ends.
   void finish();
 
@@ -93,6 +99,7 @@ class ControlListener {
  private:
   enum class Phase : std::uint8_t { idle, header, kind, command, start, byte, next, over };
 
+  void step(std::uint64_t number, Picoseconds time, bool cds, bool cdm);
   void idle(std::uint64_t number, Picoseconds time, bool cds, bool cdm);
   void header();
   void kind(bool cdm);
@@ -115,6 +122,8 @@ class ControlListener {
   std::uint64_t cdm_ = 0;
   std::uint64_t cds_ = 0;
   unsigned zeros_ = 0;
+  // The cycle at hand is a reduced frame.
+  bool reduced_ = false;
   bool ids_end_in_zeros_ = true;
   Picoseconds busy_since_{};
   std::uint64_t stray_cds_ = 0;

@@ -282,5 +282,30 @@ TEST(ControlListener, RandomBits_AreUnrestored) {
   }
 }
 
+// A reduced frame carries CDM alone: the accesses are found, but not what the slaves answered.
+TEST(ControlListener, ReducedFrames_ShowTheAccessesWithoutAnAnswer) {
+  Bench bench;
+  const auto reduced = [&](std::string_view cdm) {
+    for (const char bit : std::string(14, '0') + std::string(cdm)) {
+      Cycle cycle;
+      cycle.status = CycleStatus::no_start;
+      cycle.time = static_cast<std::int64_t>(bench.number) * microseconds(28);
+      cycle.rising_edges = 2;
+      cycle.cdm = bit == '1';
+      bench.listener.push(bench.number++, cycle);
+    }
+  };
+  for (const Printed& each : printed) reduced(each.cdm);
+  reduced("0");
+  ASSERT_EQ(bench.told.size(), std::size(printed));
+  for (std::size_t i = 0; i < std::size(printed); ++i) {
+    const SeenAccess& access = bench.told[i];
+    EXPECT_EQ(name_of(access.outcome), "cds_not_seen");
+    EXPECT_EQ(access.kind, printed[i].kind);
+    EXPECT_EQ(access.address, printed[i].address);
+    EXPECT_EQ(access.data.has_value(), printed[i].kind == SeenAccess::Kind::write);
+  }
+}
+
 }  // namespace control_listener_test
 }  // namespace biss::decode

@@ -107,7 +107,7 @@ void ControlRules::judge_access(const SeenAccess& access) {
     return;
   }
   if (outcome == AccessOutcome::cut_end || !access.header_sent) return;
-  if (outcome == AccessOutcome::frame_lost) {
+  if (outcome == AccessOutcome::frame_lost || access.reduced) {
     broken_off_ = true;
     announced_.reset();
     return;

@@ -85,7 +85,7 @@ struct Cycle {
   /// a pulse, which may be the first clock for the encoder, and no cycle shows the usual delay.
   std::optional<Picoseconds> line_delay;
   /// The rising edge of MA, from 0 on, that line_delay counts from: 0 where the encoder has taken a
-  /// pulse before the request for its first clock.
+  /// pulse for its first clock, 2 where it has missed a clock.
   std::uint32_t ack_edge = 1;
   /// With `response_range`: SLO fell this long before the edge of MA that makes ACK.
   std::optional<Picoseconds> early;

@@ -24,6 +24,11 @@ Level seen_as(Level level, bool inverted) {
   return level == Level::low ? Level::high : Level::low;
 }
 
+// Of a period, how far two line delays of one line may be apart.
+constexpr std::int64_t usual_delay_share = 4;
+
+bool lacks_stop(const Cycle& cycle) { return cycle.frame && !cycle.frame->stop_seen; }
+
 // The length of such a cycle is that of a request.
 bool is_usual(CycleStatus status) {
   return status != CycleStatus::cut_start && status != CycleStatus::cut_end &&
@@ -79,6 +84,13 @@ void Decoder::push(const PairRun& run, RunPlace from, RunPlace to,
   for (const CleanCycle& cycle : clean) {
     // One without a checksum may be a part.
     if (reader_.knows_timeout() && !reader_.checked_payload_bits()) break;
+    // The clock of STOP may come after a pause.
+    const Picoseconds last_edge = shifted(cycle.reading.cycle.time, cycle.reading.cycle.clocked);
+    if (lacks_stop(cycle.reading.cycle) &&
+        may_wait(cycle.reading.cycle,
+                 elapsed(last_edge, Picoseconds{run.ma.times[cycle.ma_end]}))) {
+      continue;
+    }
     if (at != cycle.begin() || !waits()) {
       // The edge that begins the cycle shows whether everything before it is read.
       const RunPlace begun{cycle.ma_begin + 1, cycle.slo_begin};
@@ -354,7 +366,7 @@ std::int64_t Decoder::clocks_between(std::size_t first, std::size_t end, Picosec
 // delay of the cycles before shows whether it did.
 void Decoder::deliver(const Cycle& cycle) {
   if (is_good(cycle.status)) {
-    usual_rises_ = cycle.rising_edges;
+    if (!lacks_stop(cycle)) usual_rises_ = cycle.rising_edges;
     if (cycle.release && cycle.line_delay) {
       const Picoseconds seen = *cycle.release - *cycle.line_delay;
       seen_timeout_ = std::max(seen_timeout_.value_or(seen), seen);
@@ -362,9 +374,22 @@ void Decoder::deliver(const Cycle& cycle) {
   }
   const bool after_pulse = std::exchange(after_pulse_, cycle.status == CycleStatus::ma_glitch);
   if (!after_pulse || !cycle.line_delay) {
-    if (is_good(cycle.status)) usual_delay_ = cycle.line_delay;
-    hand_on(cycle);
-    return;
+    if (!is_good(cycle.status) || !cycle.line_delay) return hand_on(cycle);
+    const Picoseconds off = *cycle.line_delay - usual_delay_.value_or(*cycle.line_delay);
+    const auto is_near = [&](Picoseconds time) {
+      return std::max(time, -time) <= *cycle.period / usual_delay_share;
+    };
+    const bool early = is_near(off + *cycle.period);
+    if (!std::exchange(steady_delay_, usual_delay_ && is_near(off)) ||
+        !(early || is_near(off - *cycle.period))) {
+      usual_delay_ = cycle.line_delay;
+      return hand_on(cycle);
+    }
+    // The encoder has counted a clock more or less than the master before it answered.
+    Cycle counted = cycle;
+    counted.line_delay = *cycle.line_delay + (early ? *cycle.period : -*cycle.period);
+    counted.ack_edge = early ? 0 : 2;
+    return hand_on(counted);
   }
   Cycle counted = cycle;
   const Picoseconds one_more = *cycle.line_delay + *cycle.period;
@@ -439,7 +464,7 @@ Picoseconds Decoder::longest_pause(const Cycle& cycle) const {
 
 // Such a frame is never a part of another one.
 bool Decoder::is_right(const CycleReading& reading) const {
-  return reading.complete && reader_.checked_payload_bits() &&
+  return reading.complete && reader_.checked_payload_bits() && !lacks_stop(reading.cycle) &&
          (reading.cycle.status == CycleStatus::ok ||
           reading.cycle.status == CycleStatus::ack_range);
 }
@@ -456,6 +481,8 @@ bool Decoder::may_begin(const Cycle& cycle) const {
       return true;
     case CycleStatus::unchecked:
       return reader_.knows_timeout();
+    case CycleStatus::ok:
+      return lacks_stop(cycle);
     default:
       return false;
   }
@@ -507,12 +534,11 @@ bool Decoder::may_be_request(std::size_t rises, const Cycle& first) const {
 
 bool Decoder::is_joined(const CycleReading& joined, Picoseconds after, bool waits) const {
   const Cycle& cycle = joined.cycle;
-  if (cycle.pauses == 0) return false;
   // While no frame shows how many clocks a request has: a pause is shorter than the time between
   // two requests.
   if (is_right(joined)) return usual_rises_ != 0 || 3 * cycle.longest_pause < 2 * after;
   const bool ends = !waits || (reader_.checked_payload_bits() && joined.complete);
-  return reader_.knows_timeout() && ends;
+  return cycle.pauses != 0 && reader_.knows_timeout() && ends;
 }
 
 void Decoder::deliver_held() {

@@ -155,8 +155,10 @@ class Decoder {
   std::optional<Picoseconds> seen_timeout_;
   // Length of the last whole cycle, 0 when there was none.
   std::int64_t usual_clocks_ = 0;
-  // The line delay of the last good cycle, and whether the last cycle was a pulse of MA.
+  // The line delay of the last good cycle, whether the one before had the same, and whether the last
+  // cycle was a pulse of MA.
   std::optional<Picoseconds> usual_delay_;
+  bool steady_delay_ = false;
   bool after_pulse_ = false;
   // Waits for the cycle that has its checksum.
   std::optional<Cycle> unjudged_;

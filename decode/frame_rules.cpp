@@ -53,6 +53,7 @@ FrameRules::FrameRules(const DeviceTiming& timing, bool unidirectional, Tallies&
 
 void FrameRules::push(std::uint64_t number, const Cycle& cycle) {
   judge_master(number, cycle);
+  judge_reset(number, cycle);
   judge_idle(number, cycle);
   judge_frame(number, cycle);
   judge_bits(number, cycle);
@@ -71,6 +72,24 @@ void FrameRules::judge_master(std::uint64_t number, const Cycle& cycle) {
   }
 }
 
+// After an aborted request the encoder waits until a whole one would be over.
+void FrameRules::judge_reset(std::uint64_t number, const Cycle& cycle) {
+  if (cycle.status == CycleStatus::ma_glitch || !knows_reset(timing_)) return;
+  if (aborted_ && cycle.status != CycleStatus::cut_start) {
+    const Picoseconds since = elapsed(aborted_->begin, cycle.time);
+    tallies_.at_least(Rule::reset, since, aborted_->whole, aborted_->whole / oscillator_share,
+                      aborted_->number);
+  }
+  aborted_.reset();
+  const bool ends_early = cycle.status == CycleStatus::truncated ||
+                          cycle.status == CycleStatus::no_start ||
+                          cycle.status == CycleStatus::no_response;
+  if (!ends_early || !cycle.period || cycle.rising_edges >= usual_edges_) return;
+  if (cycle.cdm == true) tallies_.count(Rule::reset, false, number, "MA rests low");
+  aborted_ = {number, cycle.time,
+              std::max(timing_.cycle_min, std::int64_t{usual_edges_} * *cycle.period)};
+}
+
 // SLO low at a request is the device's fault only where the master has waited long enough.
 void FrameRules::judge_idle(std::uint64_t number, const Cycle& cycle) {
   const bool early = !ready_by_ || cycle.time < *ready_by_;
@@ -82,9 +101,14 @@ void FrameRules::judge_idle(std::uint64_t number, const Cycle& cycle) {
   judge_ready(number, cycle, early);
   const Picoseconds longest = std::max({timing_.timeout.time, biss_static_timeout_max,
                                         2 * cycle.period.value_or(period_of(biss_clock_min))});
-  const Picoseconds clocks =
-      (std::int64_t{cycle.rising_edges} + 1) * cycle.period.value_or(Picoseconds{});
-  ready_by_ = shifted(cycle.time, clocks + longest + biss_line_delay_max);
+  // A request that is cut may keep the encoder busy for as long as a whole one.
+  const bool whole = has_times(cycle.status);
+  const std::int64_t edges =
+      whole ? cycle.rising_edges : std::max(cycle.rising_edges, usual_edges_);
+  if (cycle.period) period_ = *cycle.period;
+  const Picoseconds clocks = std::max(cycle.clocked, (edges + 1) * period_);
+  ready_by_ = shifted(
+      cycle.time, clocks + longest + biss_line_delay_max + (whole ? Picoseconds{} : biss_busy_max));
 }
 
 // The master waits for SLO. An encoder with a fixed cycle time may be asked by the time: the
@@ -173,6 +197,9 @@ void FrameRules::judge_bits(std::uint64_t number, const Cycle& cycle) {
   // Where a checksum is wrong, the bits may not be those of the format.
   const bool has_stop = is_good(cycle.status) || cycle.status == CycleStatus::stop_bit;
   if (!has_stop || !was_checked(cycle)) return;
+  const bool clocked = !cycle.frame || cycle.frame->stop_seen;
+  tallies_.count(Rule::stop_clock, clocked, number, "the last clock, for STOP, is missing");
+  if (!clocked) return;
   tallies_.count_sampled(Rule::stop, cycle.status != CycleStatus::stop_bit, *cycle.period, number,
                          "STOP is 1");
 }

@@ -26,6 +26,10 @@ class FrameRules {
   void push(std::uint64_t number, const Cycle& cycle);
   /// After the last cycle: judges the requests of a capture in which no request has START.
   void finish();
+  /// MA must rest after an aborted request for as long as a whole one takes (Renishaw).
+  static bool knows_reset(const DeviceTiming& timing) {
+    return timing.timeout.rule == TimeoutRule::cycle && timing.cycle_min.count != 0;
+  }
   /// Why no frame is a case of frame_structure; empty where one is.
   std::string_view no_frame() const;
 
@@ -39,6 +43,14 @@ class FrameRules {
   };
 
   void judge_master(std::uint64_t number, const Cycle& cycle);
+  // A request that ended before its frame did, and how long a whole one takes.
+  struct Aborted {
+    std::uint64_t number = 0;
+    Picoseconds begin{};
+    Picoseconds whole{};
+  };
+
+  void judge_reset(std::uint64_t number, const Cycle& cycle);
   void judge_idle(std::uint64_t number, const Cycle& cycle);
   void judge_ready(std::uint64_t number, const Cycle& cycle, bool early);
   void judge_frame(std::uint64_t number, const Cycle& cycle);
@@ -55,12 +67,14 @@ class FrameRules {
   // The longest request that was answered with a frame, in rising edges of MA.
   std::uint32_t usual_edges_ = 0;
   Unanswered unanswered_;
+  std::optional<Aborted> aborted_;
   bool has_start_ = false;
   bool has_truncated_ = false;
   // Of the request before: SLO is due to be high again by then.
   std::optional<Picoseconds> ready_by_;
-  // The last one that was measured.
+  // The last ones that were measured.
   std::optional<Picoseconds> line_delay_;
+  Picoseconds period_{};
 };
 
 }  // namespace biss::decode

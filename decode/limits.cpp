@@ -8,8 +8,6 @@ namespace biss::decode {
 
 namespace {
 
-// The oscillators of the master and of the analyser are off by less than this share of a time.
-constexpr std::int64_t oscillator_share = 1000;
 // Of a period, the variation of the line delay (D2, characteristics, row 8).
 constexpr std::int64_t delay_share = 4;
 

@@ -17,6 +17,9 @@
 
 namespace biss::decode {
 
+/// The oscillators of the master and of the analyser are off by less than this share of a time.
+inline constexpr std::int64_t oscillator_share = 1000;
+
 /// Users and scripts see the names; docs/decode.md explains each.
 enum class Limit : std::uint8_t {
   clock_max,     ///< DeviceTiming::clock_max

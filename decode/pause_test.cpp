@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "decode/limits.hpp"
+#include "decode/polarity.hpp"
 #include "decode/test_line.hpp"
 
 namespace biss::decode {
@@ -53,7 +54,7 @@ TEST(Pause, PausesOfAnyLengthAfterEachByte_OneRowARequestWithItsPosition) {
 }
 
 TEST(Pause, PauseBeforeAnyClock_OneRowARequestWithItsPosition) {
-  for (std::int64_t clock = 2; clock < 40; ++clock) {
+  for (std::int64_t clock = 1; clock <= 40; ++clock) {
     for (const std::int64_t tenths : {7, 15, 80}) {
       SCOPED_TRACE(testing::Message() << clock << ' ' << tenths);
       expect_positions(decode_paused(paused(nanoseconds(tenths * 100), {clock})), 20, 1'000'000);
@@ -187,6 +188,41 @@ TEST(Pause, MaRestsLowInThePause_OneRowARequest) {
     line.now += pause;
   }
   expect_positions(test::decode(line), 5, 9000);
+}
+
+// Delays of 0.1 us and a clock less or more of the encoder.
+TEST(Pause, EncoderThatCountsAClockMoreOrLess_HasItsUsualDelay) {
+  for (const std::int64_t clocks : {-1, 1}) {
+    Shape shape;
+    shape.line_delay = nanoseconds(1'100);
+    TestLine line;
+    for (int i = 0; i < 6; ++i) {
+      const std::size_t slo = line.slo.size();
+      line.request(shape, 4711);
+      if (i != 3) continue;
+      for (std::size_t k = slo; k + 1 < line.slo.size(); ++k) {
+        line.slo[k].time += clocks * shape.period;
+      }
+    }
+    for (const Cycle& cycle : test::decode(line)) {
+      EXPECT_EQ(cycle.line_delay, shape.line_delay);
+      if (cycle.ack_edge != 1) {
+        EXPECT_EQ(cycle.ack_edge, clocks < 0 ? 0U : 2U);
+      }
+    }
+  }
+}
+
+TEST(Pause, CaptureWithPausesInEachRequest_ShowsTheTimeout) {
+  TestLine line;
+  for (std::uint64_t i = 0; i < 40; ++i) line.request(paused(microseconds(1), each_byte), 1000 * i);
+  const auto timeout = find_paused_timeout({0, 1}, line.edges());
+  ASSERT_TRUE(timeout);
+  EXPECT_GT(timeout->time, microseconds(19));
+  EXPECT_LT(timeout->time, microseconds(21));
+  TestLine even;
+  for (std::uint64_t i = 0; i < 40; ++i) even.request(Shape{}, 1000 * i);
+  EXPECT_FALSE(find_paused_timeout({0, 1}, even.edges()));
 }
 
 }  // namespace pause_test

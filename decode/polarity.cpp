@@ -89,4 +89,35 @@ Lines find_polarity(const Lines& lines, std::span<const wire::Edge> beginning,
   return best.lines;
 }
 
+std::optional<Timeout> find_paused_timeout(const Lines& lines,
+                                           std::span<const wire::Edge> beginning) {
+  const std::vector<wire::Edge> edges = first_edges(lines, beginning);
+  const Reading as_is = read(lines, edges, CycleReader(std::nullopt, {}));
+  if (5 * as_is.good >= 2 * as_is.cycles || as_is.longest_period.count == 0) return std::nullopt;
+  const wire::Level low = lines.slo_inverted ? wire::Level::high : wire::Level::low;
+  // From the last edge of MA to the rise of SLO in a gap of MA.
+  std::vector<Picoseconds> releases;
+  Picoseconds last_ma = edges.front().time;
+  Picoseconds rise = last_ma;
+  for (const wire::Edge& edge : edges) {
+    if (edge.line != lines.ma) {
+      rise = edge.level == low ? last_ma : edge.time;
+      continue;
+    }
+    const bool is_gap = 10 * elapsed(last_ma, edge.time) > 11 * as_is.longest_period;
+    if (is_gap && rise > last_ma) releases.push_back(elapsed(last_ma, rise));
+    last_ma = rise = edge.time;
+  }
+  if (releases.empty()) return std::nullopt;
+  // Some rises come with the last clock before a pause.
+  const auto most = releases.begin() + static_cast<std::ptrdiff_t>(releases.size() * 4 / 5);
+  std::nth_element(releases.begin(), most, releases.end());
+  DeviceTiming timing;
+  timing.timeout.time = *most;
+  const Reading joined = read(lines, edges, CycleReader(std::nullopt, timing));
+  const bool explains =
+      10 * joined.good >= 9 * joined.cycles && 3 * joined.cycles <= 2 * as_is.cycles;
+  return explains ? std::optional(timing.timeout) : std::nullopt;
+}
+
 }  // namespace biss::decode

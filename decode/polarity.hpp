@@ -1,6 +1,8 @@
-// Whether a capture shows MA and SLO inverted.
+// What the beginning of a capture shows before its format is known: inverted lines, and pauses of the
+// clock within its requests.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -18,5 +20,10 @@ std::vector<wire::Edge> first_edges(const Lines& lines, std::span<const wire::Ed
 /// \param beginning edges from the beginning of the capture
 Lines find_polarity(const Lines& lines, std::span<const wire::Edge> beginning,
                     const CycleReader& reader);
+
+/// The timeout of the encoder, estimated, if most cycles are good only if the master pauses its clock
+/// for less than that within a request. Nothing for all other captures.
+std::optional<Timeout> find_paused_timeout(const Lines& lines,
+                                           std::span<const wire::Edge> beginning);
 
 }  // namespace biss::decode

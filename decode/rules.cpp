@@ -167,6 +167,11 @@ const RuleText& text_of(Rule rule) {
       {"nW", "frames", "data sheet; BP3"},
       {"sign_of_life", "frames", "Safety Concept A5; data sheet"},
       {"speed", "counts/s", "--speed-max", true},
+      {"stop_clock", "frames", "D2, the BiSS frame"},
+      {"reset", "ns", "data sheet", true},
+      {"word_length", "formats", "data sheet; Safety Concept A5"},
+      {"counter_values", "rollovers", "data sheet"},
+      {"safety", "frames", "--safety"},
   }};
   return texts[static_cast<std::size_t>(rule)];
 }

@@ -60,9 +60,14 @@ enum class Rule : std::uint8_t {
   nW,
   sign_of_life,
   speed,
+  stop_clock,
+  reset,
+  word_length,
+  counter_values,
+  safety,
 };
 
-inline constexpr std::size_t rule_count = 46;
+inline constexpr std::size_t rule_count = 51;
 
 struct RuleText {
   std::string_view name;

@@ -65,12 +65,16 @@ std::optional<std::uint64_t> RequestGaps::push(Picoseconds interval, Picoseconds
 }
 
 SequenceRules::SequenceRules(const std::optional<FrameFormat>& format, const DeviceTiming& timing,
-                             std::uint64_t speed_max, Tallies& tallies)
+                             std::uint64_t speed_max, Tallies& tallies, bool counts_to_63)
     : format_(format),
       sampling_spread_(timing.sampling_max - timing.sampling_min),
       speed_max_(std::min(speed_max, most_speed)),
-      tallies_(tallies) {
+      tallies_(tallies),
+      counts_to_63_(counts_to_63) {
   tallies_.make_advice(Rule::nW);
+  tallies_.make_advice(Rule::counter_values);
+  if (counts_to_63) return;
+  tallies_.explain(Rule::counter_values, "the values of the sign of life are not known");
 }
 
 void SequenceRules::push(std::uint64_t number, const Cycle& cycle) {
@@ -133,6 +137,10 @@ void SequenceRules::judge_life(std::uint64_t number, const Frame& frame) {
     const bool wraps = last == low_mask(bits) && next <= 1;
     tallies_.count(Rule::sign_of_life, wraps || next == last + 1, number,
                    "the sign of life is not one more than before");
+    if (wraps && bits == 6 && counts_to_63_) {
+      tallies_.count(Rule::counter_values, next == 1, number,
+                     "the sign of life has 64 values: after 63 comes 0");
+    }
   }
 }
 

@@ -38,7 +38,7 @@ class RequestGaps {
 class SequenceRules {
  public:
   SequenceRules(const std::optional<FrameFormat>& format, const DeviceTiming& timing,
-                std::uint64_t speed_max, Tallies& tallies);
+                std::uint64_t speed_max, Tallies& tallies, bool counts_to_63 = false);
 
   void push(std::uint64_t number, const Cycle& cycle);
 
@@ -53,6 +53,8 @@ class SequenceRules {
   Picoseconds sampling_spread_;
   std::uint64_t speed_max_;
   Tallies& tallies_;
+  // The data sheet names 63 values of the sign of life.
+  bool counts_to_63_;
   RequestGaps gaps_;
   std::optional<Picoseconds> last_request_;
   std::uint64_t last_number_ = 0;

@@ -17,9 +17,6 @@ constexpr std::int64_t quarter = 25'000;  // in thousandths of a per cent
 // MA is high or low for at least this share of the shortest period of the encoder (D2, rows 3, 4).
 constexpr std::int64_t level_percent = 40;
 
-// The oscillators of the master and of the analyser are off by less than this share of a time.
-constexpr std::int64_t oscillator_share = 1000;
-
 // No request has more.
 constexpr std::int64_t most_clocks = 1'000'000;
 
@@ -124,8 +121,7 @@ void SignalRules::judge_clocks(std::uint64_t number, const Cycle& cycle) {
 void SignalRules::judge_changes(std::uint64_t number, const Cycle& cycle) {
   const LineSignal::Changes& changes = *cycle.signal->changes;
   // The changes count from the second rising edge, whatever the encoder counts.
-  const Picoseconds delay =
-      *cycle.line_delay - (cycle.ack_edge == 0 ? *cycle.period : Picoseconds{});
+  const Picoseconds delay = *cycle.line_delay + (std::int64_t{cycle.ack_edge} - 1) * *cycle.period;
   const Picoseconds seen = std::max(changes.latest - delay, delay - changes.earliest);
   const Picoseconds limit = *cycle.period / jitter_share;
   tallies_.at_most(Rule::line_delay_jitter, seen, limit, limit / oscillator_share, number);

@@ -38,6 +38,16 @@ inline std::string text_of(const Cycle& cycle) {
   if (cycle.pauses != 0) {
     text += fmt::format(" pauses {} {}", cycle.pauses, cycle.longest_pause.count);
   }
+  if (cycle.signal) {
+    const LineSignal& signal = *cycle.signal;
+    text += fmt::format(" signal {} {} {} {} {} {}", signal.pulse_max.count, signal.ma_pulses,
+                        signal.slo_pulses, text_of_value(signal.ma_shortest),
+                        text_of_value(signal.ready), text_of_value(signal.frame_clocks));
+    if (signal.changes) {
+      text += fmt::format(" changes {} {} {}", signal.changes->earliest.count,
+                          signal.changes->latest.count, signal.changes->sampled.count);
+    }
+  }
   text += " raw ";
   for (std::size_t i = 0; i < cycle.raw.size_bits(); ++i) text += cycle.raw.view()[i] ? '1' : '0';
   for (const auto& ok : cycle.crc_ok) text += fmt::format(" {}", text_of_value(ok));

@@ -12,12 +12,15 @@ namespace biss::explain {
 enum class Cause : std::uint8_t {
   healthy,
   wrong_format,
+  wrong_checksum,
+  format_changes,
   ma_slo_swapped,
   slo_inverted,
   ma_inverted,
   clock_too_fast_for_cable,
   ack_longer_than_master_waits,
   master_stops_early,
+  master_pauses_clock,
   requested_too_soon,
   noise_on_slo,
   noise_on_ma,
@@ -25,12 +28,14 @@ enum class Cause : std::uint8_t {
   no_encoder,
   stuck_low,
   encoder_error,
+  frames_lost_or_repeated,
+  position_implausible,
+  limits_exceeded,
   sampling_too_slow,
   not_biss,
-  frames_lost_or_repeated,
 };
 
-inline constexpr std::size_t cause_count = 18;
+inline constexpr std::size_t cause_count = 23;
 
 /// The name that users see, the same as the enumerator's.
 std::string_view name_of(Cause cause);

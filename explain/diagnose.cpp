@@ -2,146 +2,90 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "biss/timing/cable.hpp"
+#include "explain/fitted.hpp"
+
 namespace biss::explain {
 
 namespace {
 
-using decode::CycleStatus;
+using Bits = std::array<double, cause_count>;
 
-using Weights = std::array<double, cause_count>;
+double& at(Bits& bits, Cause cause) { return bits[static_cast<std::size_t>(cause)]; }
 
-double& at(Weights& weights, Cause cause) { return weights[static_cast<std::size_t>(cause)]; }
-
-// How often a symptom occurs under a cause: shares of its affected cycles, rounded. Measured with
-// the simulator; what the tables leave out is `elsewhere`.
-struct Share {
-  Symptom symptom;
-  double share;
+// A kind that a cause predicts, and what it costs more than its price there.
+struct Part {
+  RequestKind kind{};
+  double extra = 0;
 };
-struct CauseShares {
-  Cause cause;
-  std::vector<Share> shares;
+struct Model {
+  Cause cause{};
+  std::vector<Part> parts;
 };
-constexpr double elsewhere = 0.003;
+
+// In bits: a cause that is named; a request that no part of it predicts; no request is what it
+// predicts; a second cause must save as many.
+constexpr double cause_price = 6;
+constexpr double not_predicted = 14;
+constexpr double not_seen = 60;
+constexpr double second_saves = 20;
+constexpr double never = 1e6;
+constexpr int rounds = 8;
 
 // What is less likely is not listed.
 constexpr double least_likelihood = 0.015;
-
 // Without a format no checksum is judged: damaged frames look like good ones.
 constexpr double healthy_without_format = 0.5;
-
 // With fewer samples in a period of MA, edges are in doubt.
-constexpr double coarse_samples = 5.2;
+constexpr double coarse_samples = 5;
 
-const std::vector<CauseShares>& cause_shares() {
+const std::vector<Model>& models() {
   using C = Cause;
-  using S = Symptom;
-  static const std::vector<CauseShares> all{
+  using K = RequestKind;
+  static const std::vector<Model> all{
+      {C::healthy, {}},
       {C::wrong_format,
-       {{S::flipped, .6},
-        {S::slipped, .6},
-        {S::cut_short, .5},
-        {S::other_ack, .5},
-        {S::cds_high, .7},
-        {S::stop_high, .6},
-        {S::tail_low, .3},
-        {S::tail_high, .2},
-        {S::cut_in_ack, .05},
-        {S::error_flag, .02}}},
-      {C::slo_inverted, {{S::inverted, .7}, {S::busy, .15}, {S::stuck, .3}}},
-      {C::ma_inverted,
-       {{S::half_early, .9},
-        {S::stop_high, .5},
-        {S::flipped, .1},
-        {S::slipped, .1},
-        {S::delay_changed, .01}}},
-      {C::clock_too_fast_for_cable,
-       {{S::smeared, .6},
-        {S::delay_changed, .5},
-        {S::flipped, .08},
-        {S::slipped, .25},
-        {S::late_answer, .03},
-        {S::half_early, .1}}},
-      {C::ack_longer_than_master_waits, {{S::cut_in_ack, .95}, {S::cut_short, .3}}},
-      {C::master_stops_early, {{S::cut_short, .9}, {S::cut_in_ack, .1}, {S::tail_high, .05}}},
-      {C::requested_too_soon,
-       {{S::busy, .7}, {S::early, .3}, {S::stuck, .35}, {S::silent, .02}, {S::late_answer, .05}}},
-      {C::noise_on_slo,
-       {{S::flipped, .75},
-        {S::slo_pulse, .9},
-        {S::slipped, .05},
-        {S::smeared, .03},
-        {S::tail_low, .02},
-        {S::other_ack, .06},
-        {S::cut_in_ack, .03},
-        {S::cut_short, .03},
-        {S::early, .02},
-        {S::cds_high, .02},
-        {S::stop_high, .02}}},
+       {{K::refused}, {K::stop_high}, {K::cds_high}, {K::other_ack}, {K::ones, 6}, {K::zeros, 6}}},
+      {C::wrong_checksum, {{K::other_checksum}}},
+      {C::format_changes, {{K::other_length}}},
+      {C::ma_slo_swapped, {{K::silent}}},
+      {C::slo_inverted, {{K::inverted}}},
+      {C::ma_inverted, {{K::half_early}, {K::stop_repeats}}},
+      {C::clock_too_fast_for_cable, {{K::smeared}, {K::delay_part}, {K::flip}, {K::slo_pulse}}},
+      {C::ack_longer_than_master_waits, {{K::cut_in_ack}, {K::cut_late}}},
+      {C::master_stops_early, {{K::cut_in_data}, {K::cut_in_ack, 3}}},
+      {C::master_pauses_clock, {{K::paused}, {K::restart}}},
+      {C::requested_too_soon, {{K::hurried}}},
+      {C::noise_on_slo, {{K::flip}, {K::slo_pulse}, {K::smeared, 3}}},
       {C::noise_on_ma,
-       {{S::ma_pulse, .95},
-        {S::ma_uneven, .3},
-        {S::slipped, .5},
-        {S::flipped, .3},
-        {S::cut_short, .02},
-        {S::other_ack, .04},
-        {S::life_jump, .05},
-        {S::slo_pulse, .15}}},
-      {C::supply_or_intermittent,
-       {{S::silent, .6},
-        {S::late_answer, .5},
-        {S::tail_high, .6},
-        {S::stop_high, .05},
-        {S::flipped, .05},
-        {S::other_ack, .05},
-        {S::cut_short, .05},
-        {S::cut_in_ack, .03},
-        {S::early, .03},
-        {S::slipped, .02},
-        {S::smeared, .03},
-        {S::slo_pulse, .01}}},
-      {C::no_encoder, {{S::silent, .98}, {S::slo_pulse, .1}}},
-      {C::stuck_low, {{S::stuck, .95}, {S::tail_low, .5}, {S::cut_in_ack, .12}, {S::busy, .1}}},
-      {C::encoder_error, {{S::error_flag, .98}}},
+       {{K::ma_pulse}, {K::slip}, {K::delay_clocks, 2}, {K::literal, 2}, {K::ma_held, 2}}},
+      {C::supply_or_intermittent, {{K::silent}, {K::ones}, {K::delay_clocks}, {K::ma_held}}},
+      {C::no_encoder, {{K::silent}}},
+      {C::stuck_low, {{K::stuck}, {K::zeros}, {K::cut_in_ack, 4}, {K::busy}}},
+      {C::encoder_error, {{K::error_flag}}},
+      {C::frames_lost_or_repeated, {{K::life_jump}}},
+      {C::position_implausible, {{K::implausible}}},
+      {C::limits_exceeded, {{K::other_ack}}},
       {C::sampling_too_slow,
-       {{S::ma_uneven, .5},
-        {S::ma_pulse, .3},
-        {S::flipped, .2},
-        {S::slipped, .2},
-        {S::cut_short, .2},
-        {S::early, .2},
-        {S::half_early, .2},
-        {S::silent, .1},
-        {S::busy, .2},
-        {S::smeared, .2},
-        {S::other_ack, .2},
-        {S::late_answer, .2},
-        {S::delay_changed, .2},
-        {S::stuck, .2},
-        {S::cut_in_ack, .1},
-        {S::slo_pulse, .1}}},
-      {C::not_biss,
-       {{S::early, .5},
-        {S::busy, .1},
-        {S::half_early, .2},
-        {S::ma_uneven, .3},
-        {S::late_answer, .3},
-        {S::cut_in_ack, .15},
-        {S::flipped, .2},
-        {S::slipped, .2},
-        {S::silent, .1},
-        {S::stuck, .15},
-        {S::ma_pulse, .2},
-        {S::cut_short, .1},
-        {S::tail_high, .1},
-        {S::tail_low, .2},
-        {S::slo_pulse, .1},
-        {S::inverted, .05},
-        {S::smeared, .1},
-        {S::other_ack, .1}}},
-      {C::frames_lost_or_repeated, {{S::life_jump, .95}}},
+       {{K::literal},
+        {K::flip},
+        {K::slip},
+        {K::smeared},
+        {K::delay_part},
+        {K::silent},
+        {K::busy},
+        {K::cut_in_data},
+        {K::cut_in_ack},
+        {K::refused},
+        {K::other_length},
+        {K::delay_clocks},
+        {K::hurried},
+        {K::half_early},
+        {K::slo_pulse},
+        {K::ma_pulse}}},
+      {C::not_biss, {{K::foreign}, {K::literal}}},
   };
   return all;
 }
@@ -152,20 +96,98 @@ class Diagnosis {
       : evidence_(evidence), context_(context) {}
 
   std::vector<Finding> run() {
-    gate();
-    share_out();
-    weigh_whole_capture();
-    weigh_good_cycles();
-    return findings();
+    if (evidence_.cycles == 0) {
+      return {{context_.reading.swapped ? Cause::ma_slo_swapped : Cause::not_biss, 0.98}};
+    }
+    if (evidence_.rows.empty()) return {};
+    note();
+    Bits bits{};
+    for (const Model& model : models()) {
+      at(bits, model.cause) = notes_[static_cast<std::size_t>(model.cause)] + length(model.parts);
+    }
+    if (is_other_protocol()) {
+      at(bits, Cause::not_biss) =
+          *std::min_element(bits.begin(), bits.end()) - 30 * context_.other->confidence;
+    }
+    const auto best = std::min_element(bits.begin(), bits.end());
+    const auto first = static_cast<Cause>(best - bits.begin());
+    add_second(first, bits);
+    return findings(bits);
   }
 
  private:
-  double share(std::uint64_t count) const {
-    return evidence_.cycles == 0
-               ? 0
-               : static_cast<double>(count) / static_cast<double>(evidence_.cycles);
+  // The bits of all requests under these kinds, whose shares are those that fit best.
+  double length(const std::vector<Part>& parts) const {
+    std::vector<std::pair<std::size_t, double>> kinds{
+        {static_cast<std::size_t>(RequestKind::ok), 1},
+        {static_cast<std::size_t>(RequestKind::short_frame), 1},
+        {static_cast<std::size_t>(RequestKind::literal), std::exp2(-not_predicted)}};
+    for (const Part& part : parts) {
+      const auto kind = static_cast<std::size_t>(part.kind);
+      const auto known = std::find_if(kinds.begin(), kinds.end(),
+                                      [kind](const auto& each) { return each.first == kind; });
+      const double factor = std::exp2(-part.extra);
+      known == kinds.end() ? kinds.emplace_back(kind, factor).second
+                           : known->second = std::max(known->second, factor);
+    }
+    std::vector<double> weights(kinds.size(), 1.0 / static_cast<double>(kinds.size()));
+    double sum = 0;
+    for (int round = 0; round <= rounds; ++round) {
+      std::vector<double> next(kinds.size(), 0.25);
+      sum = 0;
+      for (const Row& row : evidence_.rows) {
+        double all = 0;
+        std::array<double, kind_count> shares{};
+        for (std::size_t i = 0; i < kinds.size(); ++i) {
+          shares[i] =
+              weights[i] * kinds[i].second * static_cast<double>(row.likely[kinds[i].first]);
+          all += shares[i];
+        }
+        constexpr double least = 1e-40;
+        sum -= row.count * std::log2(std::max(all, least));
+        if (all < least) continue;
+        for (std::size_t i = 0; i < kinds.size(); ++i) next[i] += row.count * shares[i] / all;
+      }
+      double total = 0;
+      for (const double weight : next) total += weight;
+      for (std::size_t i = 0; i < kinds.size(); ++i) weights[i] = next[i] / total;
+    }
+    const double price = 0.5 * std::log2(static_cast<double>(evidence_.cycles) + 1);
+    return sum + price * static_cast<double>(parts.size());
   }
-  std::uint64_t unusual() const { return evidence_.cycles - evidence_.count(Symptom::none); }
+
+  // A second cause, if it explains some requests that the first one does not.
+  void add_second(Cause first, Bits& bits) const {
+    if (first == Cause::not_biss) return;
+    if (4 * evidence_.good < evidence_.cycles && !evidence_.usual.checksum) return;
+    const Model& model = models()[static_cast<std::size_t>(first)];
+    double best = at(bits, first) - second_saves;
+    const Model* second = nullptr;
+    for (const Model& other : models()) {
+      if (other.cause == first || other.cause == Cause::not_biss || other.parts.empty()) continue;
+      std::uint64_t explained = 0;
+      for (const Part& part : other.parts) explained += evidence_.count(part.kind);
+      if (explained < 2) continue;
+      std::vector<Part> both = model.parts;
+      both.insert(both.end(), other.parts.begin(), other.parts.end());
+      const double together = notes_[static_cast<std::size_t>(first)] +
+                              notes_[static_cast<std::size_t>(other.cause)] + length(both);
+      if (together >= best) continue;
+      best = together;
+      second = &other;
+    }
+    if (second == nullptr) return;
+    // The one that explains more requests comes first.
+    const auto explained = [this](const Model& of) {
+      std::uint64_t sum = 0;
+      for (const Part& part : of.parts) sum += evidence_.count(part.kind);
+      return sum;
+    };
+    const bool more = explained(*second) > explained(model);
+    at(bits, first) = best + (more ? 1 : 0);
+    at(bits, second->cause) = best + (more ? 0 : 1);
+  }
+
   double period() const {
     return evidence_.period.count() == 0 ? 0 : static_cast<double>(evidence_.period.median());
   }
@@ -173,248 +195,212 @@ class Diagnosis {
     const auto step = static_cast<double>(evidence_.resolution.count);
     return step == 0 ? 1e9 : period() / step;
   }
-
-  // Frames that came in time with all their edges in place, and were refused.
-  std::uint64_t refused() const {
-    using S = Symptom;
-    std::uint64_t sum = 0;
-    for (const S s : {S::flipped, S::slipped, S::cut_short, S::other_ack, S::cds_high, S::stop_high,
-                      S::tail_low, S::tail_high}) {
-      sum += evidence_.count(s);
-    }
-    return sum;
+  double share(std::uint64_t count) const {
+    return evidence_.cycles == 0
+               ? 0
+               : static_cast<double>(count) / static_cast<double>(evidence_.cycles);
   }
-
-  // Of frames that another format would accept, the share that this one accepts by chance.
-  double chance() const {
-    return std::min(0.3, 3 * std::pow(2.0, -static_cast<double>(evidence_.crc_bits)) + 0.02);
-  }
-
-  double wrong_format_gate() const {
-    if (!evidence_.has_format) return 1e-6;
-    // Not a matter of bits.
-    if (context_.other && context_.other->confidence >= 0.5) return 0.1;
-    if (share(evidence_.count(Symptom::early)) > 0.15) return 0.1;
-    if (const auto& found = context_.identified; found && found->confidence >= 0.9) {
-      return found->format == *context_.format ? 0.01 : 20;
-    }
-    const double refused_frames = static_cast<double>(refused());
-    const double judged = refused_frames + static_cast<double>(evidence_.passed);
-    if (refused_frames == 0) return 1e-6;
-    const bool nearly_all = refused_frames >= (1 - chance()) * judged;
-    const std::uint64_t truncated = evidence_.truncated;
-    if (2 * truncated > refused()) {
-      if (!nearly_all) return 0.01;
-      // The whole frame is there: it ends with a STOP, after a bit that changes.
-      if (evidence_.truncated_low != truncated) return 0.02;
-      if (evidence_.before_last_changes || evidence_.usual_checksum) return 8;
-      return 0.5;
-    }
-    if (evidence_.count(Symptom::cds_high) * 2 > refused()) return 8;
-    if (const std::uint64_t stops = evidence_.count(Symptom::stop_high); stops * 2 > refused()) {
-      // Where another channel follows, STOP is its first bit: 1 in many frames, whatever the bit
-      // before is.
-      const bool many = 10.0 * static_cast<double>(stops) > judged;
-      return many && !evidence_.stop_repeats() ? 8 : 0.02;
-    }
-    if (evidence_.count(Symptom::other_ack) * 2 > refused()) return 4;
-    return nearly_all ? 8 : 0.02;
-  }
-
-  double not_biss_gate() const {
-    if (context_.other && context_.other->confidence >= 0.5) return 20;
-    const double good = share(evidence_.good);
-    if (good > 0.5 && evidence_.has_format) return 1e-4;
-    if (good > 0.1 && evidence_.crc_bits >= 5) return 0.02;
-    const double far = share(evidence_.far_delays);
-    const double odd = share(evidence_.count(Symptom::early) + evidence_.count(Symptom::ma_uneven) +
-                             evidence_.count(Symptom::late_answer));
-    // Of one cause most cycles look alike.
-    const auto kinds =
-        std::count_if(evidence_.symptoms.begin(), evidence_.symptoms.end(),
-                      [&](const Sightings& seen) { return share(seen.count) > 0.08; });
-    double gate = 0.1;
-    if (share(evidence_.answered) < 0.3 || far > 0.15) gate = 1;
-    const bool hardly_any = share(evidence_.passed) < 0.05;
-    if (odd > 0.1 && hardly_any) gate = 6;
-    if (kinds >= 3 && hardly_any) gate = 8;
-    return samples_per_period() < coarse_samples ? gate / 10 : gate;
-  }
-
-  double sampling_gate() const {
-    const double samples = samples_per_period();
-    const bool hopeless = 10 * evidence_.good < evidence_.cycles;
-    if (hopeless && samples < coarse_samples + 2) return 20;
-    if (samples > coarse_samples + 1) return samples < 14 && hopeless ? 2 : 1e-4;
-    return samples < coarse_samples ? 20 : 1;
-  }
-
-  // How plausible each cause is by what is seen in the whole capture.
-  void gate() {
-    gates_.fill(1);
-    at(gates_, Cause::healthy) = 0;
-    at(gates_, Cause::ma_slo_swapped) = 0;
-    at(gates_, Cause::wrong_format) = wrong_format_gate();
-    at(gates_, Cause::not_biss) = not_biss_gate();
-    at(gates_, Cause::sampling_too_slow) = sampling_gate();
-    // An encoder that answers at times is there.
-    const bool silent =
-        evidence_.answered == 0 && 10 * evidence_.count(Symptom::silent) >= 9 * evidence_.cycles;
-    at(gates_, Cause::no_encoder) = silent ? 4 : 0.001;
-    if (evidence_.answered != 0 && evidence_.count(Symptom::stuck) < evidence_.cycles / 50) {
-      at(gates_, Cause::stuck_low) = 0.3;
-    }
-    if (evidence_.count(Symptom::silent) + evidence_.count(Symptom::late_answer) == 0) {
-      at(gates_, Cause::supply_or_intermittent) = 0.2;
-    }
-    // SLO may be low because the encoder had too little time, or for good.
-    if (const auto& rest = evidence_.rest_of_bad; rest.count() != 0) {
-      const bool hurried = rest.median() < timeout().count;
-      at(gates_, Cause::requested_too_soon) = hurried ? 3 : 0.5;
-    }
-    // Of an encoder that sees MA inverted, SLO is early, or it misses the last clock.
-    if (evidence_.count(Symptom::stop_high) != 0 && evidence_.count(Symptom::half_early) == 0 &&
-        !evidence_.stop_repeats()) {
-      at(gates_, Cause::ma_inverted) = 0.02;
-    }
-    at(gates_, Cause::noise_on_ma) = evidence_.pulses_on_ma == 0 ? 0.9 : 1;
-    // Bits that are wrong beside pulses on MA come from these.
-    if (evidence_.count(Symptom::ma_pulse) >= 3) at(gates_, Cause::noise_on_slo) = 0.15;
-    if (evidence_.passed == 0) {
-      // Noise that leaves no frame good is rare.
-      at(gates_, Cause::noise_on_slo) *= 0.2;
-      at(gates_, Cause::noise_on_ma) *= 0.3;
-    }
-    gate_truncation();
-  }
-
-  // By the encoder's rule, or as measured.
-  Picoseconds timeout() const {
-    if (evidence_.release.count() >= 3) return Picoseconds{evidence_.release.min() * 19 / 20};
-    const Timeout& rule = context_.timing.timeout;
-    const Picoseconds period{evidence_.period.count() == 0 ? 0 : evidence_.period.median()};
-    if (rule.rule == TimeoutRule::fixed) return rule.time;
-    return period * 3 / 2;
-  }
-
-  // No good cycle shows how long ACK is and how many clocks the master sends.
-  void gate_truncation() {
-    if (evidence_.ack_clocks.count() != 0 || evidence_.truncated == 0) return;
-    const auto& ack = evidence_.truncated_ack_clocks;
-    const bool varies = ack.count() != 0 && ack.max() > ack.min() + 1;
-    if (varies && evidence_.count(Symptom::early) == 0)
-      at(gates_, Cause::ack_longer_than_master_waits) = 8;
-  }
-
-  // Which cause explains which share of the unusual cycles: the most likely mixture.
-  void share_out() {
-    const auto& table = cause_shares();
-    Weights mixture{};
-    for (const CauseShares& row : table) at(mixture, row.cause) = 1.0 / cause_count;
-    Weights first{};
-    for (int round = 0; round < 60; ++round) {
-      Weights next{};
-      double total = 0;
-      for (std::size_t s = 1; s < symptom_count; ++s) {
-        const auto count = static_cast<double>(evidence_.symptoms[s].count);
-        if (count == 0) continue;
-        Weights parts{};
-        double sum = 0;
-        for (const CauseShares& row : table) {
-          double p = elsewhere;
-          for (const Share& each : row.shares) {
-            if (static_cast<std::size_t>(each.symptom) == s) p = each.share;
-          }
-          sum += at(parts, row.cause) = at(mixture, row.cause) * at(gates_, row.cause) * p;
-        }
-        if (sum <= 0) continue;
-        for (std::size_t c = 0; c < cause_count; ++c) next[c] += count * parts[c] / sum;
-        total += count;
-      }
-      if (total == 0) return;
-      for (double& weight : next) weight /= total;
-      if (round == 0) first = next;
-      mixture = next;
-    }
+  void add_to_others(Cause cause, double price) {
     for (std::size_t c = 0; c < cause_count; ++c) {
-      weights_[c] = 0.85 * mixture[c] + 0.15 * first[c];
+      if (static_cast<Cause>(c) != cause) notes_[c] += price;
     }
   }
 
-  // Lines that had to be exchanged or inverted: what is left is the smaller problem.
-  void weigh_whole_capture() {
-    if (evidence_.cycles == 0) {
-      at(weights_, context_.reading.swapped ? Cause::ma_slo_swapped : Cause::not_biss) += 1;
-      return;
+  // The whole capture shows this cause, if no request does.
+  void accept(Cause cause) {
+    if (std::exchange(unseen_[static_cast<std::size_t>(cause)], false)) {
+      at(notes_, cause) -= not_seen;
     }
-    const auto put_first = [this](Cause cause) {
-      for (double& weight : weights_) weight *= 0.3;
-      at(weights_, cause) += 1;
-    };
-    if (context_.reading.swapped) put_first(Cause::ma_slo_swapped);
-    // What reads hardly better that way says nothing.
-    const bool reads = 2 * evidence_.answered > evidence_.cycles;
-    if (context_.reading.slo_inverted && reads) put_first(Cause::slo_inverted);
-    if (context_.reading.ma_inverted && reads) put_first(Cause::ma_inverted);
-    // Pairs exchanged at the connector: both inputs are open.
-    if (at(weights_, Cause::no_encoder) > 0.5) at(weights_, Cause::ma_slo_swapped) += 0.08;
   }
 
-  // What good cycles say: nothing is wrong, or the clock is at its limit.
-  void weigh_good_cycles() {
-    const bool found =
-        context_.reading.swapped || context_.reading.slo_inverted || context_.reading.ma_inverted;
-    const std::uint64_t bad = unusual();
-    double left = 0;
-    if (evidence_.good != 0 && !found) {
-      left = bad == 0 ? 1 : bad <= 2 && 20 * bad <= evidence_.cycles ? 0.4 : 0.01;
+  // What the whole capture says for a cause and against it.
+  void note() {
+    notes_.fill(cause_price);
+    for (const Model& model : models()) {
+      const bool seen =
+          std::any_of(model.parts.begin(), model.parts.end(),
+                      [this](const Part& part) { return evidence_.count(part.kind) != 0; });
+      unseen_[static_cast<std::size_t>(model.cause)] = !seen;
+      if (!seen) at(notes_, model.cause) += not_seen;
     }
-    const double fast = too_fast();
-    if (bad == 0) {
-      at(weights_, Cause::clock_too_fast_for_cable) += left * fast;
-      at(weights_, Cause::healthy) += left * (1 - fast);
+    at(notes_, Cause::healthy) = 0;
+    note_format();
+    note_lines();
+    note_delay();
+    note_sampling();
+    if (evidence_.limits.empty()) {
+      at(notes_, Cause::limits_exceeded) += never;
     } else {
-      at(weights_, Cause::healthy) += left;
-      at(weights_, Cause::clock_too_fast_for_cable) += 0.05 * fast;
+      at(notes_, Cause::healthy) += 20;
+      accept(Cause::limits_exceeded);
+      at(notes_, Cause::limits_exceeded) -= cause_price;
     }
+    if (evidence_.life_zeros != 0) {
+      accept(Cause::frames_lost_or_repeated);
+    } else if (evidence_.count(RequestKind::life_jump) == 0) {
+      at(notes_, Cause::frames_lost_or_repeated) += never;
+    }
+    if (share(evidence_.answered) > 0.02) at(notes_, Cause::no_encoder) += 20;
+    if (share(evidence_.good) < 0.05) {
+      at(notes_, Cause::supply_or_intermittent) += 12;
+      at(notes_, Cause::noise_on_slo) += 15;
+      at(notes_, Cause::noise_on_ma) += 25;
+    }
+    note_slips();
+    // Smeared edges are of the cable if there are many.
+    const bool smeared = share(evidence_.count(RequestKind::smeared)) > 0.15;
+    if (evidence_.count(RequestKind::flip) + evidence_.count(RequestKind::slo_pulse) != 0) {
+      at(notes_, smeared ? Cause::noise_on_slo : Cause::clock_too_fast_for_cable) += 25;
+    }
+    note_truncation();
+    note_other();
   }
 
-  // How likely it is that the clock is too fast, by the line delay alone.
-  double too_fast() const {
-    if (evidence_.line_delay.count() == 0 || period() <= 0) return 0;
+  // An encoder that counted a clock too many sends STOP where the last bit is expected; one that
+  // missed a clock sends the last bit where STOP is expected.
+  void note_slips() {
+    const std::uint64_t failed = evidence_.failed_checks;
+    if (failed < 5) return;
+    const bool slips =
+        100 * evidence_.last_bit_low >= 85 * failed || 100 * evidence_.stops_high >= 15 * failed;
+    at(notes_, slips ? Cause::noise_on_slo : Cause::noise_on_ma) += 6 * static_cast<double>(failed);
+  }
+
+  // A wrong format, or a wrong checksum, lets frames pass by chance only.
+  void note_format() {
+    const double passed = static_cast<double>(evidence_.passed) /
+                          static_cast<double>(std::max<std::uint64_t>(evidence_.answered, 1));
+    if (!context_.given || !context_.format) at(notes_, Cause::wrong_format) += never;
+    if (passed > 0.08) at(notes_, Cause::wrong_format) += 30;
+    if (passed > 0.3 && evidence_.has_format) at(notes_, Cause::wrong_checksum) += 30;
+    const bool refused = passed <= 0.08;
+    if (const auto& found = context_.identified; found && context_.given && context_.format) {
+      if (found->format == *context_.format) {
+        at(notes_, Cause::wrong_format) += 25;
+      } else if (differs_in_maker_error(found->format)) {
+        at(notes_, Cause::wrong_checksum) -= 25;
+      } else if (refused) {
+        at(notes_, Cause::wrong_format) -= 25;
+      }
+    } else if (evidence_.usual.no_checksum_fits) {
+      const bool other =
+          !context_.candidates.empty() && context_.candidates.front().channel_list[0].crc.present();
+      at(notes_, Cause::wrong_format) += other ? -12 : 8;
+    }
+    if (evidence_.count(RequestKind::other_length) == 0) at(notes_, Cause::format_changes) += never;
+    if (refused) at(notes_, Cause::format_changes) += 40;
+  }
+
+  // The fields are those of the format, and the checksum is a usual one done wrong.
+  bool differs_in_maker_error(const FrameFormat& found) const {
+    if (found.channel_count != 1 || context_.format->channel_count != 1) return false;
+    FrameFormat same = found;
+    CrcSpec& crc = same.channel_list[0].crc;
+    const CrcSpec& given = context_.format->channel_list[0].crc;
+    if (crc.width_bits != given.width_bits || !given.inverted || given.start != 0) return false;
+    crc = given;
+    return same == *context_.format;
+  }
+
+  void note_lines() {
+    const Reading& reading = context_.reading;
+    // What reads hardly better that way says nothing.
+    const bool reads = 2 * evidence_.answered > evidence_.cycles || evidence_.cycles == 0;
+    const auto judge = [&](Cause cause, bool changed) {
+      if (!changed || !reads) return;
+      add_to_others(cause, 30);
+      accept(cause);
+    };
+    judge(Cause::ma_slo_swapped, reading.swapped);
+    judge(Cause::slo_inverted, reading.slo_inverted);
+    judge(Cause::ma_inverted, reading.ma_inverted);
+    // Pairs that are exchanged at the connector: both inputs are open.
+    const bool open = share(evidence_.answered) < 0.02;
+    if (!reading.swapped) at(notes_, Cause::ma_slo_swapped) += open ? 6 : never;
+    if (!reading.slo_inverted && evidence_.count(RequestKind::inverted) == 0) {
+      at(notes_, Cause::slo_inverted) += 30;
+    }
+    const std::uint64_t half =
+        evidence_.count(RequestKind::half_early) + evidence_.count(RequestKind::stop_repeats);
+    if (!reading.ma_inverted && half == 0) at(notes_, Cause::ma_inverted) += 30;
+  }
+
+  void note_delay() {
+    if (evidence_.line_delay.count() == 0 || period() <= 0) return;
     const auto delay = static_cast<double>(evidence_.line_delay.median());
     const double periods = delay / period();
-    double likely = periods > 0.25 ? 0.1 : 0.0;
     const Picoseconds cycle_period{evidence_.period.median()};
     const auto longest = cable_max_compensated(rate_of(cycle_period));
-    const Picoseconds inside = context_.timing.internal_delay_max;
-    const Picoseconds seen{evidence_.line_delay.median()};
     // A line delay is measured to a sample, a good part of the period at most.
-    if (longest && seen > line_delay(*longest, inside) * 11 / 10 + cycle_period / 4) likely = 0.7;
-    const double place = periods - std::floor(periods);
-    const double margin = std::abs(place - 0.5);
+    const Picoseconds inside = context_.timing.internal_delay_max;
+    const bool too_long = longest && Picoseconds{evidence_.line_delay.median()} >
+                                         line_delay(*longest, inside) * 11 / 10 + cycle_period / 4;
+    const double margin = std::abs(periods - std::floor(periods) - 0.5);
     // A master that compensates nothing sees START as many clocks late and sends as many more.
     const auto late = static_cast<std::int64_t>(std::floor(periods + 0.5));
     const bool sends_more =
         late >= 1 && evidence_.extra_clocks.count() != 0 && evidence_.extra_clocks.median() == late;
-    if (sends_more) likely = std::max(likely, margin < 0.25 ? 0.8 : 0.45);
-    if (context_.compensated == false && (margin < 0.25 || periods > 0.25)) likely = 0.9;
-    return likely;
+    double price = 0;
+    if (too_long) price = 20;
+    if (sends_more && margin < 0.15) price = std::max(price, 12.0);
+    if (context_.compensated == false && (margin < 0.25 || periods > 0.25)) price = 25;
+    if (price == 0) return;
+    add_to_others(Cause::clock_too_fast_for_cable, price);
+    accept(Cause::clock_too_fast_for_cable);
   }
 
-  std::vector<Finding> findings() const {
+  void note_sampling() {
+    const double samples = samples_per_period();
+    if (samples < coarse_samples) {
+      add_to_others(Cause::sampling_too_slow, 15 + 2 * static_cast<double>(evidence_.cycles));
+    } else {
+      at(notes_, Cause::sampling_too_slow) += samples < coarse_samples + 1 ? 10 : never;
+    }
+  }
+
+  // Where no frame is whole, only ACK tells whether the master stops early or waits too short.
+  void note_truncation() {
+    if (evidence_.truncated == 0 || evidence_.ack_clocks.count() != 0) return;
+    const auto& ack = evidence_.truncated_ack_clocks;
+    const bool varies = ack.count() != 0 && ack.max() > ack.min() + 1;
+    const bool cut = evidence_.count(RequestKind::cut_in_data) != 0;
+    if (varies && cut) accept(Cause::ack_longer_than_master_waits);
+    at(notes_, varies ? Cause::master_stops_early : Cause::ack_longer_than_master_waits) += 6;
+  }
+
+  // Another protocol that is recognised outweighs all causes, unless most requests have ACK and START.
+  bool is_other_protocol() const {
+    if (!context_.other || context_.other->confidence < 0.5) return false;
+    if (50 * evidence_.slo_edges < evidence_.ma_edges) return false;
+    if (share(evidence_.passed) > 0.2 && evidence_.has_format) return false;
+    return evidence_.answered * 10 < evidence_.cycles * 6 || context_.other->confidence > 0.85;
+  }
+
+  void note_other() {
+    const bool answers = evidence_.answered * 10 > evidence_.cycles * 4;
+    const bool passes = share(evidence_.passed) > 0.2 && evidence_.has_format;
+    at(notes_, Cause::not_biss) += passes ? never : answers ? 60 : 20;
+  }
+
+  // Bits become likelihoods by a fitted table.
+  std::vector<Finding> findings(const Bits& bits) const {
+    const double least = *std::min_element(bits.begin(), bits.end());
+    Bits weights{};
     double sum = 0;
-    for (const double weight : weights_) sum += weight;
+    for (std::size_t c = 0; c < cause_count; ++c) {
+      const double more = bits[c] - least;
+      weights[c] = fitted::prior[c] * std::pow(1 + more / fitted::scale, -fitted::power);
+      sum += weights[c];
+    }
     std::vector<Finding> all;
     for (std::size_t c = 0; c < cause_count; ++c) {
       const auto cause = static_cast<Cause>(c);
       // Nothing is certain.
-      double likelihood = sum <= 0 ? 0 : 0.98 * weights_[c] / sum;
-      if (cause == Cause::healthy && !evidence_.has_format) {
+      double likelihood = 0.98 * weights[c] / sum;
+      if (cause == Cause::healthy && (!evidence_.has_format || context_.assumed)) {
         likelihood = std::min(likelihood, healthy_without_format);
       }
-      if (likelihood < least_likelihood) continue;
-      all.push_back({cause, likelihood});
+      if (likelihood >= least_likelihood) all.push_back({cause, likelihood, bits[c] - least});
     }
     std::stable_sort(all.begin(), all.end(), [](const Finding& a, const Finding& b) {
       return a.likelihood > b.likelihood;
@@ -424,19 +410,18 @@ class Diagnosis {
 
   const Evidence& evidence_;
   const Context& context_;
-  Weights gates_{};
-  Weights weights_{};
+  Bits notes_{};
+  std::array<bool, cause_count> unseen_{};
 };
 
 }  // namespace
 
-std::vector<Symptom> symptoms_of(Cause cause) {
-  std::vector<Symptom> symptoms;
-  for (const CauseShares& row : cause_shares()) {
-    if (row.cause != cause) continue;
-    for (const Share& each : row.shares) symptoms.push_back(each.symptom);
+std::vector<RequestKind> kinds_of(Cause cause) {
+  std::vector<RequestKind> kinds;
+  for (const Part& part : models()[static_cast<std::size_t>(cause)].parts) {
+    kinds.push_back(part.kind);
   }
-  return symptoms;
+  return kinds;
 }
 
 std::vector<Finding> diagnose(const Evidence& evidence, const Context& context) {

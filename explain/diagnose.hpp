@@ -29,8 +29,12 @@ struct OtherProtocol {
 
 /// What is known beside the cycles.
 struct Context {
-  /// As given by the user; empty without `-f`.
+  /// By which frames are judged; empty where none is known.
   std::optional<FrameFormat> format;
+  /// The user has given it.
+  bool given = true;
+  /// Frames are judged by the first of the candidates, which is not sure.
+  bool assumed = false;
   DeviceTiming timing;
   /// The master of this link compensates the line delay; empty: not known.
   std::optional<bool> compensated;
@@ -48,10 +52,12 @@ struct Finding {
   /// 0 to 1, never 1; those of all findings add up to about 1, or less: without a format `healthy`
   /// has 0.5 at most.
   double likelihood = 0;
+  /// By how many bits the account of the capture with this cause is longer than the shortest one.
+  double bits = 0;
 };
 
-/// The symptoms that a cause usually shows, the most typical ones first.
-std::vector<Symptom> symptoms_of(Cause cause);
+/// The kinds of requests that a cause predicts.
+std::vector<RequestKind> kinds_of(Cause cause);
 
 /// The likely causes, the likeliest first; at least one. Unlikely ones are left out.
 std::vector<Finding> diagnose(const Evidence& evidence, const Context& context);

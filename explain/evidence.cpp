@@ -1,8 +1,9 @@
 #include "explain/evidence.hpp"
 
 #include <algorithm>
+#include <cmath>
 
-#include "biss/crc/engines.hpp"
+#include "decode/polarity.hpp"
 #include "decode/times.hpp"
 
 namespace biss::explain {
@@ -10,19 +11,17 @@ namespace biss::explain {
 namespace {
 
 using decode::Cycle;
-using decode::CycleEdges;
 using decode::CycleStatus;
+using decode::LevelChange;
+using decode::Rule;
+using wire::Level;
 
 // A gap is a multiple of the step within a share of the step.
 constexpr std::int64_t grid_tolerance = 12;
 // Gaps longer than this many steps say nothing about the step.
 constexpr std::int64_t grid_steps = 40;
-
-unsigned crc_bits_of(const FrameFormat& format) {
-  unsigned bits = 0;
-  for (const ChannelFormat& channel : format.channels()) bits += channel.crc.width_bits;
-  return bits;
-}
+constexpr std::size_t rows_kept = 4096;
+constexpr std::size_t edges_kept = std::size_t{1} << 18U;
 
 bool is_cut(CycleStatus status) {
   return status == CycleStatus::cut_start || status == CycleStatus::cut_end;
@@ -37,34 +36,33 @@ bool lies_on(Picoseconds gap, Picoseconds step) {
   return grid_tolerance * std::max(off, -off) <= step.count;
 }
 
-void add(Sightings& seen, const CycleEdges& edges) {
-  if (seen.count++ == 0) {
-    seen.first_cycle = edges.number;
-    seen.first_time = edges.cycle.time;
-  }
-  seen.last_cycle = edges.number;
-}
-
 bool warns(const Frame& frame) {
   const auto channels = frame.channels();
   return std::any_of(channels.begin(), channels.end(), [](const auto& each) { return !each.nW; });
 }
 
-// Which usual checksums a frame from START to STOP has: bit k of the result is that of number k.
-unsigned usual_checksums(BitView raw) {
-  constexpr std::array<std::uint8_t, 4> widths{5, 6, 8, 16};
-  unsigned fitting = 0;
-  for (std::size_t k = 0; k < widths.size(); ++k) {
-    const std::size_t width = widths[k];
-    if (raw.size_bits() < width + 4 || raw.size_bits() > width + 3 + max_data_bits) continue;
-    const std::size_t data_bits = raw.size_bits() - width - 3;
-    const CrcBitwise crc({.polynomial = default_polynomial(widths[k]), .width_bits = widths[k]});
-    const std::uint64_t data = raw.word(2, static_cast<unsigned>(data_bits));
-    if (raw.word(2 + data_bits, widths[k]) == crc(data, static_cast<unsigned>(data_bits))) {
-      fitting |= 1U << k;
-    }
-  }
-  return fitting;
+Level seen_as(Level level, bool inverted) {
+  if (!inverted || level == Level::unknown) return level;
+  return level == Level::low ? Level::high : Level::low;
+}
+
+// The limits of the master, the encoder and its times. What else `check` judges has a cause of its
+// own.
+constexpr Rule limit_rules[] = {Rule::ack_shortest,   Rule::ack_longest,  Rule::clock_max,
+                                Rule::clock_min,      Rule::clock_change, Rule::cycle_min,
+                                Rule::duty,           Rule::ma_level,     Rule::timeout_shortest,
+                                Rule::timeout_longest};
+
+std::vector<Cycle> cycles_of(const ObserverSetup& setup, std::span<const wire::Edge> beginning) {
+  const std::vector<wire::Edge> edges = decode::first_edges(setup.lines, beginning);
+  std::vector<Cycle> cycles;
+  decode::Decoder decoder(decode::CycleReader(setup.format, setup.timing, setup.margin),
+                          [&](const Cycle& cycle) {
+                            if (!is_cut(cycle.status)) cycles.push_back(cycle);
+                          });
+  decoder.push(edges, setup.lines);
+  decoder.finish(edges.empty() ? Picoseconds{} : edges.back().time);
+  return cycles;
 }
 
 }  // namespace
@@ -119,123 +117,281 @@ std::optional<Picoseconds> SampleGrid::step() const {
   return step;
 }
 
-Observer::Observer(const std::optional<FrameFormat>& format, const DeviceTiming& timing,
-                   const decode::MarginSetup& margin, const decode::Lines& lines)
-    : lines_(lines),
-      symptoms_(format, timing, margin),
-      cycles_(decode::CycleReader(format, timing, margin), lines,
-              [this](const CycleEdges& edges) { take(edges); }) {
-  evidence_.resolution = margin.resolution;
-  evidence_.has_format = format.has_value();
-  if (!format) return;
-  evidence_.crc_bits = crc_bits_of(*format);
-  evidence_.payload_bits = format->payload_bits();
+void Observer::Line::push(LevelChange change) {
+  const Level last = changes.empty() ? before : changes.back().level;
+  if (last == change.level) return;
+  if (changes.size() >= edges_kept) {
+    before = changes[edges_kept / 2 - 1].level;
+    changes.erase(changes.begin(), changes.begin() + std::ptrdiff_t{edges_kept / 2});
+  }
+  changes.push_back(change);
 }
 
-void Observer::push(std::span<const wire::Edge> edges) {
-  for (const wire::Edge& edge : edges) {
-    const bool ma = edge.line == lines_.ma;
-    if (!ma && edge.line != lines_.slo) continue;
-    ++(ma ? evidence_.ma_edges : evidence_.slo_edges);
-    grid_.push(edge, lines_.ma);
+void Observer::Line::push(const decode::LineRun& run, Picoseconds from, bool inverted) {
+  const auto begin = std::lower_bound(run.times.begin(), run.times.end(), from.count);
+  auto index = static_cast<std::size_t>(begin - run.times.begin());
+  const auto level = [&](std::size_t i) {
+    return seen_as(run.first_high == (i % 2 == 0) ? Level::high : Level::low, inverted);
+  };
+  if (index != 0) {
+    changes.clear();
+    before = level(index - 1);
   }
-  cycles_.push(edges);
+  for (; index < run.times.size(); ++index) push({Picoseconds{run.times[index]}, level(index)});
+}
+
+void Observer::Line::forget_before(Picoseconds time) {
+  const auto end =
+      std::lower_bound(changes.begin(), changes.end(), time,
+                       [](const LevelChange& change, Picoseconds at) { return change.time < at; });
+  if (end == changes.begin()) return;
+  before = (end - 1)->level;
+  changes.erase(changes.begin(), end);
+}
+
+std::span<const LevelChange> Observer::Line::between(Picoseconds from, Picoseconds to) const {
+  const auto is_earlier = [](const LevelChange& change, Picoseconds at) {
+    return change.time < at;
+  };
+  const auto first = std::lower_bound(changes.begin(), changes.end(), from, is_earlier);
+  const auto last = std::lower_bound(first, changes.end(), to, is_earlier);
+  return {first, last};
+}
+
+Observer::Observer(const ObserverSetup& setup, std::span<const wire::Edge> beginning)
+    : setup_(setup),
+      plausibility_(setup.format),
+      check_({.format = setup.format,
+              .timing = setup.timing,
+              .compensated = setup.margin.compensated,
+              .resolution = setup.margin.resolution}) {
+  SampleGrid grid;
+  for (const wire::Edge& edge : beginning) {
+    if (edge.line == setup.lines.ma || edge.line == setup.lines.slo)
+      grid.push(edge, setup.lines.ma);
+  }
+  evidence_.resolution = setup.margin.resolution;
+  if (evidence_.resolution.count == 0) evidence_.resolution = grid.step().value_or(Picoseconds{});
+  evidence_.has_format = setup.format.has_value();
+  evidence_.usual = usual_of(cycles_of(setup, beginning), setup.format);
+  pricer_.emplace(setup.format, evidence_.resolution, evidence_.usual);
+}
+
+// Edges from here on may be looked at.
+Picoseconds Observer::needed_from() const {
+  return waiting_.empty() ? last_end_ : waiting_.front().second.time;
+}
+
+void Observer::take(std::span<const wire::Edge> edges) {
+  for (const wire::Edge& edge : edges) {
+    if (edge.line == setup_.lines.ma) {
+      ++evidence_.ma_edges;
+      ma_.push({edge.time, seen_as(edge.level, setup_.lines.ma_inverted)});
+    } else if (edge.line == setup_.lines.slo) {
+      ++evidence_.slo_edges;
+      slo_.push({edge.time, seen_as(edge.level, setup_.lines.slo_inverted)});
+    }
+  }
+}
+
+void Observer::take(const decode::PairRun& run) {
+  evidence_.ma_edges += run.ma.times.size();
+  evidence_.slo_edges += run.slo.times.size();
+  ma_.push(run.ma, needed_from(), setup_.lines.ma_inverted);
+  slo_.push(run.slo, needed_from(), setup_.lines.slo_inverted);
+}
+
+void Observer::add(std::uint64_t number, const Cycle& cycle) {
+  last_end_ = decode::shifted(cycle.time, cycle.clocked);
+  ++evidence_.statuses[static_cast<std::size_t>(cycle.status)];
+  check_.push(number, cycle);
+  if (waiting_.empty() && !is_cut(cycle.status) && pricer_->is_plain(cycle)) {
+    process({number, cycle}, std::nullopt, false);
+  } else {
+    waiting_.emplace_back(number, cycle);
+  }
+}
+
+void Observer::settle() {
+  while (!waiting_.empty()) {
+    const Cycle& cycle = waiting_.front().second;
+    const bool has_next = waiting_.size() > 1;
+    if (!has_next && !is_cut(cycle.status) && !pricer_->is_plain(cycle)) break;
+    process(waiting_.front(), has_next ? std::optional(waiting_[1].second.time) : std::nullopt,
+            false);
+    waiting_.pop_front();
+  }
+  ma_.forget_before(needed_from());
+  slo_.forget_before(needed_from());
 }
 
 const Evidence& Observer::finish(Picoseconds end_time) {
-  cycles_.finish(end_time);
   settle();
+  for (const Waiting& each : waiting_) {
+    process(each, std::max(end_time, each.second.time), true);
+  }
+  waiting_.clear();
+  check_.finish();
+  for (const Rule rule : limit_rules) {
+    const decode::RuleResult result = check_.result(rule);
+    const bool pauses = rule == Rule::clock_change && evidence_.count(RequestKind::paused) != 0;
+    if (result.verdict == decode::Verdict::fail && !pauses)
+      evidence_.limits.push_back({rule, result});
+  }
+  evidence_.late_turns = plausibility_.longest();
+  evidence_.steps = plausibility_.steps();
+  Sightings implausible = plausibility_.turns();
+  implausible.add(evidence_.steps);
+  move_good(RequestKind::implausible, implausible);
+  if (plain_ != 0) {
+    Row row;
+    row.count = static_cast<double>(plain_);
+    row.likely[static_cast<std::size_t>(RequestKind::ok)] = 1;
+    row.likely[static_cast<std::size_t>(RequestKind::foreign)] = 1.0F / 256;
+    evidence_.rows.push_back(row);
+  }
+  for (Row& row : evidence_.rows) {
+    if (&row != &evidence_.rows.back() || plain_ == 0) row.count *= static_cast<double>(stride_);
+  }
   return evidence_;
 }
 
-void Observer::take(const CycleEdges& edges) {
-  const Cycle& cycle = edges.cycle;
-  ++evidence_.statuses[static_cast<std::size_t>(cycle.status)];
-  const Symptom symptom = symptoms_.read(edges);
+void Observer::process(const Waiting& waiting, std::optional<Picoseconds> next, bool last) {
+  const auto& [number, cycle] = waiting;
   if (is_cut(cycle.status)) return;
   ++evidence_.cycles;
   if (is_good(cycle.status)) ++evidence_.good;
-  note(symptom, edges);
-  note_frame(cycle);
-  note_times(edges, is_good(cycle.status) && symptom == Symptom::none);
+  plausibility_.push(number, cycle);
+  note_frame(number, cycle);
+  if (pricer_->is_plain(cycle)) {
+    note_times(cycle, true);
+    pricer_->learn(cycle);
+    silence_ = 0;
+    if (life_jumped_) {
+      Prices prices;
+      prices.fill(impossible);
+      prices[static_cast<std::size_t>(RequestKind::life_jump)] = 0;
+      prices[static_cast<std::size_t>(RequestKind::literal)] =
+          static_cast<float>(cycle.rising_edges);
+      note_unusual(number, cycle, prices);
+    } else {
+      ++plain_;
+      evidence_.kinds[0].add(number, cycle.time);
+    }
+    return;
+  }
+  note_times(cycle, false);
+  if (cycle.status == CycleStatus::unknown_level) return;
+  const Picoseconds limit = next.value_or(last_end_);
+  const Picoseconds after =
+      decode::shifted(decode::shifted(cycle.time, cycle.clocked), picoseconds(1));
+  const auto before = slo_.between(Picoseconds{INT64_MIN}, cycle.time);
+  const Prices prices =
+      pricer_->read({.cycle = cycle,
+                     .number = number,
+                     .ma = ma_.between(cycle.time, after),
+                     .ma_after = ma_.between(after, limit),
+                     .slo_before = before.empty() ? slo_.before : before.back().level,
+                     .slo = slo_.between(cycle.time, limit),
+                     .limit = limit,
+                     .last_of_capture = last},
+                    unusual_ % stride_ == 0);
+  if (pricer_->position_is_likely()) ++evidence_.likely_positions;
+  evidence_.pulses_on_ma += pricer_->ma_pulses();
+  evidence_.pulses_on_slo += pricer_->slo_pulses();
+  note_unusual(number, cycle, prices);
 }
 
-void Observer::note(Symptom symptom, const CycleEdges& edges) {
-  add(evidence_.symptoms[static_cast<std::size_t>(symptom)], edges);
-  if (edges.cycle.frame && warns(*edges.cycle.frame)) add(evidence_.warnings, edges);
-  const LineMarks& marks = symptoms_.marks();
-  evidence_.pulses_on_ma += marks.ma_pulses;
-  evidence_.pulses_on_slo += marks.slo_pulses;
-  if (marks.shortest_pulse) {
-    evidence_.shortest_pulse =
-        std::min(*marks.shortest_pulse, evidence_.shortest_pulse.value_or(*marks.shortest_pulse));
-  }
-  if (symptom != Symptom::ma_pulse && symptom != Symptom::slo_pulse) {
-    evidence_.smear = std::max(evidence_.smear, marks.smear);
-  }
-  silence_ = symptom == Symptom::silent ? silence_ + 1 : 0;
+void Observer::note_unusual(std::uint64_t number, const Cycle& cycle, const Prices& prices) {
+  // What a request most cheaply is; a foreign word or a literal only where nothing else is.
+  auto cheapest = std::min_element(prices.begin(), prices.end() - 2);
+  if (*cheapest == impossible) cheapest = prices.end() - 1;
+  const auto kind = static_cast<RequestKind>(cheapest - prices.begin());
+  evidence_.kinds[static_cast<std::size_t>(kind)].add(number, cycle.time);
+  silence_ = kind == RequestKind::silent ? silence_ + 1 : 0;
   if (silence_ == 1) ++evidence_.silent_runs;
   evidence_.longest_silence = std::max(evidence_.longest_silence, silence_);
+  if (kind == RequestKind::smeared) evidence_.smear = std::max(evidence_.smear, pricer_->smear());
+  add_row(prices);
 }
 
-void Observer::note_frame(const Cycle& cycle) {
+void Observer::add_row(const Prices& prices) {
+  if (unusual_++ % stride_ != 0) return;
+  if (evidence_.rows.size() == rows_kept) {
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < rows_kept; i += 2) evidence_.rows[kept++] = evidence_.rows[i];
+    evidence_.rows.resize(kept);
+    stride_ *= 2;
+  }
+  const float least = *std::min_element(prices.begin(), prices.end());
+  Row row;
+  for (std::size_t k = 0; k < kind_count; ++k) row.likely[k] = std::exp2(least - prices[k]);
+  evidence_.rows.push_back(row);
+}
+
+// What only the whole capture shows about frames that were plain.
+void Observer::move_good(RequestKind to, const Sightings& seen) {
+  const std::uint64_t count = std::min(seen.count, plain_);
+  if (count == 0) return;
+  plain_ -= count;
+  evidence_.kinds[0].count -= count;
+  evidence_.kinds[static_cast<std::size_t>(to)].add(seen);
+  Row row;
+  row.likely[static_cast<std::size_t>(to)] = 1;
+  row.count = static_cast<double>(count) / static_cast<double>(stride_);
+  evidence_.rows.push_back(row);
+}
+
+void Observer::note_frame(std::uint64_t number, const Cycle& cycle) {
   if (cycle.ack && cycle.line_delay) ++evidence_.answered;
   if (is_good(cycle.status)) ++evidence_.passed;
-  const bool short_of_bits = cycle.status == CycleStatus::ack_range &&
-                             cycle.raw.view().size_bits() < std::size_t{2} + evidence_.payload_bits;
-  if (cycle.status == CycleStatus::truncated || short_of_bits) note_truncated(cycle);
   const BitView raw = cycle.raw.view();
-  if (cycle.frame && raw.size_bits() == evidence_.payload_bits + 3U) {
-    const bool last = raw[raw.size_bits() - 2];
-    last_crc_bit_changes_ = last_crc_bit_changes_ || (last_crc_bit_ && *last_crc_bit_ != last);
-    last_crc_bit_ = last;
+  const std::size_t stop = 2 + std::size_t{evidence_.usual.payload_bits};
+  const bool short_of_bits =
+      (cycle.status == CycleStatus::ack_range || cycle.status == CycleStatus::unchecked) &&
+      raw.size_bits() < stop;
+  if (cycle.status == CycleStatus::truncated || short_of_bits) {
+    ++evidence_.truncated;
+    if (cycle.ack && cycle.period) {
+      evidence_.truncated_ack_clocks.add(clocks_in(*cycle.ack, *cycle.period));
+    }
+    if (raw.size_bits() < stop) {
+      evidence_.missing_bits.add(static_cast<std::int64_t>(stop - raw.size_bits()));
+    }
+    if (raw.size_bits() != 0 && !raw[raw.size_bits() - 1]) ++evidence_.truncated_low;
   }
-  if (cycle.status == CycleStatus::stop_bit && raw[raw.size_bits() - 2]) {
-    ++evidence_.stops_like_last_bit;
+  if (cycle.status == CycleStatus::crc && raw.size_bits() > stop && stop > 3) {
+    ++evidence_.failed_checks;
+    if (!raw[stop - 1]) ++evidence_.last_bit_low;
+    if (raw[stop]) ++evidence_.stops_high;
   }
-  if (cycle.status != CycleStatus::crc || raw.size_bits() < 4) return;
-  if (raw.size_bits() < evidence_.payload_bits + 3U) return;
-  ++evidence_.failed_checks;
-  if (!raw[raw.size_bits() - 2]) ++evidence_.last_bit_low;
-  if (raw[raw.size_bits() - 1]) ++evidence_.stop_high;
+  if (cycle.frame && warns(*cycle.frame)) evidence_.warnings.add(number, cycle.time);
+  note_life(cycle);
 }
 
-void Observer::note_truncated(const Cycle& cycle) {
-  const BitView raw = cycle.raw.view();
-  ++evidence_.truncated;
-  if (cycle.ack && cycle.period) {
-    evidence_.truncated_ack_clocks.add(clocks_in(*cycle.ack, *cycle.period));
-  }
-  if (evidence_.payload_bits + 2U > raw.size_bits()) {
-    evidence_.missing_bits.add(
-        static_cast<std::int64_t>(evidence_.payload_bits + 2U - raw.size_bits()));
-  }
-  if (raw.size_bits() < 4) return;
-  if (!raw[raw.size_bits() - 1]) ++evidence_.truncated_low;
-  fitting_checksums_ &= usual_checksums(raw);
-  evidence_.usual_checksum = fitting_checksums_ != 0;
-  const bool before = raw[raw.size_bits() - 2];
-  if (bit_before_last_ && *bit_before_last_ != before) evidence_.before_last_changes = true;
-  bit_before_last_ = before;
+// With each frame the sign of life is one more; after the last value comes 1, or 0.
+void Observer::note_life(const Cycle& cycle) {
+  const auto before = std::exchange(life_, std::nullopt);
+  life_jumped_ = false;
+  if (!cycle.frame || !setup_.format) return;
+  const auto channels = setup_.format->channels();
+  const auto with = std::find_if(channels.begin(), channels.end(), [](const ChannelFormat& each) {
+    return each.life_counter.present();
+  });
+  if (with == channels.end()) return;
+  const auto k = static_cast<std::size_t>(with - channels.begin());
+  life_ = cycle.frame->channel_list[k].life_counter;
+  if (!before) return;
+  const bool wraps = *before == low_mask(with->life_counter.bits) && *life_ <= 1;
+  if (wraps && *life_ == 0) ++evidence_.life_zeros;
+  life_jumped_ = !wraps && *life_ != *before + 1;
 }
 
-void Observer::note_times(const CycleEdges& edges, bool good) {
-  const Cycle& cycle = edges.cycle;
+void Observer::note_times(const Cycle& cycle, bool good) {
   evidence_.rising_edges.add(static_cast<std::int64_t>(cycle.rising_edges));
   if (cycle.period) evidence_.period.add(cycle.period->count);
-  if (cycle.ack) evidence_.ack.add(cycle.ack->count);
-  if (cycle.early) evidence_.early.add(cycle.early->count);
-  if (cycle.marginal) {
-    ++evidence_.margin_judged;
-    if (*cycle.marginal) ++evidence_.marginal;
-  }
-  if (cycle.line_delay) {
-    evidence_.line_delay.add(cycle.line_delay->count);
-    if (!first_delay_) first_delay_ = cycle.line_delay;
-    const Picoseconds off = *cycle.line_delay - *first_delay_;
-    if (cycle.period && 2 * std::max(off, -off) >= *cycle.period) ++evidence_.far_delays;
-  }
-  if (const auto rest = symptoms_.rest_before()) {
+  if (cycle.line_delay) evidence_.line_delay.add(cycle.line_delay->count);
+  if (const auto rest = pricer_->rest_before(cycle)) {
     (good ? evidence_.good_rest : evidence_.rest_of_bad).add(rest->count);
   }
   if (!good) return;
@@ -244,43 +400,8 @@ void Observer::note_times(const CycleEdges& edges, bool good) {
   const std::int64_t ack_clocks = clocks_in(*cycle.ack, *cycle.period);
   evidence_.ack_clocks.add(ack_clocks);
   if (!cycle.frame) return;
-  const std::int64_t needed = 1 + ack_clocks + 3 + std::int64_t{evidence_.payload_bits};
+  const std::int64_t needed = 1 + ack_clocks + 3 + std::int64_t{evidence_.usual.payload_bits};
   evidence_.extra_clocks.add(std::int64_t{cycle.rising_edges} - needed);
-}
-
-// What only the whole capture shows.
-void Observer::settle() {
-  const auto move = [this](Symptom from, Symptom to) {
-    Sightings& source = evidence_.symptoms[static_cast<std::size_t>(from)];
-    Sightings& target = evidence_.symptoms[static_cast<std::size_t>(to)];
-    if (source.count == 0) return;
-    if (target.count == 0 || source.first_cycle < target.first_cycle) {
-      target.first_cycle = source.first_cycle;
-      target.first_time = source.first_time;
-    }
-    target.count += source.count;
-    target.last_cycle = std::max(target.last_cycle, source.last_cycle);
-    source = {};
-  };
-  if (evidence_.resolution.count == 0) {
-    evidence_.resolution = grid_.step().value_or(Picoseconds{});
-  }
-  // An encoder that counted a clock too many sends STOP where the last bit is expected; one that
-  // missed a clock sends the last bit where STOP is expected.
-  const std::uint64_t failed = evidence_.failed_checks;
-  if (last_crc_bit_changes_ && (failed >= 5 || evidence_.stop_high != 0)) {
-    const std::uint64_t low = evidence_.last_bit_low;
-    const bool slips = failed < 10
-                           ? low == failed || evidence_.stop_high != 0
-                           : 100 * low >= 85 * failed || 100 * evidence_.stop_high >= 15 * failed;
-    slips ? move(Symptom::flipped, Symptom::slipped) : move(Symptom::slipped, Symptom::flipped);
-  }
-  // START came later than in any good cycle, but before the first good one.
-  const auto& late = evidence_.truncated_ack_clocks;
-  const auto& usual = evidence_.ack_clocks;
-  if (late.count() != 0 && usual.count() != 0 && late.min() > usual.max()) {
-    move(Symptom::cut_short, Symptom::cut_in_ack);
-  }
 }
 
 }  // namespace biss::explain

@@ -1,25 +1,23 @@
-// What a capture shows about its link: counts and times over all cycles, in bounded memory.
+// What a capture shows about its link: the price of each request, counts and times, in bounded
+// memory.
 #pragma once
 
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "decode/check.hpp"
+#include "decode/clean_cycles.hpp"
 #include "decode/cycle_edges.hpp"
 #include "decode/distribution.hpp"
-#include "explain/symptom.hpp"
+#include "explain/plausibility.hpp"
+#include "explain/request.hpp"
 
 namespace biss::explain {
-
-/// How often a symptom was seen, and where.
-struct Sightings {
-  std::uint64_t count = 0;
-  std::uint64_t first_cycle = 0;
-  std::uint64_t last_cycle = 0;
-  Picoseconds first_time{};
-};
 
 /// The smallest step of all edge times, where the capture has sampled the lines.
 ///
@@ -44,38 +42,53 @@ class SampleGrid {
   std::size_t slo_edges_ = 0;
 };
 
+/// A request, or several that are alike.
+struct Row {
+  /// 2^-price of each kind, less the lowest price.
+  std::array<float, kind_count> likely{};
+  double count = 1;
+};
+
+/// A limit of the encoder or of BiSS C that was exceeded, by the rules of `biss check`.
+struct Exceeded {
+  decode::Rule rule{};
+  decode::RuleResult result;
+};
+
 /// Counts over a capture. Public data: filled by Observer, read by diagnose().
 struct Evidence {
   /// Cycles, without those that an end of the capture cuts.
   std::uint64_t cycles = 0;
   std::uint64_t good = 0;
-  std::array<Sightings, symptom_count> symptoms{};
+  /// Requests by what they most cheaply are.
+  std::array<Sightings, kind_count> kinds{};
+  std::vector<Row> rows;
+  Usual usual;
   /// Good frames with nW = 0.
   Sightings warnings;
+  /// The longest time for which the turns are not those of the singleturn, in frames, and steps
+  /// beyond all others.
+  std::uint64_t late_turns = 0;
+  Sightings steps;
+  std::vector<Exceeded> limits;
+  /// Frames with the sign of life 0 after its last value.
+  std::uint64_t life_zeros = 0;
   /// Cycles by status.
   std::array<std::uint64_t, decode::cycle_status_count> statuses{};
-
   /// A format was given, so that checksums are judged.
   bool has_format = false;
-  /// Bits of all checksums in the format.
-  unsigned crc_bits = 0;
-  unsigned payload_bits = 0;
   /// Cycles with ACK in time and START, and those with a good frame among them.
   std::uint64_t answered = 0;
   std::uint64_t passed = 0;
-  /// Of frames with a wrong checksum: their number, with the last CRC bit 0, and with STOP 1.
+  /// Of frames with a wrong checksum: their number, with the last CRC bit 0, and with STOP 1; and
+  /// those whose position is a likely one.
   std::uint64_t failed_checks = 0;
   std::uint64_t last_bit_low = 0;
-  std::uint64_t stop_high = 0;
-  /// Of frames with right checksums and STOP 1: those with the last CRC bit 1.
-  std::uint64_t stops_like_last_bit = 0;
-  /// Of requests that end before the last bit of the format: their number, with the last bit 0, and
-  /// whether the bit before it changes.
+  std::uint64_t stops_high = 0;
+  std::uint64_t likely_positions = 0;
+  /// Of requests that end before the last bit of the format.
   std::uint64_t truncated = 0;
   std::uint64_t truncated_low = 0;
-  bool before_last_changes = false;
-  /// A usual checksum ends just before the last bit in all of them.
-  bool usual_checksum = false;
   decode::Distribution truncated_ack_clocks;
   decode::Distribution missing_bits;
   /// Of good cycles.
@@ -87,17 +100,10 @@ struct Evidence {
   /// Of all cycles in which they were measured.
   decode::Distribution period;
   decode::Distribution line_delay;
-  decode::Distribution ack;
   decode::Distribution rising_edges;
   decode::Distribution rest_of_bad;
-  decode::Distribution early;
-  /// Line delays that differ from the first one by half a period or more.
-  std::uint64_t far_delays = 0;
-  std::uint64_t marginal = 0;
-  std::uint64_t margin_judged = 0;
   /// Worst of all cycles.
   Picoseconds smear{};
-  std::optional<Picoseconds> shortest_pulse;
   std::uint64_t pulses_on_ma = 0;
   std::uint64_t pulses_on_slo = 0;
   /// Runs of cycles in which SLO stays high, and the longest one.
@@ -109,54 +115,80 @@ struct Evidence {
   /// Given, or found by SampleGrid; 0 where edges are exact.
   Picoseconds resolution{};
 
-  const Sightings& seen(Symptom symptom) const {
-    return symptoms[static_cast<std::size_t>(symptom)];
-  }
-  std::uint64_t count(Symptom symptom) const { return seen(symptom).count; }
+  const Sightings& seen(RequestKind kind) const { return kinds[static_cast<std::size_t>(kind)]; }
+  std::uint64_t count(RequestKind kind) const { return seen(kind).count; }
   std::uint64_t status(decode::CycleStatus status) const {
     return statuses[static_cast<std::size_t>(status)];
   }
-  /// Where STOP is 1, it always repeats the bit before it: the encoder has missed the last clock.
-  bool stop_repeats() const {
-    const std::uint64_t high = status(decode::CycleStatus::stop_bit);
-    return high >= 8 && stops_like_last_bit == high;
-  }
 };
 
-/// Reads a capture once.
+/// How a capture is read.
+struct ObserverSetup {
+  std::optional<FrameFormat> format;
+  DeviceTiming timing;
+  /// Cycles should come with Cycle::signal.
+  decode::MarginSetup margin;
+  decode::Lines lines;
+};
+
+/// Sees the cycles of a capture as the decoder delivers them, and its edges; keeps the edges of
+/// unusual requests only.
 class Observer {
  public:
-  Observer(const std::optional<FrameFormat>& format, const DeviceTiming& timing,
-           const decode::MarginSetup& margin, const decode::Lines& lines);
-  // The reader calls back into this object.
+  /// \param beginning edges from the beginning of the capture; they come again
+  Observer(const ObserverSetup& setup, std::span<const wire::Edge> beginning);
+  // The rules refer to this object.
   Observer(const Observer&) = delete;
   Observer& operator=(const Observer&) = delete;
 
-  void push(std::span<const wire::Edge> edges);
-  /// \return valid as long as this object
+  /// The next cycle.
+  void add(std::uint64_t number, const decode::Cycle& cycle);
+  /// The next edges, or the next stretch of the capture as arrays.
+  void take(std::span<const wire::Edge> edges);
+  void take(const decode::PairRun& run);
+  /// Looks at the cycles so far, whose edges must have come.
+  void settle();
+  /// After the last cycle. \return valid as long as this object
   const Evidence& finish(Picoseconds end_time);
 
  private:
-  void take(const decode::CycleEdges& edges);
-  void note(Symptom symptom, const decode::CycleEdges& edges);
-  void note_frame(const decode::Cycle& cycle);
-  void note_truncated(const decode::Cycle& cycle);
-  void note_times(const decode::CycleEdges& edges, bool good);
-  void settle();
+  using Waiting = std::pair<std::uint64_t, decode::Cycle>;
+  struct Line {
+    std::vector<decode::LevelChange> changes;
+    wire::Level before = wire::Level::unknown;
 
-  decode::Lines lines_;
+    void push(decode::LevelChange change);
+    void push(const decode::LineRun& run, Picoseconds from, bool inverted);
+    void forget_before(Picoseconds time);
+    std::span<const decode::LevelChange> between(Picoseconds from, Picoseconds to) const;
+  };
+
+  Picoseconds needed_from() const;
+  void process(const Waiting& waiting, std::optional<Picoseconds> next, bool last);
+  void note_unusual(std::uint64_t number, const decode::Cycle& cycle, const Prices& prices);
+  void note_frame(std::uint64_t number, const decode::Cycle& cycle);
+  void note_life(const decode::Cycle& cycle);
+  void note_times(const decode::Cycle& cycle, bool good);
+  void add_row(const Prices& prices);
+  void move_good(RequestKind to, const Sightings& seen);
+
+  ObserverSetup setup_;
   Evidence evidence_;
-  SampleGrid grid_;
-  SymptomReader symptoms_;
-  decode::CycleEdgeReader cycles_;
+  std::optional<Pricer> pricer_;
+  Plausibility plausibility_;
+  decode::Check check_;
+  Line ma_;
+  Line slo_;
+  std::deque<Waiting> waiting_;
+  Picoseconds last_end_{};
+  std::uint64_t plain_ = 0;
   std::uint64_t silence_ = 0;
-  std::optional<Picoseconds> first_delay_;
-  std::optional<bool> bit_before_last_;
-  // Bit k: the usual checksum of that number fits all truncated frames so far.
-  unsigned fitting_checksums_ = ~0U;
-  // The last CRC bit of the good frames, and whether it changes.
-  std::optional<bool> last_crc_bit_;
-  bool last_crc_bit_changes_ = false;
+  // Of the unusual requests, one in N has a row.
+  std::uint64_t stride_ = 1;
+  std::uint64_t unusual_ = 0;
+  // The sign of life of the cycle before.
+  std::optional<std::uint32_t> life_;
+  bool life_jumped_ = false;
 };
 
 }  // namespace biss::explain

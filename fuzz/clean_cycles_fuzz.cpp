@@ -44,6 +44,7 @@ Input input_from(ByteSource& bytes) {
   if (bytes.next() % 2 == 0) {
     const Picoseconds sample = std::max(lines.period / (3 + bytes.next() % 30), picoseconds(1));
     input.margin.resolution = sample;
+    input.margin.signal = sample.count % 2 == 0;
     lines.ma = test::sampled(lines.ma, sample);
     lines.slo = test::sampled(lines.slo, sample);
   }

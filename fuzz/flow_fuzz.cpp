@@ -239,7 +239,8 @@ template <class Read>
 Rows rows(const RequestLines& lines, const capture::Opened& opened, Read read) {
   Rows texts;
   if (!opened) return {capture::capture_error_text(opened.error(), "x")};
-  const decode::MarginSetup margin{.resolution = (*opened)->sample_period()};
+  const decode::MarginSetup margin{.resolution = (*opened)->sample_period(),
+                                   .signal = lines.period.count % 2 == 0};
   decode::Decoder decoder(
       decode::CycleReader(lines.format, lines.timing, margin),
       [&](const decode::Cycle& cycle) { texts.push_back(decode::test::text_of(cycle)); });

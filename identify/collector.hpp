@@ -11,11 +11,15 @@
 
 namespace biss::identify {
 
+/// START, CDS and STOP of a short frame of control communication, and two more clocks: the shortest
+/// frame with data is longer.
+inline constexpr std::size_t short_frame_bits = 5;
+
 /// Keeps the first frames of a capture, and of the rest blocks of neighbouring frames, evenly from
 /// all of it.
 class SampleCollector {
  public:
-  /// Takes each cycle, read without a format; keeps those in which START was found.
+  /// Takes each cycle, read without a format; keeps those in which START and data were found.
   void add(std::uint64_t number, const decode::Cycle& cycle) {
     const bool asked = zeros_of_cdm_ < control_reset_zeros;
     zeros_of_cdm_ = cycle.cdm == false ? zeros_of_cdm_ + 1 : 0;
@@ -24,7 +28,7 @@ class SampleCollector {
       return;
     }
     const BitView raw = cycle.raw.view();
-    if (raw.size_bits() < 3 || !is_wanted(number)) return;
+    if (raw.size_bits() <= short_frame_bits || !is_wanted(number)) return;
     Sample sample{.cycle = number, .time = cycle.time, .cds = raw[1], .asked = asked, .bits = {}};
     sample.bits.append(raw.from(2));
     samples_.push_back(sample);

@@ -305,7 +305,9 @@ class FieldSearch {
     if (coding == Coding::binary) return binary;
     const double cost = coding == Coding::two_tracks
                             ? number_cost({place.low, place.low + split}, Coding::binary, 0) +
-                                  number_cost({place.low + split, place.high}, Coding::binary, 0)
+                                  number_cost({place.low + split, place.high}, Coding::binary, 0) +
+                                  // A carry once in a while is no second track.
+                                  data_weight * static_cast<double>(words_.data.size())
                             : number_cost(place, coding, split);
     double gain = binary - cost;
     const double share = binary <= 0 ? 0 : std::abs(gain) / binary;

@@ -166,12 +166,13 @@ void Line::begin_request() {
 template <bool Full>
 void Line::run_request() {
   while (!master_.done()) {
-    now_ = std::min(std::max(master_due_, pause_end_), next_event<Full>());
+    const Picoseconds due = master_due_ < pause_ ? master_due_ : std::max(master_due_, pause_end_);
+    now_ = std::min(due, next_event<Full>());
     const bool slo_changed = step_line<Full>();
-    const bool pauses = now_ < pause_end_;
+    const bool pauses = now_ >= pause_ && now_ < pause_end_;
     if (!slo_changed && (pauses || now_ < master_due_)) continue;
     // A pausing master keeps its clock, but sees the level of SLO.
-    const StepOutput out = master_.step(pauses ? paused_at_ : now_, slo_);
+    const StepOutput out = master_.step(pauses ? pause_ - picoseconds(1) : now_, slo_);
     master_due_ = out.deadline;
     if (Full && control_) answer_cds();
     if (out.level == ma_) continue;
@@ -209,7 +210,7 @@ void Line::run_rest(Picoseconds end, bool until_ready) {
 
 StepOutput Line::ask(bool seen) {
   rises_ = 0;
-  pause_end_ = now_;
+  pause_ = pause_end_ = now_;
   const bool is_short = (cycle_.faults & set_of(FaultKind::short_frame)) != 0;
   const bool is_reduced = (cycle_.faults & set_of(FaultKind::reduced_frame)) != 0;
   if (!is_short && !is_reduced) {
@@ -237,9 +238,8 @@ void Line::pause() {
   cycle_.faults |= set_of(FaultKind::ma_pause);
   const auto periods = static_cast<std::int64_t>(1 + schedule_.detail(FaultKind::ma_pause) % 16U);
   const Picoseconds length = setup_.pause.count != 0 ? setup_.pause : period_ * periods;
-  paused_at_ = now_;
-  // The high half of the clock comes before.
-  pause_end_ = std::max(master_due_, now_) + length;
+  pause_ = now_ + period_ - master_.setup().low_time;
+  pause_end_ = pause_ + length;
 }
 
 // In the order on the line: the nearest encoder first.

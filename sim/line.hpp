@@ -175,8 +175,8 @@ class Line {
   SimulatedCycle cycle_;
   Picoseconds interval_{};
   Picoseconds begin_{};
-  Picoseconds lateness_{};   // of the next request, by `delay`
-  Picoseconds paused_at_{};  // the last step before
+  Picoseconds lateness_{};  // of the next request, by `delay`
+  Picoseconds pause_{};     // of MA: from here to pause_end_
   Picoseconds pause_end_{};
   std::uint32_t rises_ = 0;    // of MA in this request
   bool pause_begins_ = false;  // with the next rising edge of MA

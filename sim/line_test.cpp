@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "biss/catalogue/catalogue.hpp"
@@ -274,7 +276,8 @@ TEST(Line, GoodFrameOfACycleWithAnyFault_IsTheSentOne) {
                               {TimeoutRule::fixed, microseconds(20)},
                               {TimeoutRule::cycle, nanoseconds(31'250)}};
   std::size_t good = 0;
-  for (std::size_t k = 0; k < line_fault_kind_count; ++k) {
+  for (std::size_t k = 0; k < fault_kind_count; ++k) {
+    if (k == line_fault_kind_count) k = line_only_fault_first;
     const FaultKind kind = fault_list[k].kind;
     for (std::uint64_t seed = 1; seed <= 12; ++seed) {
       LineSetup setup =
@@ -299,6 +302,75 @@ TEST(Line, GoodFrameOfACycleWithAnyFault_IsTheSentOne) {
     }
   }
   EXPECT_GT(good, 12U * 80U * line_fault_kind_count / 4);
+}
+
+TEST(Line, PausesOfMa_AreReadUpToTheTimeoutOfTheEncoder) {
+  for (const std::int64_t pause_us : {1, 15, 25}) {
+    LineSetup setup = setup_of("pos26,nE,nW,crc6");
+    setup.timing.timeout = {TimeoutRule::fixed, microseconds(20)};
+    setup.ma_delay = setup.slo_delay = nanoseconds(20);
+    setup.pause = microseconds(pause_us);
+    setup.pause_clocks = 8;
+    Line line(setup);
+    for (int i = 0; i < 5; ++i) {
+      const SimulatedCycle& cycle = line.next();
+      EXPECT_EQ(cycle.reading.frame.ok(), pause_us < 20) << pause_us;
+      EXPECT_EQ(text_of(cycle.faults), "ma_pause");
+      std::size_t pauses = 0;
+      std::size_t rises = 0;
+      std::optional<Picoseconds> last;
+      for (const wire::Edge& edge : cycle.edges) {
+        if (edge.line != ma_line) continue;
+        if (last && edge.time - *last >= setup.pause) {
+          ++pauses;
+          EXPECT_EQ(rises % 8U, 0U);
+          EXPECT_EQ(edge.level, wire::Level::low);
+        }
+        if (edge.level == wire::Level::high) ++rises;
+        last = edge.time;
+      }
+      EXPECT_GE(pauses, pause_us < 20 ? 4U : 1U);
+    }
+  }
+}
+
+TEST(Line, ShortAndReducedFrames_EndAfterStopAndAck) {
+  for (const auto& [kind, clocks] :
+       {std::pair{FaultKind::short_frame, 5U}, std::pair{FaultKind::reduced_frame, 2U}}) {
+    LineSetup setup = setup_of("pos26,nE,nW,crc6");
+    setup.ma_delay = setup.slo_delay = nanoseconds(5);
+    setup.faults = {{.kind = kind, .cycle = 1}};
+    Line line(setup);
+    for (int i = 0; i < 4; ++i) {
+      const SimulatedCycle& cycle = line.next();
+      EXPECT_EQ(cycle.reading.frame.ok(), i != 1);
+      EXPECT_EQ(cycle.faults, i == 1 ? set_of(kind) : 0U);
+      if (i != 1) continue;
+      // A delay of the line can add clocks to a short frame.
+      EXPECT_GE(cycle.reading.clocks, clocks);
+      EXPECT_LE(cycle.reading.clocks, kind == FaultKind::short_frame ? 8U : 2U);
+      EXPECT_EQ(cycle.reading.cds.has_value(), kind == FaultKind::short_frame);
+    }
+  }
+}
+
+TEST(Line, LateTurns_FallByOneTurnAfterTheZeroAndAreNamedThere) {
+  LineSetup setup = setup_of("mt8,st10,nE,nW,crc6");
+  setup.motion = MotionKind::sine;
+  setup.faults = {{.kind = FaultKind::late_turns, .share = std::uint64_t{1} << 32U}};
+  Line late(setup);
+  setup.faults.clear();
+  Line right(setup);
+  std::size_t named = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const SimulatedCycle& cycle = late.next();
+    const std::uint64_t position = right.next().sent.channel_list[0].position;
+    const std::uint64_t sent = cycle.sent.channel_list[0].position;
+    ASSERT_EQ(cycle.faults != 0, (position & 1023U) < 15U) << position;
+    ASSERT_EQ(sent, cycle.faults == 0 ? position : (position - 1024U) & 0x3FFFFU);
+    if (cycle.faults != 0) ++named;
+  }
+  EXPECT_GT(named, 5U);
 }
 
 TEST(Line, IntervalLongerThanNeeded_IsKept) {

@@ -8,10 +8,13 @@
 #include <memory>
 #include <vector>
 
+#include "biss/catalogue/catalogue.hpp"
+#include "biss/safety/configurations.hpp"
 #include "biss/timing/renishaw.hpp"
 #include "cli/common/decoded_capture.hpp"
 #include "cli/common/identified.hpp"
 #include "cli/common/verbs.hpp"
+#include "cli/decode/safety.hpp"
 #include "decode/check.hpp"
 #include "report/summary.hpp"
 
@@ -38,6 +41,7 @@ struct Speed {
 struct CheckOptions {
   CaptureArguments capture;
   MarginArguments margin{.signal = true};
+  SafetyArguments safety;
   std::string against{against_biss_c};
   Speed speed_max;
   std::string output;
@@ -122,6 +126,26 @@ std::uint64_t counts_per_second(const Speed& speed, const std::optional<FrameFor
   return static_cast<std::uint64_t>(std::min(counts, 9e18));
 }
 
+bool has_same_words(const FrameFormat& a, const FrameFormat& b) {
+  return std::ranges::equal(a.channels(), b.channels(), {}, &ChannelFormat::position_bits,
+                            &ChannelFormat::position_bits);
+}
+
+// Whether a data sheet has words of these lengths; nothing where none names the lengths.
+std::optional<bool> has_word_lengths(const FrameFormat& format, bool renishaw, bool fortis) {
+  const auto matches = [&](const auto& each) {
+    return has_same_words(each.frame_format(), format);
+  };
+  if (renishaw) {
+    return std::ranges::any_of(catalogue, [&](const CatalogueEntry& entry) {
+      const bool asked = !fortis || entry.product.starts_with("FORTiS");
+      return entry.vendor == "Renishaw" && asked && matches(entry);
+    });
+  }
+  if (!is_safety_format(format)) return std::nullopt;
+  return std::ranges::any_of(safety_configurations, matches);
+}
+
 Speed read_speed(const std::string& text) {
   Speed speed;
   std::string_view digits = text;
@@ -146,7 +170,7 @@ class CheckRun {
     arguments.identify = true;
     const std::string wrong = apply_against(options_.against, arguments);
     if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
-    format_given_ = !arguments.device.format.empty();
+    format_ = arguments.device.format;
     renishaw_ = arguments.timing == renishaw_timing;
     const ExitStatus opened = capture_.open(arguments, options_.margin);
     if (opened != ExitStatus::done) return opened;
@@ -159,13 +183,20 @@ class CheckRun {
  private:
   // The rows of one capture.
   ExitStatus judge(report::TableWriter& writer, RunMessages& messages) {
-    decode::Check check({.format = capture_.format(),
-                         .timing = capture_.timing(),
-                         .unidirectional = renishaw_,
-                         .renishaw_cables = renishaw_,
-                         .compensated = capture_.margin().compensated,
-                         .resolution = capture_.margin().resolution,
-                         .speed_max = counts_per_second(options_.speed_max, capture_.format())});
+    auto monitor = choose_monitor(options_.safety, format_, capture_);
+    if (!monitor) return fail(ExitStatus::usage, monitor.error());
+    const auto& format = capture_.format();
+    const bool fortis = options_.against.starts_with("fortis") || format_.starts_with("fortis");
+    decode::Check check(
+        {.format = format,
+         .timing = capture_.timing(),
+         .unidirectional = renishaw_,
+         .renishaw_cables = renishaw_,
+         .has_word_lengths = format ? has_word_lengths(*format, renishaw_, fortis) : std::nullopt,
+         .safety = *monitor ? std::optional((*monitor)->setup) : std::nullopt,
+         .compensated = capture_.margin().compensated,
+         .resolution = capture_.margin().resolution,
+         .speed_max = counts_per_second(options_.speed_max, capture_.format())});
     std::uint64_t cycles = 0;
     const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
       ++cycles;
@@ -204,7 +235,7 @@ class CheckRun {
     report::Summary out;
     out.title(fmt::format("{}: {} rules against {}", capture_.input().name(), decode::rule_count,
                           options_.against));
-    add_used_format(out, capture_, format_given_);
+    add_used_format(out, capture_, !format_.empty());
     out.entry("verdict", counted);
     for (const Verdict named : {Verdict::fail, Verdict::marginal}) {
       const auto& rules = verdicts[static_cast<std::size_t>(named)];
@@ -218,12 +249,14 @@ class CheckRun {
   DecodedCapture capture_;
   // The limits are those of Renishaw's data sheets.
   bool renishaw_ = false;
-  // By -f or --against.
-  bool format_given_ = false;
+  // By -f or --against; empty where none is given.
+  std::string format_;
 };
 
 void add_options(Verb verb, CheckOptions& options) {
   add_capture_options(verb, options.capture);
+  add_range_options(verb, options.capture);
+  add_safety_options(verb, options.safety);
   verb.add_flag("--no-compensation", options.margin.no_compensation,
                 "Judge the sampling points of a master that does not compensate the line delay");
   verb.add_text_option(

@@ -146,7 +146,16 @@ void add_pair_options(Verb verb, CaptureArguments& arguments) {
   add_raw_options(verb, arguments.raw);
 }
 
+void add_range_options(Verb verb, CaptureArguments& arguments) {
+  add_time_option(verb, "--since", into(arguments.since),
+                  "Skip cycles that begin before this time");
+  add_time_option(verb, "--until", into(arguments.until), "Skip cycles that begin after this time");
+}
+
 ExitStatus DecodedCapture::open(const CaptureArguments& arguments, const MarginArguments& margin) {
+  const std::string range = wrong_range(arguments.since, arguments.until);
+  if (!range.empty()) return fail(ExitStatus::usage, range);
+  range_ = {arguments.since, arguments.until};
   identifies_ = arguments.identify && arguments.device.format.empty();
   finds_format_ = identifies_ || (arguments.identify_besides && !arguments.device.format.empty());
   if (arguments.device.format.empty() || arguments.device.format == "none") {
@@ -185,7 +194,7 @@ ExitStatus DecodedCapture::open(const CaptureArguments& arguments, const MarginA
 bool DecodedCapture::next() {
   if (words_) return log_.empty() && open_words();
   decoder_.reset();
-  first_cycles_.clear();
+  outside_ = 0;
   if (pair_ + 1 < pairs_.size()) {
     ++pair_;
     ExitStatus opened = input_.reopen(list_.arguments());
@@ -264,10 +273,14 @@ namespace {
 // The frames of a capture, read without a format.
 class FrameCollection {
  public:
-  FrameCollection(const decode::MarginSetup& margin, const decode::Lines& lines)
-      : lines_(lines),
-        decoder_(decode::CycleReader(std::nullopt, {}, margin),
-                 [this](const decode::Cycle& cycle) { collector_.add(number_++, cycle); }) {}
+  explicit FrameCollection(const DecodedCapture& capture)
+      : lines_(capture.lines().lines),
+        decoder_(decode::CycleReader(std::nullopt, {.timeout = capture.structure_timing().timeout},
+                                     capture.margin()),
+                 [this, &capture](const decode::Cycle& cycle) {
+                   if (capture.is_wanted(cycle)) collector_.add(number_, cycle);
+                   ++number_;
+                 }) {}
 
   void push(std::span<const wire::Edge> edges) {
     decoder_.push(edges, lines_);
@@ -293,9 +306,13 @@ class FrameCollection {
 // all of it. Fails where the capture cannot be opened a second time.
 ExitStatus DecodedCapture::identify_format() {
   constexpr std::uint64_t short_bytes = std::uint64_t{64} << 20U;
-  if (!finds_format_) return ExitStatus::done;
+  paused_timeout_.reset();
   if (identifies_) format_.reset();
-  FrameCollection frames(margin_, lines().lines);
+  if (!format_ && !reader().knows_timeout()) {
+    paused_timeout_ = decode::find_paused_timeout(lines().lines, input_.beginning());
+  }
+  if (!finds_format_) return ExitStatus::done;
+  FrameCollection frames(*this);
   frames.push(input_.beginning());
   const auto first = input_.beginning();
   take_finding(frames.finish(first.empty() ? Picoseconds{} : first.back().time));
@@ -308,7 +325,7 @@ ExitStatus DecodedCapture::identify_format() {
 }
 
 ExitStatus DecodedCapture::identify_from_all() {
-  FrameCollection frames(margin_, lines().lines);
+  FrameCollection frames(*this);
   const std::size_t first = input_.beginning().size();
   Progress progress;
   for (auto block = input_.next(); !block.empty(); block = input_.next()) {
@@ -413,15 +430,12 @@ decode::Decoder& DecodedCapture::decoder() {
 
 Picoseconds DecodedCapture::interval() {
   decode::Statistics first;
-  deliver_ = [&](const decode::Cycle& cycle) {
-    first.add(cycle);
-    if (!words_) first_cycles_.push_back(cycle);
-  };
+  const auto add = [&first](const decode::Cycle& cycle) { first.add(cycle); };
   if (words_) {
-    read_words(reader(),
-               [this](std::uint64_t, const auto& cycle) { return deliver_(cycle), true; });
+    read_words(reader(), [&](std::uint64_t, const auto& cycle) { return add(cycle), true; });
   } else {
-    push(input_.next());
+    decode::Decoder decoder(reader(), add);
+    decoder.push(beginning(), lines().lines);
   }
   const decode::Distribution& interval = first.interval();
   return interval.count() == 0 ? Picoseconds{} : picoseconds(interval.median());
@@ -439,7 +453,6 @@ void DecodedCapture::begin_steps(OnCycle on_cycle) {
   deliver_ = [this](const decode::Cycle& cycle) {
     step_wanted_ = step_wanted_ && on_step_(step_number_++, cycle);
   };
-  for (const decode::Cycle& cycle : std::exchange(first_cycles_, {})) deliver_(cycle);
   const decode::CleanCycleFinder finder(format_, timing_, margin_);
   if (!finder.may_find()) return;
   piece_.emplace(finder);
@@ -488,9 +501,14 @@ bool DecodedCapture::read(const OnCycle& on_cycle) {
   deliver_ = [&](const decode::Cycle& cycle) {
     good += cycle.status == decode::CycleStatus::ok ? 1U : 0U;
     contradict += contradicts(cycle.status) ? 1U : 0U;
-    wanted = wanted && on_cycle(number++, cycle);
+    const std::uint64_t at = number++;
+    if (is_wanted(cycle)) {
+      wanted = wanted && on_cycle(at, cycle);
+    } else {
+      ++outside_;
+      wanted = wanted && !(range_.until && cycle.time > *range_.until);
+    }
   };
-  for (const decode::Cycle& cycle : std::exchange(first_cycles_, {})) deliver_(cycle);
   const auto go_on = [&] {
     if (progress.due()) {
       const double seconds = progress.seconds();
@@ -537,7 +555,22 @@ bool DecodedCapture::read_edges(const std::function<bool(std::span<const wire::E
   return input_.error().empty();
 }
 
+DeviceTiming DecodedCapture::structure_timing() const {
+  DeviceTiming timing = timing_;
+  if (paused_timeout_) timing.timeout = *paused_timeout_;
+  return timing;
+}
+
+bool DecodedCapture::is_wanted(const decode::Cycle& cycle) const {
+  return !(range_.since && cycle.time < *range_.since) &&
+         !(range_.until && cycle.time > *range_.until);
+}
+
 std::string DecodedCapture::no_request() const {
+  if (outside_ != 0) {
+    return fmt::format("{}: no request cycle between --since and --until; outside: {}",
+                       input_.name(), outside_);
+  }
   return fmt::format(
       "{}: no request cycle found on MA ({}); is it the right line, is the time unit "
       "right, and did the master ask?",

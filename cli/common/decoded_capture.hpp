@@ -42,6 +42,9 @@ struct CaptureArguments : InputArguments {
   std::uint64_t threads = 0;
   /// Words in place of a capture.
   WordArguments words;
+  /// Only the cycles that begin within these times are read; their numbers stay.
+  std::optional<Picoseconds> since;
+  std::optional<Picoseconds> until;
   /// Takes the place of the timing that a name in `device` has; the options override it.
   std::optional<DeviceTiming> timing;
 };
@@ -58,6 +61,9 @@ void add_page_capture_options(Verb verb, CaptureArguments& arguments);
 void add_folder_options(Verb verb, CaptureArguments& arguments);
 /// The same for two captures that are compared: without --each.
 void add_pair_options(Verb verb, CaptureArguments& arguments);
+
+/// --since and --until, for the verbs that only read the cycles between them.
+void add_range_options(Verb verb, CaptureArguments& arguments);
 
 /// How `marginal` is judged.
 struct MarginArguments {
@@ -118,18 +124,26 @@ class DecodedCapture {
   void begin_steps(OnCycle on_cycle);
   bool step();
   bool end_steps();
-  /// Who sees what interval() and step() read. \pre it lives as long as the reading
+  /// Who sees what step() reads. \pre it lives as long as the reading
   void watch(ChangeWatcher& watcher) { watcher_ = &watcher; }
+  void unwatch() { watcher_ = nullptr; }
   /// Reads the edges alone, in place of read(), until `on_edges` returns false.
   /// \return as read()
   bool read_edges(const std::function<bool(std::span<const wire::Edge>)>& on_edges);
   /// As CaptureInput::beginning(). \pre next() was true and nothing has been read since
   std::span<const wire::Edge> beginning() { return input_.beginning(); }
   /// A reader of cycles as read() uses it.
-  decode::CycleReader reader() const { return decode::CycleReader(format_, timing_, margin_); }
+  decode::CycleReader reader() const {
+    return decode::CycleReader(format_, format_ ? timing_ : structure_timing(), margin_);
+  }
+  /// The timing by which cycles are read without a format: with the timeout that the capture shows if
+  /// the master pauses its clock.
+  DeviceTiming structure_timing() const;
   /// What the lines at the beginning of the capture carry. \pre next() was true and read() has not
   /// been called since
   identify::ProtocolGuess protocol();
+  /// Whether the cycle begins between --since and --until.
+  bool is_wanted(const decode::Cycle& cycle) const;
   /// One line: no cycle was found, and what to check.
   std::string no_request() const;
 
@@ -144,6 +158,8 @@ class DecodedCapture {
   const identify::FormatCandidate* better_format() const;
   /// Does not use the format that was identified.
   void judge_structure() { format_.reset(); }
+  /// Reads these lines, in this polarity. \pre as beginning()
+  void read_as(const decode::Lines& lines) { pairs_[pair_].lines = lines; }
   /// Uses this format for the capture at hand. \pre as beginning()
   void judge_by(const FrameFormat& format) { format_ = format; }
   const DeviceTiming& timing() const { return timing_; }
@@ -189,6 +205,14 @@ class DecodedCapture {
   bool keeps_unknown_ = false;
   std::optional<identify::FormatFinding> finding_;
   bool finding_agrees_ = false;
+  std::optional<Timeout> paused_timeout_;
+  struct Range {
+    std::optional<Picoseconds> since;
+    std::optional<Picoseconds> until;
+  };
+  Range range_;
+  // Cycles that read() has left out.
+  std::uint64_t outside_ = 0;
   std::optional<Picoseconds> resolution_;
   std::uint64_t threads_ = 0;
   bool invert_ma_ = false;
@@ -201,10 +225,9 @@ class DecodedCapture {
   bool timed_ = true;
   std::vector<decode::FoundLines> pairs_;
   std::size_t pair_ = 0;
-  // The decoder of the current capture, and the cycles that interval() has read with it.
+  // The decoder of the current capture.
   std::optional<decode::Decoder> decoder_;
   std::function<void(const decode::Cycle&)> deliver_;
-  std::vector<decode::Cycle> first_cycles_;
   // Of step().
   OnCycle on_step_;
   std::uint64_t step_number_ = 0;

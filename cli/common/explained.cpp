@@ -1,5 +1,6 @@
 #include "cli/common/explained.hpp"
 
+#include "cli/common/terminal.hpp"
 #include "identify/protocol.hpp"
 
 namespace biss::cli {
@@ -46,10 +47,45 @@ explain::Reading choose_reading(DecodedCapture& capture, const CaptureArguments&
   return reading;
 }
 
+CaptureObserver::CaptureObserver(DecodedCapture& capture, const decode::Lines& lines)
+    : capture_(capture),
+      observer_({.format = capture.format(),
+                 .timing = capture.timing(),
+                 .margin = capture.margin(),
+                 .lines = lines},
+                capture.beginning()) {
+  capture.read_as(lines);
+}
+
+void CaptureObserver::take(const capture::PairPiece& changes) {
+  observer_.take(decode::PairRun{.ma = {changes.ma.times, changes.ma.first_high},
+                                 .slo = {changes.slo.times, changes.slo.first_high}});
+}
+
+bool CaptureObserver::read(const std::function<void(const decode::Cycle&)>& on_cycle) {
+  capture_.watch(*this);
+  Progress progress;
+  capture_.begin_steps([&](std::uint64_t number, const decode::Cycle& cycle) {
+    if (!capture_.is_wanted(cycle)) return true;
+    if (on_cycle) on_cycle(cycle);
+    observer_.add(number, cycle);
+    return true;
+  });
+  do {
+    observer_.settle();
+    if (progress.due()) progress.show(capture_.input().progress_text(progress.seconds()));
+  } while (capture_.step());
+  const bool read = capture_.end_steps();
+  capture_.unwatch();
+  evidence_ = &observer_.finish(capture_.input().end_time());
+  return read;
+}
+
 explain::Context explain_context(DecodedCapture& capture, const CaptureArguments& arguments,
                                  const MarginArguments& margin) {
   explain::Context context;
   context.format = capture.format();
+  context.given = !arguments.device.format.empty();
   context.timing = capture.timing();
   if (margin.no_compensation) context.compensated = false;
   context.reading = choose_reading(capture, arguments);

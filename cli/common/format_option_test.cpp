@@ -91,6 +91,31 @@ TEST(FormatOption, Mistake_IsShownWithItsCharacterInOneLine) {
   EXPECT_THAT(canonical("pos26,,nE"), HasSubstr("at character 7 (\",\")"));
 }
 
+TEST(FormatOption, PolynomialWithoutItsTopOrLastBit_IsNamedInFullForm) {
+  EXPECT_THAT(canonical("pos26,crc8:0x97"),
+              HasSubstr("(\"0x97\"); write 0x197 with the top bit added or 0x12F with the last bit "
+                        "added (the default of BiSS)"));
+  EXPECT_THAT(canonical("pos26,crc6:0x21:0x3:plain"),
+              HasSubstr("; write 0x61 with the top bit added or 0x43 with the last bit added (the "
+                        "default of BiSS)"));
+  EXPECT_THAT(canonical("pos26,crc16:0x1021"),
+              testing::EndsWith("; write 0x11021 with the top bit added"));
+  EXPECT_THAT(canonical("nE,crc4:0x3+pos5,crc5:0x5"),
+              HasSubstr("write 0x13 with the top bit added (the default of BiSS)"));
+  // Neither makes a full form.
+  EXPECT_THAT(canonical("pos26,crc8:0x196"), testing::EndsWith("(\"0x196\")"));
+  EXPECT_THAT(canonical("pos26,crc8:0x1E"), testing::EndsWith("(\"0x1E\")"));
+}
+
+TEST(FormatOption, ProfileIdentifierWithoutAPosition_IsRefused) {
+  EXPECT_EQ(canonical("bp3:0x6202"),
+            "error: format \"bp3:0x6202\": the data length 2 leaves no position");
+  EXPECT_THAT(canonical("bp3:0x6308"), HasSubstr("leaves no position"));
+  EXPECT_THAT(canonical("bp3:0x7208"), HasSubstr("leaves no position"));
+  EXPECT_THAT(canonical("bp3:0x7318"), HasSubstr("leaves no position"));
+  EXPECT_EQ(canonical("bp3:0x6203"), "pos1,nE,nW,crc6");
+}
+
 TEST(FormatOption, LongText_IsCutInTheError) {
   const std::string error = canonical("pos26," + std::string(100'000, 'x'));
   EXPECT_LT(error.size(), 250U);

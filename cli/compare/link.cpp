@@ -4,7 +4,6 @@
 
 #include "biss/base/bits.hpp"
 #include "cli/common/explained.hpp"
-#include "decode/decoder.hpp"
 #include "decode/times.hpp"
 
 namespace biss::cli {
@@ -97,22 +96,16 @@ std::optional<Link> read_link(DecodedCapture& capture, const CaptureArguments& a
                               const MarginArguments& margin) {
   Link link;
   link.context = explain_context(capture, arguments, margin);
+  link.context.given = true;
   const decode::Lines& lines = link.context.reading.lines;
   link.resolution = capture.margin().resolution;
   link.ma = capture.input().lines()[lines.ma];
   link.slo = capture.input().lines()[lines.slo];
   LinkReader reader(link, capture);
-  decode::Decoder decoder(capture.reader(), [&](const Cycle& cycle) { reader.add(cycle); });
-  explain::Observer observer(capture.format(), capture.timing(), capture.margin(), lines);
-  const bool read = capture.read_edges([&](std::span<const wire::Edge> edges) {
-    decoder.push(edges, lines);
-    observer.push(edges);
-    return true;
-  });
-  if (!read) return std::nullopt;
-  decoder.finish(capture.input().end_time());
+  CaptureObserver observer(capture, lines);
+  if (!observer.read([&](const Cycle& cycle) { reader.add(cycle); })) return std::nullopt;
   reader.finish();
-  link.evidence = observer.finish(capture.input().end_time());
+  link.evidence = observer.evidence();
   return link;
 }
 

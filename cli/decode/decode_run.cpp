@@ -4,7 +4,6 @@
 
 #include <algorithm>
 
-#include "biss/frame/format_text.hpp"
 #include "cli/common/message.hpp"
 #include "cli/decode/summary.hpp"
 
@@ -108,36 +107,21 @@ void DecodeRun::choose_table() {
   }
 }
 
-// The format as the user typed it, or as he could.
-std::string DecodeRun::format_name() const {
-  const std::string& given = options_.capture.device.format;
-  return given.empty() && capture_.format() ? std::string(format_text(*capture_.format()).view())
-                                            : given;
-}
-
 // Returns what is wrong, or nothing. The watchdog depends on the rate of requests at the beginning
 // of the capture.
 std::string DecodeRun::choose_monitor() {
   const auto& format = capture_.format();
-  if (!format) {
-    return options_.safety.given() || fail_on_.asks_safety()
-               ? "BiSS Safety: what is in the words is not known without -f"
-               : "";
-  }
-  if (!options_.safety.given() && !is_safety_format(*format)) {
-    return fail_on_.asks_safety() ? "--fail-on: this format is not one of BiSS Safety" : "";
-  }
-  const bool is_asked = options_.safety.given() || fail_on_.asks_safety();
-  if (options_.safety.configuration == "off" || (capture_.words() != nullptr && !is_asked))
-    return "";
-  SafetyArguments safety = options_.safety;
-  const std::string text = format_name();
-  // The shortest cycle of an encoder without a name is not known.
-  safety.any_gap = safety.configuration.empty() && implied_configuration(text, *format) == nullptr;
-  auto choice = choose_safety(safety, text, *format, capture_.interval());
+  const bool asked = options_.safety.given() || fail_on_.asks_safety();
+  if (capture_.words() != nullptr && !asked) return "";
+  auto choice = cli::choose_monitor(options_.safety, options_.capture.device.format, capture_);
   if (!choice) return choice.error();
-  now_.safety.emplace(*format, choice->setup);
-  now_.safety_name = std::move(choice->name);
+  if (*choice) {
+    now_.safety.emplace(*format, (*choice)->setup);
+    now_.safety_name = std::move((*choice)->name);
+  } else if (fail_on_.asks_safety() && options_.safety.configuration != "off") {
+    return format ? "--fail-on: this format is not one of BiSS Safety"
+                  : "BiSS Safety: what is in the words is not known without -f";
+  }
   return "";
 }
 

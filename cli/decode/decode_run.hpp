@@ -75,7 +75,6 @@ class DecodeRun {
   std::string needs_times() const;
   DecodeTable table_of_capture() const;
   void choose_table();
-  std::string format_name() const;
   std::string choose_monitor();
   std::string choose_motion();
   ExitStatus write_rows(report::TableWriter& writer, RunMessages& messages);

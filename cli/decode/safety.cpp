@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <iterator>
 
+#include "biss/frame/format_text.hpp"
 #include "biss/safety/configurations.hpp"
+#include "cli/common/decoded_capture.hpp"
 #include "cli/common/verb.hpp"
 
 namespace biss::cli {
@@ -154,6 +156,23 @@ tl::expected<SafetyChoice, std::string> choose_safety(const SafetyArguments& arg
     return tl::unexpected(fmt::format("BiSS Safety: {}", message_of(*mistake)));
   }
   return choice;
+}
+
+tl::expected<std::optional<SafetyChoice>, std::string> choose_monitor(SafetyArguments arguments,
+                                                                      std::string format_text,
+                                                                      DecodedCapture& capture) {
+  const auto& format = capture.format();
+  if (!format) {
+    if (!arguments.given()) return std::nullopt;
+    return tl::unexpected(std::string("BiSS Safety: what is in the words is not known without -f"));
+  }
+  if (arguments.configuration == "off") return std::nullopt;
+  if (!arguments.given() && !is_safety_format(*format)) return std::nullopt;
+  if (format_text.empty()) format_text = biss::format_text(*format).view();
+  // The shortest cycle of an encoder without a name is not known.
+  arguments.any_gap =
+      arguments.configuration.empty() && implied_configuration(format_text, *format) == nullptr;
+  return choose_safety(arguments, format_text, *format, capture.interval());
 }
 
 void add_safety(report::Summary& summary, const decode::SafetyWatch& watch, std::string_view name) {

@@ -18,6 +18,7 @@
 
 namespace biss::cli {
 
+class DecodedCapture;
 class Verb;
 
 /// The options as given on the command line; empty where not given.
@@ -60,6 +61,15 @@ struct SafetyChoice {
 tl::expected<SafetyChoice, std::string> choose_safety(const SafetyArguments& arguments,
                                                       std::string_view format_text,
                                                       const FrameFormat& format, Picoseconds cycle);
+
+/// How to monitor the capture at hand: nothing for a format that is none of BiSS Safety if no option
+/// is given, and with `--safety off`.
+/// \param format_text the format as the user typed it; empty: the capture's own
+/// \return or one line that says what is wrong (usage: exit status 2)
+/// \pre next() was true and read() has not been called since
+tl::expected<std::optional<SafetyChoice>, std::string> choose_monitor(SafetyArguments arguments,
+                                                                      std::string format_text,
+                                                                      DecodedCapture& capture);
 
 /// Adds the lines `safety`, `counter` and `comparison`. \param name of the configuration
 void add_safety(report::Summary& summary, const decode::SafetyWatch& watch, std::string_view name);

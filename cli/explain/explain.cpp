@@ -15,6 +15,7 @@
 #include "cli/common/terminal.hpp"
 #include "cli/common/verbs.hpp"
 #include "cli/common/wrap.hpp"
+#include "cli/decode/safety.hpp"
 #include "cli/explain/drawing.hpp"
 #include "cli/explain/finding_text.hpp"
 #include "draw/text.hpp"
@@ -31,7 +32,8 @@ using report::Kind;
 
 struct ExplainOptions {
   CaptureArguments capture;
-  MarginArguments margin;
+  MarginArguments margin{.signal = true};
+  SafetyArguments safety;
   std::optional<std::uint64_t> cycle;
   std::string output;
   report::Format to = report::Format::table;
@@ -73,16 +75,32 @@ class ExplainRun {
   }
 
  private:
+  // What is wrong with the options of the monitor, else empty.
+  std::string choose_watch() {
+    watch_.reset();
+    auto choice = choose_monitor(options_.safety, options_.capture.device.format, capture_);
+    if (!choice) return choice.error();
+    if (!*choice) return {};
+    watch_.emplace(*capture_.format(), (*choice)->setup);
+    watch_name_ = std::move((*choice)->name);
+    return {};
+  }
+
   // False when reading failed.
   bool find(std::vector<Finding>& findings) {
     context_ = explain_context(capture_, options_.capture, options_.margin);
-    explain::Observer observer(capture_.format(), capture_.timing(), capture_.margin(),
-                               context_.reading.lines);
-    const bool read = capture_.read_edges([&](std::span<const wire::Edge> edges) {
-      observer.push(edges);
-      return true;
+    // Frames are judged by the likeliest format, if none is sure.
+    if (!capture_.format() && !context_.given && !context_.candidates.empty() &&
+        context_.candidates.front().channel_list[0].crc.present()) {
+      capture_.judge_by(context_.candidates.front());
+      context_.format = capture_.format();
+      context_.assumed = true;
+    }
+    CaptureObserver observer(capture_, context_.reading.lines);
+    const bool read = observer.read([this](const decode::Cycle& cycle) {
+      if (watch_) watch_->judge(cycle);
     });
-    evidence_ = observer.finish(capture_.input().end_time());
+    evidence_ = observer.evidence();
     findings = diagnose(evidence_, context_);
     judged_ = !findings.empty();
     return read;
@@ -109,6 +127,8 @@ class ExplainRun {
   }
 
   ExitStatus write_findings(report::TableWriter& writer, RunMessages& messages) {
+    const std::string wrong = choose_watch();
+    if (!wrong.empty()) return messages.fail(ExitStatus::usage, wrong);
     std::vector<Finding> findings;
     const bool whole = find(findings);
     if (!whole && evidence_.cycles == 0) return read_status(whole, messages);
@@ -186,6 +206,8 @@ class ExplainRun {
   }
 
   ExitStatus findings_text(std::string& text, RunMessages& messages) {
+    const std::string wrong = choose_watch();
+    if (!wrong.empty()) return messages.fail(ExitStatus::usage, wrong);
     std::vector<Finding> findings;
     const bool whole = find(findings);
     if (!whole && evidence_.cycles == 0) return read_status(whole, messages);
@@ -194,6 +216,7 @@ class ExplainRun {
                            evidence_.cycles, evidence_.cycles == 1 ? "" : "s", evidence_.good,
                            evidence_.has_format ? "good" : "unchecked"));
     add_used_format(head, capture_, !options_.capture.device.format.empty());
+    if (watch_) add_safety(head, *watch_, watch_name_);
     text = head.text();
     std::size_t number = 0;
     for (const Finding& finding : findings) {
@@ -219,6 +242,8 @@ class ExplainRun {
   explain::Evidence evidence_;
   explain::Context context_;
   bool judged_ = false;
+  std::optional<decode::SafetyWatch> watch_;
+  std::string watch_name_;
   std::uint64_t cycles_ = 0;
 };
 
@@ -234,6 +259,8 @@ void add_explain(Command& command) {
                     "biss explain capture.sr -f resolute-26 --to jsonl"}},
       [options] { return ExplainRun(*options).run(); });
   add_capture_options(verb, options->capture);
+  add_range_options(verb, options->capture);
+  add_safety_options(verb, options->safety);
   verb.add_flag("--no-compensation", options->margin.no_compensation,
                 "The master of this link samples half a period after its own edges of MA");
   add_count_option(verb, "--cycle", into(options->cycle),

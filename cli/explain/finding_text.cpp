@@ -17,10 +17,10 @@ using decode::Distribution;
 using explain::Cause;
 using explain::Context;
 using explain::Evidence;
+using explain::RequestKind;
 using explain::Sightings;
-using explain::Symptom;
 
-constexpr std::size_t symptoms_shown = 3;
+constexpr std::size_t kinds_shown = 3;
 constexpr std::size_t formats_shown = 3;
 
 std::string time_words(std::int64_t picoseconds) { return text_of(Picoseconds{picoseconds}, 3); }
@@ -52,17 +52,18 @@ void add_sightings(std::string_view what, const Sightings& where, const Evidence
   }
 }
 
-// The symptoms of a cause, the most frequent ones first, and where they were seen.
-void add_symptoms(Cause cause, const Evidence& evidence, Parts& parts) {
-  std::vector<Symptom> seen;
-  for (const Symptom symptom : explain::symptoms_of(cause)) {
-    if (evidence.count(symptom) != 0) seen.push_back(symptom);
+// The kinds of requests of a cause, the most frequent ones first, and where they were seen.
+void add_kinds(Cause cause, const Evidence& evidence, Parts& parts) {
+  std::vector<RequestKind> seen;
+  for (const RequestKind kind : explain::kinds_of(cause)) {
+    if (evidence.count(kind) != 0) seen.push_back(kind);
   }
-  std::stable_sort(seen.begin(), seen.end(),
-                   [&](Symptom a, Symptom b) { return evidence.count(a) > evidence.count(b); });
-  seen.resize(std::min(seen.size(), symptoms_shown));
-  for (const Symptom symptom : seen) {
-    add_sightings(text_of(symptom), evidence.seen(symptom), evidence, parts);
+  std::stable_sort(seen.begin(), seen.end(), [&](RequestKind a, RequestKind b) {
+    return evidence.count(a) > evidence.count(b);
+  });
+  seen.resize(std::min(seen.size(), kinds_shown));
+  for (const RequestKind kind : seen) {
+    add_sightings(text_of(kind), evidence.seen(kind), evidence, parts);
   }
 }
 
@@ -120,13 +121,50 @@ void add_ack(const Evidence& evidence, Parts& parts) {
   if (good.count() != 0) parts.add("{} clocks at most where the frame is good", good.max());
 }
 
-void add_pulses(std::string_view line, std::uint64_t pulses, const Evidence& evidence,
-                Parts& parts) {
+void add_pulses(std::string_view line, std::uint64_t pulses, Parts& parts) {
   if (pulses == 0) return;
   parts.add("{} short pulse{} on {}", pulses, pulses == 1 ? "" : "s", line);
-  if (evidence.shortest_pulse) {
-    parts.add("the shortest pulse lasts {}", time_words(evidence.shortest_pulse->count));
+}
+
+// What `biss check` fails: the rule, what was seen and what is allowed.
+void add_limits(const Evidence& evidence, Parts& parts) {
+  for (const explain::Exceeded& each : evidence.limits) {
+    const decode::RuleText& rule = decode::text_of(each.rule);
+    std::string seen;
+    if (const auto& measured = each.result.measured) {
+      const auto value = [&](std::int64_t thousandths) {
+        return rule.unit == "ns"
+                   ? time_words(thousandths)
+                   : fmt::format("{:.4g} {}", static_cast<double>(thousandths) / 1000, rule.unit);
+      };
+      seen =
+          fmt::format(", {} where the limit is {}", value(measured->worst), value(measured->limit));
+    }
+    parts.add("biss check fails {} in {} of {} cases{}", rule.name, each.result.faults,
+              each.result.cases, seen);
   }
+}
+
+void add_plausibility(const Evidence& evidence, Parts& parts) {
+  if (evidence.late_turns != 0) {
+    parts.add(
+        "the turns do not follow the zero of the singleturn: at it the position is wrong by "
+        "one turn for up to {} frame{}",
+        evidence.late_turns, evidence.late_turns == 1 ? "" : "s");
+  }
+  if (evidence.steps.count != 0) {
+    add_sightings("the position jumps far beyond its fastest motion", evidence.steps, evidence,
+                  parts);
+  }
+}
+
+void add_checksum(const Evidence& evidence, Parts& parts) {
+  const std::uint64_t right = evidence.count(RequestKind::other_checksum);
+  parts.add("{} of {} frames have ACK and START, {} the right checksum", evidence.answered,
+            evidence.cycles, evidence.has_format ? evidence.passed : 0);
+  if (!evidence.usual.checksum || right == 0) return;
+  parts.add("in {} of {} wrong frames {}", right, evidence.cycles - evidence.good + 0,
+            text_of(evidence.usual.checksum->mistake));
 }
 
 void add_sampling(const Evidence& evidence, Parts& parts) {
@@ -164,7 +202,7 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
                   evidence.answered, evidence.cycles);
       } else if (cause == Cause::ma_slo_swapped) {
         parts.add("SLO stays high, as an open input does");
-      } else if (cause == Cause::ma_inverted && evidence.stop_repeats()) {
+      } else if (cause == Cause::ma_inverted && evidence.count(RequestKind::stop_repeats) != 0) {
         parts.add("where STOP is 1 it repeats the bit before: the encoder misses the last clock");
         add_delay(evidence, parts);
       }
@@ -190,9 +228,16 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
       add_range("from the last edge of MA to such a request:", evidence.rest_of_bad, parts);
       return add_range("before good cycles:", evidence.good_rest, parts);
     case Cause::noise_on_slo:
-      return add_pulses("SLO", evidence.pulses_on_slo, evidence, parts);
+      if (4 * evidence.likely_positions > 3 * evidence.failed_checks &&
+          evidence.failed_checks != 0) {
+        parts.add(
+            "in {} of {} wrong frames the position is a likely one: the bits after it are "
+            "wrong",
+            evidence.likely_positions, evidence.failed_checks);
+      }
+      return add_pulses("SLO", evidence.pulses_on_slo, parts);
     case Cause::noise_on_ma:
-      return add_pulses("MA", evidence.pulses_on_ma, evidence, parts);
+      return add_pulses("MA", evidence.pulses_on_ma, parts);
     case Cause::supply_or_intermittent:
       if (evidence.silent_runs != 0) {
         parts.add("{} time{} without an answer, for up to {} cycles", evidence.silent_runs,
@@ -215,6 +260,19 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
     case Cause::encoder_error:
       return add_warnings(evidence, parts);
     case Cause::frames_lost_or_repeated:
+      if (evidence.life_zeros != 0) {
+        parts.add("after its last value the sign of life is 0 in {} frames, and not 1",
+                  evidence.life_zeros);
+      }
+      return;
+    case Cause::wrong_checksum:
+      return add_checksum(evidence, parts);
+    case Cause::position_implausible:
+      return add_plausibility(evidence, parts);
+    case Cause::limits_exceeded:
+      return add_limits(evidence, parts);
+    case Cause::format_changes:
+    case Cause::master_pauses_clock:
       return;
   }
 }
@@ -223,7 +281,7 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
 
 std::string evidence_text(Cause cause, const Evidence& evidence, const Context& context) {
   Parts parts;
-  add_symptoms(cause, evidence, parts);
+  add_kinds(cause, evidence, parts);
   add_figures(cause, evidence, context, parts);
   return std::move(parts).text();
 }
@@ -241,11 +299,23 @@ std::string remedy_text(Cause cause, const Evidence& evidence, const Context& co
   }
   if (cause == Cause::healthy && evidence.warnings.count != 0) {
     remedy =
-        "the link needs nothing; find out from the encoder's registers and data sheet what the "
-        "warning means: the positions are valid";
+        "the link needs nothing, and the positions are valid; the warning of a Renishaw encoder "
+        "asks to "
+        "clean the scale or the reading window; of others the data sheet has the meaning";
   }
   if (cause == Cause::wrong_format && context.identified) {
     remedy = fmt::format("give -f {}", format_text(context.identified->format).view());
+  }
+  if (cause == Cause::wrong_checksum && evidence.usual.checksum &&
+      !evidence.usual.checksum->format.empty()) {
+    remedy += fmt::format("; until then decode -f {} reads the positions",
+                          evidence.usual.checksum->format);
+  }
+  if ((cause == Cause::healthy || cause == Cause::frames_lost_or_repeated) &&
+      evidence.life_zeros != 0) {
+    remedy =
+        "the sign of life counts from 0 to its last value, and not from 1: give decode "
+        "--counter count_0_63, and set the safety monitor to that range";
   }
   if (cause == Cause::sampling_too_slow && evidence.period.count() != 0) {
     const Picoseconds period{std::max<std::int64_t>(evidence.period.median(), 10)};

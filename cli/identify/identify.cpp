@@ -34,8 +34,6 @@ struct IdentifyOptions {
   CaptureArguments capture;
   std::string output;
   report::Format to = report::Format::table;
-  std::optional<Picoseconds> since;
-  std::optional<Picoseconds> until;
 };
 
 const std::vector<report::Column>& identify_columns() {
@@ -116,8 +114,6 @@ class IdentifyRun {
                   "identify finds the format without -f: leave it out; biss explain compares a "
                   "format with the frames");
     }
-    const std::string range = wrong_range(options_.since, options_.until);
-    if (!range.empty()) return fail(ExitStatus::usage, range);
     const ExitStatus opened = capture_.open(options_.capture);
     if (opened != ExitStatus::done) return opened;
     return write_captures(
@@ -143,9 +139,8 @@ class IdentifyRun {
     }
     Line line;
     const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
-      const bool late = options_.until && cycle.time > *options_.until;
-      if (!late && (!options_.since || cycle.time >= *options_.since)) line.add(number, cycle);
-      return !late;
+      line.add(number, cycle);
+      return true;
     });
     line.parts = identify::find_parts(line.samples.samples());
     bool sure = true;
@@ -268,8 +263,7 @@ void add_identify(Command& command) {
                     "biss identify samples.bin --raw-rate 100MHz --ma D0 --slo D3"}},
       [options] { return IdentifyRun(*options).run(); });
   add_capture_options(verb, options->capture, true);
-  add_time_option(verb, "--since", into(options->since), "Skip cycles that begin before this time");
-  add_time_option(verb, "--until", into(options->until), "Skip cycles that begin after this time");
+  add_range_options(verb, options->capture);
   add_output_option(verb, options->output);
   add_to_option(verb, options->to);
 }

@@ -121,6 +121,10 @@ class SimulateRun {
     if (at == std::string::npos || !cycle.ok() || *cycle == 0) {
       return fmt::format("'{}' is not FORMAT@CYCLE", first.then);
     }
+    const std::uint64_t cycles = write.cycles.value_or(usual_cycles);
+    if (*cycle >= cycles) {
+      return fmt::format("no cycle {}; the last one is {}", *cycle, cycles - 1);
+    }
     if (setup.has_control() || write.configure) return "not with registers or accesses";
     LineOptions second = first;
     second.device.format = first.then.substr(0, at);

@@ -21,12 +21,14 @@ constexpr const char* registers =
 // Without a data sheet.
 bool no_limit(const std::string& rule) {
   return rule == "duty" || rule == "extra_clocks" || rule == "cds_zero" || rule == "cable" ||
-         rule == "sign_of_life" || rule == "speed";
+         rule == "sign_of_life" || rule == "speed" || rule == "reset" || rule == "word_length" ||
+         rule == "counter_values" || rule == "safety";
 }
 
 bool needs_format(const std::string& rule) {
-  return rule == "frame_crc" || rule == "stop" || rule == "line_delay_jitter" ||
-         rule.starts_with("sampling") || rule == "nE" || rule == "nW";
+  return rule == "frame_crc" || rule == "stop" || rule == "stop_clock" ||
+         rule == "line_delay_jitter" || rule.starts_with("sampling") || rule == "nE" ||
+         rule == "nW";
 }
 
 class Conform : public testing::Test {
@@ -45,7 +47,7 @@ class Conform : public testing::Test {
     EXPECT_EQ(outcome.status, status) << outcome.out << outcome.err;
     std::map<std::string, std::string> verdicts;
     for (const Row& row : rows_of(outcome.out)) verdicts[row.at("rule")] = row.at("verdict");
-    EXPECT_EQ(verdicts.size(), 46U);
+    EXPECT_EQ(verdicts.size(), 51U);
     return verdicts;
   }
   void expect_only_failing(const Words& more, const std::string& rule) const {
@@ -293,6 +295,65 @@ TEST(CheckDocument, EveryRule_IsExplained) {
     const std::string name(text_of(static_cast<decode::Rule>(i)).name);
     EXPECT_THAT(rules, testing::HasSubstr('`' + name + '`')) << name;
   }
+}
+
+TEST(CheckRange, FaultOutsideOfSinceAndUntil_IsNotJudged) {
+  const Folder folder;
+  const std::string capture = folder.path("line.vcd");
+  ASSERT_EQ(run({"simulate", "-f", "fs-36-28", "--clock", "5MHz", "--cycles", "100", "--fault",
+                 "flip@3,bit=12", "-o", capture})
+                .status,
+            0);
+  EXPECT_EQ(run({"check", capture, "-f", "fs-36-28"}).status, 1);
+  const Words later{"check", capture, "-f", "fs-36-28", "--since", "1ms"};
+  EXPECT_EQ(run(later).status, 0) << run(later).err;
+  EXPECT_EQ(run({"check", capture, "-f", "fs-36-28", "--since", "2ms", "--until", "1ms"}).status,
+            2);
+}
+
+std::map<std::string, std::string> verdicts_of(const Words& words) {
+  std::map<std::string, std::string> verdicts;
+  for (const Row& row : rows_of(run(words).out)) verdicts[row.at("rule")] = row.at("verdict");
+  return verdicts;
+}
+
+TEST(CheckWords, WordLengthThatNoDataSheetNames_Fails) {
+  const Folder folder;
+  const std::string capture = folder.path("line.vcd");
+  const auto verdict = [&](const std::string& format, const std::string& against) {
+    EXPECT_EQ(
+        run({"simulate", "-f", format, "--clock", "5MHz", "--cycles", "50", "-o", capture}).status,
+        0);
+    return verdicts_of({"check", capture, "-f", format, "--against", against, "--to", "csv"})
+        .at("word_length");
+  };
+  EXPECT_EQ(verdict("pos30,nE,nW,crc6", "renishaw"), "fail");
+  EXPECT_EQ(verdict("pos26,nE,nW,crc6", "renishaw"), "pass");
+  EXPECT_EQ(verdict("pos18,nE,nW,crc6", "renishaw"), "pass");
+  EXPECT_EQ(verdict("pos18,nE,nW,crc6", "fortis-26"), "fail");
+  EXPECT_EQ(verdict("pos30,nE,nW,crc6", "biss-c"), "not_judged");
+  EXPECT_EQ(verdict("fs-36-28", "renishaw"), "pass");
+  EXPECT_EQ(verdict("pos36,nE,nW,crc6+pos30,nE,nW,lc6,crc16;cds0", "biss-c"), "fail");
+}
+
+TEST(CheckSafety, FaultOfTheMonitor_FailsSafetyAndStaysWithLatch) {
+  const Folder folder;
+  const std::string capture = folder.path("line.vcd");
+  ASSERT_EQ(run({"simulate", "-f", "fs-36-28", "--clock", "5MHz", "--cycles", "100", "--fault",
+                 "flip@50,bit=12", "-o", capture})
+                .status,
+            0);
+  const auto faults = [&](const Words& more) {
+    Words words{"check", capture, "-f", "fs-36-28", "--to", "csv"};
+    words.insert(words.end(), more.begin(), more.end());
+    for (const Row& row : rows_of(run(words).out)) {
+      if (row.at("rule") == "safety") return row.at("verdict") + ' ' + row.at("worst");
+    }
+    return std::string();
+  };
+  EXPECT_EQ(faults({}).substr(0, 5), "fail ");
+  EXPECT_NE(faults({}), faults({"--latch"}));
+  EXPECT_EQ(faults({"--safety", "off"}), "not_judged ");
 }
 
 }  // namespace check_test

@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <nlohmann/json.hpp>
 #include <sstream>
@@ -188,7 +190,10 @@ TEST(ExplainVerb, WrongFormat_IsNamed) {
 // The capture of an encoder of another format, or with these faults.
 std::string simulate_as(const Folder& folder, const std::string& of, const Words& more) {
   const std::string capture = folder.path("other.csv");
-  Words words{"simulate", "-f", of, "--motion", "max", "--cycles", "200", "-o", capture};
+  Words words{"simulate", "-f", of, "--cycles", "200", "-o", capture};
+  if (std::find(more.begin(), more.end(), "--motion") == more.end()) {
+    words.insert(words.end(), {"--motion", "max"});
+  }
   words.insert(words.end(), more.begin(), more.end());
   const Outcome made = run(words);
   EXPECT_EQ(made.status, 0) << made.err;
@@ -263,6 +268,205 @@ TEST(ExplainVerb, RequestsTooSoon_AreNamedAsInTheHintOfDecode) {
   EXPECT_THAT(decoded.err, Not(HasSubstr("which interface")));
 }
 
+// ---- Lines of other people, made again from their description
+
+// `frames` requests of `clocks` clocks of 1 µs, 80 µs apart; after the clocks of `pauses` MA rests.
+std::string answered(const Folder& folder, const std::string& of, int frames, int clocks,
+                     const std::function<std::int64_t(int frame, int clock)>& pause,
+                     const Words& more = {}) {
+  std::string ma = "time_ns,MA\n0,1\n";
+  std::int64_t now = 50'000;
+  for (int frame = 0; frame < frames; ++frame) {
+    for (int clock = 0; clock < clocks; ++clock) {
+      ma += fmt::format("{},0\n{},1\n", now, now + 500);
+      now += 1000 + (clock + 1 < clocks ? pause(frame, clock) : 0);
+    }
+    now += 80'000;
+  }
+  const std::string capture = folder.path("answered.csv");
+  Words words{"simulate",  "-f",          of,   "--ma-from", folder.file("ma.csv", ma),
+              "--timeout", "static:20us", "-o", capture};
+  words.insert(words.end(), more.begin(), more.end());
+  const Outcome made = run(words);
+  EXPECT_EQ(made.status, 0) << made.err;
+  return capture;
+}
+
+std::int64_t no_pause(int, int) { return 0; }
+
+std::vector<json> explained(const std::string& capture, const std::string& of,
+                            const Words& more = {}) {
+  Words words{"explain", capture, "-f", of, "--to", "jsonl"};
+  words.insert(words.end(), more.begin(), more.end());
+  const Outcome outcome = run(words);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  return rows_in(outcome.out);
+}
+
+std::string text_in(const json& row, const char* key) { return row.at(key).get<std::string>(); }
+
+TEST(ExplainVerb, ReversedChecksum_IsNamedWithTheFormatThatReadsIt) {
+  const Folder folder;
+  const auto rows = explained(
+      simulate_as(folder, "pos22,nE,nW,crc6:reversed", {"--motion", "ramp"}), "pos22,nE,nW,crc6");
+  ASSERT_EQ(rows.at(0).at("cause"), "wrong_checksum") << rows[0];
+  EXPECT_THAT(text_in(rows[0], "evidence"), HasSubstr("its bits are in reverse order"));
+  EXPECT_THAT(text_in(rows[0], "remedy"), HasSubstr("pos22,nE,nW,crc6:reversed"));
+}
+
+TEST(ExplainVerb, WrongChecksumOfEachKind_IsNeverAnotherProtocol) {
+  const Folder folder;
+  for (const char* suffix : {":reversed", ":no-flags", ":previous", ":plain", ":0x43:0x15"}) {
+    const auto rows = explained(simulate_as(folder, fmt::format("pos22,nE,nW,crc6{}", suffix),
+                                            {"--motion", "ramp", "--fault", "nW:0.3"}),
+                                "pos22,nE,nW,crc6");
+    EXPECT_EQ(rows.at(0).at("cause"), "wrong_checksum") << suffix << rows[0];
+  }
+}
+
+TEST(ExplainVerb, PauseAfterEachByte_IsThatOfTheMaster) {
+  const Folder folder;
+  const auto rows = explained(answered(folder, "pos18,nE,nW,crc6", 60, 32,
+                                       [](int, int clock) { return clock % 8 == 7 ? 1000 : 0; }),
+                              "pos18,nE,nW,crc6", {"--timeout", "static:20us"});
+  ASSERT_EQ(rows.at(0).at("cause"), "master_pauses_clock") << rows[0];
+  for (const char* board : {"Arduino", "Teensy", "ESP32", "STM32"}) {
+    EXPECT_THAT(text_in(rows[0], "remedy"), HasSubstr(board));
+  }
+}
+
+TEST(ExplainVerb, PauseInEveryTenthFrame_IsThatOfTheMaster) {
+  const Folder folder;
+  const auto rows = explained(
+      answered(folder, "pos18,nE,nW,crc6", 120, 32,
+               [](int frame, int clock) { return frame % 10 == 3 && clock == 13 ? 8000 : 0; }),
+      "pos18,nE,nW,crc6", {"--timeout", "static:20us"});
+  EXPECT_EQ(rows.at(0).at("cause"), "master_pauses_clock") << rows[0];
+}
+
+// Appends the changes of another capture of the same lines.
+std::string joined(const Folder& folder, const std::string& first, const std::string& second) {
+  std::string text = content_of(first);
+  std::int64_t last = 0;
+  for (const Row& row : rows_of(text)) last = std::stoll(row.at("time_ns"));
+  for (const Row& row : rows_of(content_of(second))) {
+    text += fmt::format("{},{},{}\n", last + 200'000 + std::stoll(row.at("time_ns")), row.at("MA"),
+                        row.at("SLO"));
+  }
+  return folder.file("joined.csv", text);
+}
+
+TEST(ExplainVerb, LengthOfTheFrameChanges_IsNamed) {
+  const Folder folder;
+  const auto slow = [](int, int) { return std::int64_t{0}; };
+  const std::string first =
+      folder.file("first.csv", content_of(answered(folder, "pos19,nE,nW,crc6", 100, 33, slow)));
+  const std::string second = answered(folder, "pos28,nE,nW,crc6", 100, 42, slow);
+  const auto rows = explained(joined(folder, first, second), "pos19,nE,nW,crc6");
+  ASSERT_EQ(rows.at(0).at("cause"), "format_changes") << rows[0];
+  EXPECT_THAT(text_in(rows[0], "evidence"), HasSubstr("cycles 100 to"));
+}
+
+TEST(ExplainVerb, TurnsThatFollowTheZeroLate_AreImplausible) {
+  const Folder folder;
+  std::string positions;
+  for (int i = 0; i < 400; ++i) {
+    const int position = 7 * 8192 + 7902 + 10 * i;
+    const int turns = (position - 37) / 8192;
+    positions += fmt::format("{}\n", turns * 8192 + position % 8192);
+  }
+  const auto rows = explained(answered(folder, "mt12,st13,nE,nW,crc6", 400, 39, no_pause,
+                                       {"--positions", folder.file("positions.txt", positions)}),
+                              "mt12,st13,nE,nW,crc6");
+  ASSERT_EQ(rows.at(0).at("cause"), "position_implausible") << rows[0];
+  EXPECT_THAT(text_in(rows[0], "evidence"), HasSubstr("one turn for up to 4 frames"));
+}
+
+TEST(ExplainVerb, LimitThatCheckFails_IsNotHealthy) {
+  const Folder folder;
+  struct Case {
+    Words simulate;
+    std::string format;
+    std::string rule;
+  };
+  for (const Case& each :
+       {Case{{"--clock", "10500kHz", "--clock-max", "12MHz"}, "pos26,nE,nW,crc6", "clock_max"},
+        Case{{"--clock", "1MHz", "--processing", "17us"}, "resolute-26", "ack_longest"},
+        Case{{"--clock", "240kHz"}, "resolute-26", "clock_min"},
+        Case{{"--clock", "1MHz", "--duty", "30%"}, "resolute-26", "duty"}}) {
+    const std::string capture = simulate_as(folder, "pos26,nE,nW,crc6", each.simulate);
+    const auto rows = explained(capture, each.format);
+    EXPECT_EQ(rows.at(0).at("cause"), "limits_exceeded") << each.rule << rows[0];
+    EXPECT_THAT(text_in(rows[0], "evidence"), HasSubstr("biss check fails " + each.rule));
+    EXPECT_EQ(run({"check", capture, "-f", each.format}).status, 1) << each.rule;
+  }
+}
+
+TEST(ExplainVerb, SignOfLifeThatCountsFrom0_NamesTheOption) {
+  const Folder folder;
+  const std::string counted = "pos26,nE,nW,lc6,crc16";
+  const auto rows = explained(simulate_as(folder, counted, {"--counter", "count_0_63"}), counted);
+  ASSERT_GE(rows.size(), 2U);
+  EXPECT_EQ(rows[1].at("cause"), "frames_lost_or_repeated") << rows[1];
+  for (const json& row : {rows[0], rows[1]}) {
+    EXPECT_THAT(text_in(row, "remedy"), HasSubstr("--counter count_0_63"));
+  }
+  const auto usual = explained(simulate_as(folder, counted, {}), counted);
+  EXPECT_EQ(text_in(usual.at(0), "remedy"), "nothing to do");
+}
+
+TEST(ExplainVerb, FlagsOfAnEncoderWithoutRegisters_AdviseWhatApplies) {
+  const Folder folder;
+  const auto errors =
+      explained(simulate_as(folder, "resolute-26", {"--fault", "nE:0.1"}), "resolute-26");
+  EXPECT_EQ(errors.at(0).at("cause"), "encoder_error");
+  EXPECT_THAT(text_in(errors[0], "remedy"),
+              AllOf(HasSubstr("temperature"), HasSubstr("if it has registers")));
+  const auto warnings =
+      explained(simulate_as(folder, "resolute-26", {"--fault", "nW:0.1"}), "resolute-26");
+  EXPECT_THAT(text_in(warnings.at(0), "remedy"),
+              AllOf(HasSubstr("clean the scale"), Not(HasSubstr("register"))));
+}
+
+TEST(ExplainVerb, SloHeldLow_IsStuckAndNotRequestedTooSoon) {
+  const Folder folder;
+  std::string text = "time_ns,MA,SLO\n";
+  for (const Row& row : rows_of(content_of(simulate(folder)))) {
+    const bool high = std::stoll(row.at("time_ns")) < 1000;
+    text += row.at("time_ns") + "," + row.at("MA") + (high ? ",1\n" : ",0\n");
+  }
+  EXPECT_EQ(explain({folder.file("stuck.csv", text)}).at(0).at("cause"), "stuck_low");
+}
+
+TEST(ExplainVerb, ShortFramesOfControlCommunication_AreNoEarlyStop) {
+  const Folder folder;
+  for (const int clocks : {2, 5}) {
+    std::string ma = "time_ns,MA\n0,1\n";
+    std::int64_t now = 50'000;
+    for (int frame = 0; frame < 200; ++frame) {
+      for (int clock = 0; clock < (frame % 50 < 25 ? 40 : clocks); ++clock) {
+        ma += fmt::format("{},0\n{},1\n", now, now + 500);
+        now += 1000;
+      }
+      now += 80'000;
+    }
+    const std::string capture = folder.path("short.csv");
+    const Outcome made = run({"simulate", "-f", format, "--ma-from", folder.file("ma.csv", ma),
+                              "--timeout", "static:20us", "--ack-clocks", "1", "-o", capture});
+    ASSERT_EQ(made.status, 0) << made.err;
+    EXPECT_NE(explain({capture}).at(0).at("cause"), "master_stops_early") << clocks;
+  }
+}
+
+TEST(ExplainVerb, CleanLineWithADelayOfMostOfAPeriod_IsHealthy) {
+  const Folder folder;
+  for (const char* delay : {"66ns", "70ns", "73ns"}) {
+    const auto rows = explained(
+        simulate_as(folder, format, {"--clock", "10MHz", "--internal-delay", delay}), format);
+    EXPECT_EQ(rows.at(0).at("cause"), "healthy") << delay << rows[0];
+  }
+}
+
 // Bytes on two lines, one after the other: a row a bit, or a row a change.
 std::string uart_capture(bool changes) {
   std::string text = "time_ns,D0,D1\n0,1,1\n";
@@ -322,6 +526,20 @@ TEST(ExplainVerb, CaptureWithoutARequest_Fails) {
       run({"explain", folder.file("idle.csv", "time_ns,MA,SLO\n0,1,1\n1000,1,0\n2000,1,1\n")});
   EXPECT_EQ(outcome.status, 1);
   EXPECT_THAT(outcome.err, HasSubstr("no request cycle"));
+}
+
+TEST(ExplainRange, FaultOutsideOfSince_IsNotExplained) {
+  const Folder folder;
+  const std::string capture = folder.path("line.vcd");
+  ASSERT_EQ(run({"simulate", "-f", "fs-36-28", "--clock", "5MHz", "--cycles", "100", "--fault",
+                 "flip@3,bit=12", "-o", capture})
+                .status,
+            0);
+  const std::vector<std::string> words{"explain", capture, "-f", "fs-36-28", "--since", "1ms"};
+  const Outcome later = run(words);
+  EXPECT_THAT(later.out, testing::HasSubstr("1. healthy")) << later.err;
+  EXPECT_THAT(later.out, testing::HasSubstr("safety")) << later.err;
+  EXPECT_THAT(later.out, testing::Not(testing::HasSubstr("100 request cycles")));
 }
 
 }  // namespace explain_test

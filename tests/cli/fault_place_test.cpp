@@ -56,6 +56,34 @@ Seen seen_with(const std::vector<std::string>& options) {
           rows_of(content_of(capture))};
 }
 
+TEST(SimulateThen, FormatThatChanges_ReadsBeforeAndAfterWithItsOwn) {
+  const Folder folder;
+  const std::string capture = folder.path("line.vcd");
+  const Outcome made = run({"simulate", "-f", "pos19,nE,nW,crc6", "--then", "pos28,nE,nW,crc6@30",
+                            "--cycles", "50", "--fault", "slo_low@29", "--fault", "flip@40", "-o",
+                            capture, "--truth", folder.path("truth.csv")});
+  ASSERT_EQ(made.status, 0) << made.err;
+  const auto truth = rows_of(content_of(folder.path("truth.csv")));
+  ASSERT_EQ(truth.size(), 50U);
+  for (const bool after : {false, true}) {
+    const std::string format = after ? "pos28,nE,nW,crc6" : "pos19,nE,nW,crc6";
+    const auto rows = rows_of(run({"decode", capture, "-f", format, "--to", "csv"}).out);
+    ASSERT_EQ(rows.size(), 50U);
+    for (std::size_t i = after ? 31 : 0; i < (after ? 50U : 29U); ++i) {
+      // The cell has commas.
+      EXPECT_EQ(truth[i].at("format"), "\"" + format.substr(0, 5));
+      if (i == 40) continue;
+      EXPECT_EQ(rows[i].at("position"), truth[i].at("position")) << i;
+    }
+  }
+  EXPECT_EQ(truth[40].at("faults"), "flip");
+  for (const std::string wrong : {"x@3", "pos5,crc6", "pos5,crc6@0", "pos5+pos5@3", "pos5@100"}) {
+    const Outcome refused = run({"simulate", "-f", "pos19,crc6", "--then", wrong, "-o", capture});
+    EXPECT_EQ(refused.status, 2) << wrong;
+    EXPECT_EQ(refused.err.rfind("biss: --then: ", 0), 0U) << refused.err;
+  }
+}
+
 // The payload of a row, first bit first: the bits after START and CDS in `raw`.
 std::string payload_of(Row row) {
   std::string bits;

@@ -408,5 +408,48 @@ TEST_F(Identify, LineThatIsNoBissC_IsNamed) {
   EXPECT_EQ(row["format"], nullptr);
 }
 
+// Both captures one after the other, as a CSV file.
+std::string joined(const Folder& folder, const std::string& first, const std::string& second) {
+  const std::string a = content_of(first);
+  const std::string b = content_of(second);
+  const auto time_of = [](const std::string& line) { return std::stoll(line); };
+  const std::size_t last = a.rfind('\n', a.size() - 2) + 1;
+  const long long offset = time_of(a.substr(last)) + 100'000;
+  std::string text = a;
+  std::size_t at = b.find('\n') + 1;
+  at = b.find('\n', at) + 1;
+  for (std::size_t end = b.find('\n', at); end != std::string::npos; end = b.find('\n', at)) {
+    const std::string line = b.substr(at, end - at);
+    text += std::to_string(time_of(line) + offset) + line.substr(line.find(',')) + '\n';
+    at = end + 1;
+  }
+  return folder.file("joined.csv", text);
+}
+
+TEST_F(Identify, LengthThatChanges_GivesAFormatForEachPart) {
+  const std::string capture =
+      joined(folder_,
+             simulated("a.csv", {"-f", "pos19,nE,nW,crc6", "--clock", "1MHz", "--cycles", "300",
+                                 "--motion", "sine"}),
+             simulated("b.csv", {"-f", "pos28,nE,nW,crc6", "--clock", "1MHz", "--cycles", "300",
+                                 "--motion", "sine"}));
+  const Outcome outcome = run({"identify", capture, "--to", "jsonl"});
+  const std::size_t line = outcome.out.find('\n');
+  const auto first = nlohmann::json::parse(outcome.out.substr(0, line));
+  const auto second = nlohmann::json::parse(outcome.out.substr(line + 1));
+  EXPECT_EQ(first["format"], "pos19,nE,nW,crc6");
+  EXPECT_EQ(first["from_cycle"], 0);
+  EXPECT_EQ(first["to_cycle"], 299);
+  EXPECT_EQ(second["format"], "pos28,nE,nW,crc6");
+  EXPECT_EQ(second["from_cycle"], 300);
+  EXPECT_EQ(second["to_cycle"], 599);
+  EXPECT_THAT(outcome.err, HasSubstr("length"));
+  const Outcome part = run({"identify", capture, "--to", "jsonl", "--until", "10ms"});
+  EXPECT_EQ(nlohmann::json::parse(part.out)["format"], "pos19,nE,nW,crc6") << part.err;
+  const Outcome none = run({"identify", capture, "--since", "10s"});
+  EXPECT_EQ(none.status, 1);
+  EXPECT_THAT(none.err, HasSubstr("no request cycle between --since and --until"));
+}
+
 }  // namespace identify_verb_test
 }  // namespace biss::cli

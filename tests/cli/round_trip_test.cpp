@@ -191,9 +191,12 @@ TEST(DecodeVerb, StandardInput_IsReadLikeAFile) {
   EXPECT_EQ(piped.out, run({"decode", capture, "-f", usual_format, "--to", "csv"}).out);
 }
 
-TEST(DecodeVerb, WithoutFormat_NothingIsCalledOk) {
+TEST(DecodeVerb, WithoutFormatOfAnAxisAtRest_NothingIsCalledOk) {
   const Folder folder;
-  const std::string capture = csv_capture(folder);
+  const std::string capture = folder.path("line.csv");
+  const Outcome made = run(
+      {"simulate", "-f", usual_format, "--cycles", "20", "--motion", "constant", "-o", capture});
+  ASSERT_EQ(made.status, 0) << made.err;
   const auto outcome = run({"decode", capture, "--to", "csv"});
   ASSERT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_EQ(outcome.out.substr(0, outcome.out.find('\n')),

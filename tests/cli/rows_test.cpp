@@ -54,6 +54,68 @@ class DecodeRows : public testing::Test {
   Folder folder;
 };
 
+TEST_F(DecodeRows, FormatWithAnErrorOfTheMakerOrAnotherCode_ReadsTheTruePositions) {
+  for (const std::string format :
+       {"pos26,nE,nW,crc6:reversed", "pos26,nE,nW,crc6:no-flags", "pos26,nE,nW,crc6:cds",
+        "pos26,nE,nW,crc6:previous", "mt12:gray,st13:gray,nE,nW,crc6", "pos26:lsb,nE,nW,crc6",
+        "pos26:gray:lsb,nE,nW,crc6", "mt12:lsb,st13,crc6:reversed:cds;cds0",
+        "pos24,nE,nW,crc6:previous+pos20,nE,lc6,crc16:previous:reversed"}) {
+    const std::string truth = folder.path("truth.csv");
+    const std::string capture = simulate(
+        "line.vcd", {"-f", format, "--cycles", "60", "--motion", "random", "--truth", truth});
+    const auto meant = rows_of(content_of(truth));
+    for (const Words& how : {Words{}, Words{"--no-compensation"}}) {
+      const auto rows = rows_of(csv(capture, how, format).out);
+      ASSERT_EQ(rows.size(), 60U) << format;
+      const bool previous = format.find(":previous") != std::string::npos;
+      for (std::size_t i = 0; i < rows.size(); ++i) {
+        if (previous && i == 59) {
+          EXPECT_EQ(rows[i].at("status"), "unchecked") << format;
+          EXPECT_EQ(rows[i].at("position"), "") << format;
+          continue;
+        }
+        ASSERT_EQ(rows[i].at("status"), "ok") << format << ' ' << i;
+        ASSERT_EQ(rows[i].at("position"), meant[i].at("position")) << format << ' ' << i;
+        ASSERT_EQ(rows[i].at("crc_ok"), "1") << format << ' ' << i;
+      }
+    }
+  }
+}
+
+// A wrong bit makes the cycle wrong that it is in, not the next one that has the checksum.
+TEST_F(DecodeRows, ChecksumOfTheFrameBefore_NeverPassesAWrongPosition) {
+  const std::string format = "pos26,nE,nW,crc16:previous";
+  const std::string truth = folder.path("truth.csv");
+  const std::string capture =
+      simulate("line.vcd", {"-f", format, "--cycles", "200", "--fault", "flip:0.2", "--fault",
+                            "no_answer:0.1", "--truth", truth});
+  const auto meant = rows_of(content_of(truth));
+  const auto rows = rows_of(csv(capture, {}, format).out);
+  ASSERT_EQ(rows.size(), meant.size());
+  std::size_t good = 0;
+  std::size_t wrong = 0;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (rows[i].at("status") == "crc") ++wrong;
+    if (rows[i].at("status") != "ok") continue;
+    ++good;
+    ASSERT_EQ(rows[i].at("position"), meant[i].at("position")) << i;
+  }
+  EXPECT_GT(good, 80U);
+  EXPECT_GT(wrong, 20U);
+}
+
+TEST_F(DecodeRows, ChecksumOfTheFrameBefore_IsRefusedWhereAFrameIsAlone) {
+  const std::string format = "pos26,nE,nW,crc6:previous";
+  for (const Words& words :
+       {Words{"crc", "-f", format, "5"}, Words{"crc", "-f", format, "--read", "C0 05"},
+        Words{"safety", "analyse", "-f", format},
+        Words{"safety", "analyse", "-f", "pos26,nE,nW,crc6:reversed"}}) {
+    const Outcome refused = run(words);
+    EXPECT_EQ(refused.status, 2) << refused.out;
+    EXPECT_THAT(refused.err, StartsWith("biss: -f: "));
+  }
+}
+
 TEST_F(DecodeRows, ColumnsThatAreNamed_AreWrittenInTheirOrder) {
   const std::string capture = with_faults();
   const auto all = rows_of(csv(capture, {}).out);

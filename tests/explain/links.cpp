@@ -147,6 +147,8 @@ struct Request {
   std::uint64_t clocks = 0;
   /// From the last edge of MA to the next request.
   Picoseconds rest{};
+  /// After each 8 clocks.
+  Picoseconds pause{};
 };
 
 std::vector<Edge> master_edges(Picoseconds period, const std::vector<Request>& requests,
@@ -157,7 +159,7 @@ std::vector<Edge> master_edges(Picoseconds period, const std::vector<Request>& r
     for (std::uint64_t i = 0; i < request.clocks; ++i) {
       edges.push_back({now, 0, Level::low});
       edges.push_back({now + period / 2, 0, Level::high});
-      now += period;
+      now += period + (i % 8 == 7 && i + 1 < request.clocks ? request.pause : Picoseconds{});
     }
     now += request.rest - period / 2;
   }
@@ -331,7 +333,7 @@ void make_fixed_clocks(Random& random, Link& link) {
   const std::uint64_t clocks = clocks_of(setup);
   const std::uint64_t fewer = between(random, 2, 12);
   for (std::uint64_t i = 0; i < some_cycles(random) + 20; ++i) {
-    requests.push_back({clocks - fewer, safe_rest(setup)});
+    requests.push_back({clocks - fewer, safe_rest(setup), {}});
   }
   // Longer ACK in some of them: two encoders' times, one after the other.
   Link fast = link;
@@ -381,7 +383,7 @@ void stop_early(Random& random, Link& link) {
     if (kind == 0) fewer = fixed;
     if (kind == 1 && one_in(random, 3)) fewer = fixed;
     if (kind == 2 && one_in(random, 2)) fewer = between(random, 2, payload - 1);
-    requests.push_back({clocks - fewer, safe_rest(setup)});
+    requests.push_back({clocks - fewer, safe_rest(setup), {}});
   }
   link.story += fmt::format(", kind {}, {} clocks fewer", kind, fixed);
   answer(setup, requests, link);
@@ -407,7 +409,7 @@ void make_too_soon(Random& random, Link& link) {
         rest = std::max(period * 3 / 2,
                         safe * static_cast<std::int64_t>(between(random, 5, 60)) / 100);
       }
-      requests.push_back({clocks, rest});
+      requests.push_back({clocks, rest, {}});
     }
     link.story += ", too soon";
     answer(setup, requests, link);
@@ -480,6 +482,79 @@ void make_slow_sampling(Random& random, Link& link) {
     if (one_in(random, 2)) link.resolution = step;
     link.story += fmt::format(", sampled every {} ns", step.count / 1000);
     if (bad_cycles(link) >= 10) return;
+  }
+}
+
+// The encoder does not invert its checksum.
+void make_wrong_checksum(Random& random, Link& link) {
+  for (;;) {
+    sim::LineSetup setup = any_line(random, link);
+    if (setup.format.channel_count != 1 || !setup.format.channel_list[0].crc.present()) continue;
+    setup.format.channel_list[0].crc.inverted = false;
+    setup.motion = sim::MotionKind::ramp;
+    run_line(setup, some_cycles(random), link);
+    if (bad_cycles(link) >= 10) return;
+  }
+}
+
+// From some request on, another encoder answers.
+void make_format_change(Random& random, Link& link) {
+  Link other;
+  const sim::LineSetup first = any_line(random, link);
+  sim::LineSetup second = any_line(random, other);
+  while (second.format.payload_bits() == first.format.payload_bits()) {
+    second = any_line(random, other);
+  }
+  second.clock = first.clock;
+  second.timing = first.timing;
+  second.ma_delay = first.ma_delay;
+  second.slo_delay = first.slo_delay;
+  second.internal_delay = first.internal_delay;
+  second.processing = first.processing;
+  run_line(first, some_cycles(random), link);
+  run_line(second, some_cycles(random), other);
+  const Picoseconds later = link.end + microseconds(100);
+  for (Edge edge : other.edges) {
+    if (edge.time.count == 0) continue;
+    edge.time += later;
+    link.edges.push_back(edge);
+  }
+  link.end = later + other.end;
+  link.story += ", then another length";
+}
+
+// SPI: MA rests after each byte.
+void make_pauses(Random& random, Link& link) {
+  const sim::LineSetup setup = any_line(random, link);
+  const Picoseconds period = period_of(setup.clock);
+  std::vector<Request> requests;
+  const std::uint64_t clocks = (clocks_of(setup) + 7) / 8 * 8;
+  const Picoseconds pause = period * static_cast<std::int64_t>(between(random, 60, 130)) / 100;
+  for (std::uint64_t i = 0; i < some_cycles(random) + 20; ++i) {
+    requests.push_back({clocks, safe_rest(setup), pause});
+  }
+  sim::LineSetup patient = setup;
+  patient.timing.timeout = {.rule = TimeoutRule::fixed, .time = microseconds(20) + 4 * period};
+  link.timing = patient.timing;
+  answer(patient, requests, link);
+  link.story += ", pauses after each byte";
+}
+
+void make_implausible(Random& random, Link& link) {
+  for (;;) {
+    sim::LineSetup setup = any_line(random, link);
+    if (setup.format.channel_list[0].life_counter.present()) continue;
+    setup.motion = sim::MotionKind::ramp;
+    return run_faults(setup, {FaultKind::insert}, random, link);
+  }
+}
+
+void make_limits(Random& random, Link& link) {
+  for (;;) {
+    const sim::LineSetup setup = any_line(random, link);
+    link.timing.clock_max = hertz(static_cast<std::uint32_t>(setup.clock.count / 10 * 7));
+    run_line(setup, some_cycles(random), link);
+    if (bad_cycles(link) == 0) return;
   }
 }
 
@@ -582,7 +657,7 @@ void make_lost_frames(Random& random, Link& link) {
     const std::uint64_t which = random.below(4);
     do {
       run_faults(setup, which == 3 ? all : std::vector{all[which]}, random, link);
-    } while (observe_link(link).count(Symptom::life_jump) < 10);
+    } while (observe_link(link).count(RequestKind::life_jump) < 10);
     return;
   }
 }
@@ -592,11 +667,12 @@ void make_lost_frames(Random& random, Link& link) {
 Link make_link(Cause truth, std::uint64_t seed) {
   using Make = void (*)(Random&, Link&);
   constexpr std::array<Make, cause_count> makers{
-      make_healthy,     make_wrong_format, make_swapped,       make_slo_inverted,
-      make_ma_inverted, make_too_fast,     make_long_ack,      make_stops_early,
-      make_too_soon,    make_noise_on_slo, make_noise_on_ma,   make_intermittent,
-      make_no_encoder,  make_stuck_low,    make_encoder_error, make_slow_sampling,
-      make_not_biss,    make_lost_frames};
+      make_healthy,      make_wrong_format,  make_wrong_checksum, make_format_change,
+      make_swapped,      make_slo_inverted,  make_ma_inverted,    make_too_fast,
+      make_long_ack,     make_stops_early,   make_pauses,         make_too_soon,
+      make_noise_on_slo, make_noise_on_ma,   make_intermittent,   make_no_encoder,
+      make_stuck_low,    make_encoder_error, make_lost_frames,    make_implausible,
+      make_limits,       make_slow_sampling, make_not_biss};
   // A cause that is added leaves the captures of the others as they are.
   constexpr std::uint64_t seeds_apart = 17;
   Random random(sim::scrambled(seed * seeds_apart + static_cast<std::uint64_t>(truth)));
@@ -609,8 +685,21 @@ Link make_link(Cause truth, std::uint64_t seed) {
 namespace {
 
 Evidence observe(const Link& link, const Reading& reading) {
-  Observer observer(link.format, link.timing, {.resolution = link.resolution}, reading.lines);
-  observer.push(link.edges);
+  const decode::MarginSetup margin{.resolution = link.resolution, .signal = true};
+  Observer observer(
+      {.format = link.format, .timing = link.timing, .margin = margin, .lines = reading.lines},
+      link.edges);
+  std::uint64_t number = 0;
+  decode::Decoder decoder(decode::CycleReader(link.format, link.timing, margin),
+                          [&](const decode::Cycle& cycle) { observer.add(number++, cycle); });
+  for (std::span<const Edge> rest = link.edges; !rest.empty();) {
+    const auto now = rest.first(std::min<std::size_t>(rest.size(), 4096));
+    observer.take(now);
+    decoder.push(now, reading.lines);
+    observer.settle();
+    rest = rest.subspan(now.size());
+  }
+  decoder.finish(link.end);
   return observer.finish(link.end);
 }
 

@@ -10,14 +10,14 @@ namespace biss::explain::test {
 
 namespace {
 
-std::string symptoms_text(const Evidence& evidence) {
+std::string kinds_text(const Evidence& evidence) {
   std::string text = fmt::format("{} cycles of {} ps, edges to {} ps", evidence.cycles,
                                  evidence.period.count() == 0 ? 0 : evidence.period.median(),
                                  evidence.resolution.count);
-  for (std::size_t s = 0; s < symptom_count; ++s) {
-    if (evidence.symptoms[s].count == 0) continue;
-    fmt::format_to(std::back_inserter(text), ", {} {}", evidence.symptoms[s].count,
-                   text_of(static_cast<Symptom>(s)));
+  for (std::size_t s = 1; s < kind_count; ++s) {
+    if (evidence.kinds[s].count == 0) continue;
+    fmt::format_to(std::back_inserter(text), ", {} {}", evidence.kinds[s].count,
+                   text_of(static_cast<RequestKind>(s)));
   }
   return text;
 }
@@ -37,8 +37,7 @@ void count(const Link& link, std::uint64_t seed, Matrix& matrix) {
     fmt::format_to(std::back_inserter(matrix.misses), " {} {:.2f}", name_of(finding.cause),
                    finding.likelihood);
   }
-  fmt::format_to(std::back_inserter(matrix.misses), "\n    {}\n",
-                 symptoms_text(observe_link(link)));
+  fmt::format_to(std::back_inserter(matrix.misses), "\n    {}\n", kinds_text(observe_link(link)));
 }
 
 }  // namespace

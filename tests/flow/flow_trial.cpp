@@ -63,7 +63,8 @@ void add_pauses(std::vector<wire::Edge>& edges, sim::Random& random) {
 template <class Read>
 std::vector<std::string> rows(const Trial& trial, capture::EdgeSource& source, Read read) {
   std::vector<std::string> texts;
-  const decode::MarginSetup margin{.resolution = source.sample_period()};
+  const decode::MarginSetup margin{.resolution = source.sample_period(),
+                                   .signal = trial.setup.seed % 2 == 0};
   decode::Decoder decoder(
       decode::CycleReader(trial.setup.format, trial.setup.timing, margin),
       [&](const decode::Cycle& cycle) { texts.push_back(decode::test::text_of(cycle)); });

@@ -44,7 +44,8 @@ void expect_document_has(const std::string& table) {
 TEST(FaultsDocument, Lists_AreThoseOfTheCode) {
   expect_document_has(fault_list(0, sim::line_fault_kind_count));
   expect_document_has(fault_list(sim::line_fault_kind_count, sim::simulated_fault_count));
-  expect_document_has(fault_list(sim::simulated_fault_count, sim::fault_kind_count));
+  expect_document_has(fault_list(sim::simulated_fault_count, sim::line_only_fault_first));
+  expect_document_has(fault_list(sim::line_only_fault_first, sim::fault_kind_count));
   expect_document_has(place_table());
 }
 

@@ -8,7 +8,8 @@ int main() {
   using namespace biss::campaign;
   const std::string lists[] = {fault_list(0, sim::line_fault_kind_count),
                                fault_list(sim::line_fault_kind_count, sim::simulated_fault_count),
-                               fault_list(sim::simulated_fault_count, sim::fault_kind_count),
+                               fault_list(sim::simulated_fault_count, sim::line_only_fault_first),
+                               fault_list(sim::line_only_fault_first, sim::fault_kind_count),
                                place_table()};
   for (const std::string& list : lists) std::printf("%s\n", list.c_str());
   const Outcome outcome = run(documented_line(), documented_cycles);

@@ -125,7 +125,9 @@ describe('arguments', () => {
 
   it('OtherVerbs_GetTheOptionsByWhichTheyJudge', () => {
     const lines = '--raw-rate 100MHz --unwrap --threshold=1.2V --scale deg --each --columns raw,cycle --latch';
-    assert.deepEqual(furtherOf('explain', lines), ['--raw-rate', '100MHz', '--threshold=1.2V', '--each']);
+    const kept = ['--raw-rate', '100MHz', '--threshold=1.2V', '--each'];
+    assert.deepEqual(furtherOf('explain', lines), [...kept, '--latch']);
+    assert.deepEqual(furtherOf('identify', lines), kept);
     const timing = ['--ack-max', '16us', '--ack-clocks=3', '--timeout', 'static:20us', '--release', '1us', '--clock-max', '10MHz',
       '--cycle-min', '31us'];
     for (const verb of ['explain', 'identify', 'check', 'registers']) {
@@ -135,7 +137,7 @@ describe('arguments', () => {
   });
 
   it('OptionThatAVerbDoesNotHave_GoesToItAndIsRefusedByName', () => {
-    assert.deepEqual(furtherOf('explain', '--unwrap --since 1ms --until=-2ms'), ['--since', '1ms', '--until=-2ms']);
+    assert.deepEqual(furtherOf('registers', '--unwrap --since 1ms --until=-2ms'), ['--since', '1ms', '--until=-2ms']);
     assert.deepEqual(furtherOf('check', '--threshold -1.5V --no-such 3'), ['--threshold', '-1.5V', '--no-such', '3']);
   });
 
@@ -145,8 +147,8 @@ describe('arguments', () => {
       const { out } = biss.run([verb, '--help']);
       return new Set(new TextDecoder().decode(out).match(/(?<=^ +(-., )?)--[a-z-]+/gm));
     };
-    const refused = ['--since', '--until'];
     for (const verb of ['explain', 'identify', 'check', 'registers']) {
+      const refused = verb === 'registers' ? ['--since', '--until'] : [];
       const has = optionsOf(verb);
       assert.ok(has.has('--ack-max'));
       for (const option of optionsOf('decode')) {

@@ -5,15 +5,14 @@ import type { Settings } from '../state';
 // says of the capture does not depend on them. Every other one goes to the verb, which takes it or
 // refuses it by name.
 const rowOptions = [
-  '--columns', '--compare-bits', '--counter', '--every', '--fail-on', '--latch', '--max-step', '--no-verify',
-  '--only-errors', '--safety', '--scale', '--shortest-gap', '--start-frames', '--threads', '--tolerance',
-  '--unwrap', '--velocity', '--watchdog',
+  '--columns', '--every', '--fail-on', '--max-step', '--no-verify', '--only-errors', '--scale', '--threads',
+  '--unwrap', '--velocity',
 ];
-// The column `marginal` alone, for verbs that do not judge it.
-const marginOptions: Record<string, string[]> = {
-  identify: ['--no-compensation'],
-  registers: ['--no-compensation'],
-};
+// The columns `marginal` and `safety` alone, for verbs that do not judge them.
+const judgingOptions = [
+  '--compare-bits', '--counter', '--latch', '--no-compensation', '--safety', '--shortest-gap', '--start-frames',
+  '--tolerance', '--watchdog',
+];
 
 /** Splits as a shell does, with '…' and "…" round what has spaces. */
 export function splitArguments(text: string): string[] {
@@ -34,7 +33,8 @@ export function captureArguments(settings: Settings): string[] {
 
 /** Of the further options, those by which this verb judges the capture, with their values. */
 export function verbFurther(verb: string, settings: Settings): string[] {
-  const left = [...rowOptions, ...marginOptions[verb] ?? []];
+  const judges = verb !== 'identify' && verb !== 'registers';
+  const left = judges ? rowOptions : [...rowOptions, ...judgingOptions];
   let keeps = true;
   return splitArguments(settings.further).filter((word) => {
     if (/^-[-a-z]/.test(word)) keeps = !left.includes(word.split('=')[0]!);

@@ -1,0 +1,17 @@
+// Printed by tests/explain/fit.py: how bits become likelihoods.
+#pragma once
+
+#include <array>
+
+#include "explain/cause.hpp"
+
+namespace biss::explain::fitted {
+
+/// A cause whose account is `b` bits longer than the shortest one weighs prior * (1 + b / scale)^-power.
+inline constexpr double scale = 1.2;
+inline constexpr double power = 1.5;
+/// In the order of Cause.
+inline constexpr std::array<double, cause_count> prior{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1,
+                                                       1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1};
+
+}  // namespace biss::explain::fitted

@@ -1,0 +1,120 @@
+#include "explain/plausibility.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <utility>
+
+#include "decode/times.hpp"
+
+namespace biss::explain {
+
+namespace {
+
+// A step stands out if it is this many times as long as its neighbours, and longer than a few counts.
+constexpr std::uint64_t times = 16;
+constexpr std::uint64_t few_counts = 64;
+// The fastest motion: of the steps, these per mille are faster.
+constexpr std::uint64_t jumps_per_mille = 30;
+constexpr std::uint64_t spikes_per_mille = 350;
+// How much faster than that, in powers of two.
+constexpr std::size_t far_beyond = 3;
+
+// The shorter way from `from` to `to` on a ring of 2^bits.
+std::int64_t way(std::uint64_t from, std::uint64_t to, unsigned bits) {
+  const std::uint64_t up = (to - from) & low_mask(bits);
+  const std::uint64_t down = (from - to) & low_mask(bits);
+  return up <= down ? static_cast<std::int64_t>(up) : -static_cast<std::int64_t>(down);
+}
+
+}  // namespace
+
+Plausibility::Plausibility(const std::optional<FrameFormat>& format) {
+  if (format) channel_ = format->channel_list[0];
+}
+
+bool Plausibility::push(std::uint64_t number, const decode::Cycle& cycle) {
+  const unsigned bits = channel_.position_bits();
+  if (!cycle.frame || bits == 0 || !cycle.frame->channel_list[0].nE) {
+    last_.reset();
+    known_ = 0;
+    late_by_ = 0;
+    return false;
+  }
+  const std::uint64_t position = cycle.frame->channel_list[0].position;
+  const auto before = last_;
+  last_ = position;
+  const Picoseconds since = std::exchange(last_time_, cycle.time);
+  if (!before) return false;
+  const unsigned turn_bits = channel_.multiturn.bits;
+  const unsigned in_turn = bits - turn_bits;
+  const std::int64_t moved =
+      turn_bits == 0 ? way(*before, position, bits)
+                     : way(*before & low_mask(in_turn), position & low_mask(in_turn), in_turn);
+  const auto length = static_cast<std::uint64_t>(moved < 0 ? -moved : moved);
+  const auto nanoseconds = static_cast<double>(
+      std::max<std::int64_t>(decode::elapsed(since, cycle.time).count / 1000, 1));
+  const double speed = std::min(static_cast<double>(length) * 1e6 / nanoseconds, 1e18);
+  judge_step({moved, length, static_cast<std::uint64_t>(speed), number, cycle.time});
+  if (turn_bits == 0 || in_turn == 0 || in_turn > 62) return false;
+  // A fast axis may have made more than half a turn.
+  if (4 * (moved < 0 ? -moved : moved) > (std::int64_t{1} << in_turn)) {
+    fast_ = true;
+    late_by_ = 0;
+    return false;
+  }
+  const std::int64_t place = static_cast<std::int64_t>(*before & low_mask(in_turn)) + moved;
+  const std::int64_t due = place < 0 ? -1 : place >> in_turn;
+  late_by_ += due - way(*before >> in_turn, position >> in_turn, turn_bits);
+  fast_ = fast_ || late_by_ > 1 || late_by_ < -1;
+  in_a_row_ = late_by_ == 0 ? 0 : in_a_row_ + 1;
+  // The turns were wrong when the capture began, or have come to stay.
+  constexpr std::uint64_t most_frames = 1000;
+  if (in_a_row_ > most_frames) late_by_ = 0;
+  if (late_by_ == 0) return false;
+  longest_ = std::max(longest_, in_a_row_);
+  turns_.add(number, cycle.time);
+  return true;
+}
+
+// Judges the last step but two.
+void Plausibility::judge_step(const Step& step) {
+  std::rotate(steps_.begin(), steps_.end() - 1, steps_.end());
+  steps_[0] = step;
+  ++all_[static_cast<std::size_t>(std::bit_width(step.speed))];
+  if (++known_ < steps_.size()) return;
+  const Step& judged = steps_[2];
+  if (judged.length < few_counts) return;
+  const auto bits = static_cast<std::size_t>(std::bit_width(judged.speed));
+  const std::int64_t left = judged.way + steps_[1].way;
+  const std::uint64_t taken_back = judged.length - judged.length / times;
+  if (static_cast<std::uint64_t>(left < 0 ? -left : left) < judged.length / times &&
+      steps_[1].length >= taken_back) {
+    spikes_[bits].add(judged.cycle, judged.time);
+  } else if (judged.speed / times > std::max(steps_[3].speed, steps_[1].speed)) {
+    apart_[bits].add(judged.cycle, judged.time);
+  }
+}
+
+Sightings Plausibility::steps() const {
+  std::uint64_t sum = 0;
+  for (const std::uint64_t count : all_) sum += count;
+  // The number of bits that this share of the steps, per mille, is longer than.
+  const auto fastest = [&](std::uint64_t per_mille) {
+    std::size_t bits = all_.size();
+    for (std::uint64_t above = 0; bits > 0; --bits) {
+      above += all_[bits - 1];
+      if (1000 * above > per_mille * sum) break;
+    }
+    return bits;
+  };
+  Sightings seen;
+  for (std::size_t bits = fastest(jumps_per_mille) + far_beyond; bits < apart_.size(); ++bits) {
+    seen.add(apart_[bits]);
+  }
+  for (std::size_t bits = fastest(spikes_per_mille) + far_beyond; bits < spikes_.size(); ++bits) {
+    seen.add(spikes_[bits]);
+  }
+  return seen;
+}
+
+}  // namespace biss::explain

@@ -1,0 +1,62 @@
+// Positions that no axis can have: steps far beyond all others, and turns that do not follow the
+// singleturn.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+
+#include "biss/frame/format.hpp"
+#include "decode/cycle.hpp"
+#include "explain/sightings.hpp"
+
+namespace biss::explain {
+
+class Plausibility {
+ public:
+  explicit Plausibility(const std::optional<FrameFormat>& format);
+
+  /// The next cycle. \return its turns are not those that its singleturn shows
+  bool push(std::uint64_t number, const decode::Cycle& cycle);
+
+  /// Frames whose turns do not belong to their singleturn.
+  Sightings turns() const { return fast_ ? Sightings{} : turns_; }
+  /// The longest time in a row for which they do not.
+  std::uint64_t longest() const { return fast_ ? 0 : longest_; }
+  /// Steps that are much longer than the fastest motion of the capture. After the last cycle.
+  Sightings steps() const;
+
+ private:
+  struct Step {
+    std::int64_t way = 0;
+    std::uint64_t length = 0;
+    // In counts per millisecond.
+    std::uint64_t speed = 0;
+    std::uint64_t cycle = 0;
+    Picoseconds time{};
+  };
+
+  void judge_step(const Step& step);
+
+  ChannelFormat channel_{};
+  std::optional<std::uint64_t> last_;
+  Picoseconds last_time_{};
+  // By how many turns the counter is late.
+  std::int64_t late_by_ = 0;
+  // The axis makes more than half a turn between two frames.
+  bool fast_ = false;
+  std::uint64_t in_a_row_ = 0;
+  std::uint64_t longest_ = 0;
+  Sightings turns_;
+  // The last steps, the newest one first.
+  std::array<Step, 4> steps_{};
+  std::size_t known_ = 0;
+  // By the number of bits of their speed: all steps, those that stand out of their neighbours, and
+  // those of them that the next step takes back.
+  std::array<std::uint64_t, 65> all_{};
+  std::array<Sightings, 65> apart_{};
+  std::array<Sightings, 65> spikes_{};
+};
+
+}  // namespace biss::explain

@@ -1,0 +1,749 @@
+#include "explain/request.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "decode/distribution.hpp"
+#include "decode/times.hpp"
+
+namespace biss::explain {
+
+namespace {
+
+using decode::Cycle;
+using decode::CycleEdges;
+using decode::CycleStatus;
+using decode::LevelChange;
+using wire::Level;
+
+// A change of SLO belongs to the grid of the bits within this share of a period, and samples.
+constexpr double grid_share = 0.16;
+constexpr double grid_samples = 1.6;
+// A level of SLO shorter than a period over this is a pulse, and one of MA shorter than this share of
+// its usual length, in per cent.
+constexpr std::int64_t pulse_share = 5;
+constexpr std::int64_t pulse_percent = 60;
+// Clocks further apart than this, in per cent of a period, have a pause between them.
+constexpr std::int64_t pause_percent = 140;
+// Prices in bits; docs/explain.md says what each stands for.
+constexpr float edge_price = 12;
+constexpr float flip_edge_price = 6;
+constexpr float pause_price = 7;
+constexpr std::size_t least_ones = 4;
+constexpr std::size_t least_zeros = 11;
+constexpr std::size_t least_length = 9;
+
+float bits_of(double number) { return static_cast<float>(std::log2(std::max(number, 1.0))); }
+float count_price(std::size_t number) { return bits_of(static_cast<double>(number)); }
+
+// A number of `bits` bits, by its change.
+float change_price(std::uint64_t before, std::uint64_t now, unsigned bits) {
+  const std::uint64_t change =
+      std::min((now - before) & low_mask(bits), (before - now) & low_mask(bits));
+  return std::min(static_cast<float>(bits) + 1, 2 * bits_of(static_cast<double>(change) + 1) + 2);
+}
+
+// The first 64 of bits [begin, end) as a number, and how many these are.
+std::pair<std::uint64_t, unsigned> number_of(const std::vector<bool>& bits, std::size_t begin,
+                                             std::size_t end) {
+  std::uint64_t value = 0;
+  end = std::min({end, bits.size(), begin + 63});
+  for (std::size_t i = begin; i < end; ++i) value = value << 1U | (bits[i] ? 1U : 0U);
+  return {value, end > begin ? static_cast<unsigned>(end - begin) : 0};
+}
+
+bool is_low(Level level) { return level == Level::low; }
+
+void set(Prices& prices, RequestKind kind, float price) {
+  float& old = prices[static_cast<std::size_t>(kind)];
+  old = std::min(old, price);
+}
+
+std::size_t tail_of(const std::vector<bool>& bits, bool level) {
+  return static_cast<std::size_t>(std::find(bits.rbegin(), bits.rend(), !level) - bits.rbegin());
+}
+
+std::size_t find(const std::vector<bool>& bits, bool level, std::size_t from) {
+  if (from >= bits.size()) return bits.size();
+  return static_cast<std::size_t>(
+      std::find(bits.begin() + static_cast<std::ptrdiff_t>(from), bits.end(), level) -
+      bits.begin());
+}
+
+}  // namespace
+
+std::string_view text_of(RequestKind kind) {
+  constexpr std::array<std::string_view, kind_count> texts{
+      "good",
+      "a good frame reports an error (nE = 0)",
+      "the sign of life of a good frame is not one more than before",
+      "a good frame has a position that no axis can have",
+      "a frame for control communication alone",
+      "the frame has another number of bits",
+      "MA pauses within a good frame",
+      "the checksum is wrong",
+      "the format does not fit",
+      "bits are shifted by a clock",
+      "SLO stays high",
+      "SLO is low from the request to the next one",
+      "SLO is low at the request and rises later",
+      "SLO is low at a request that comes too soon",
+      "SLO rests low and goes high with ACK, as an inverted SLO does",
+      "SLO changes half a period early, with the falling edges of MA",
+      "STOP is 1 after right checksums, and repeats the bit before",
+      "MA stops in ACK",
+      "START comes too late for the clocks of the master",
+      "MA stops before the last bit of the frame",
+      "MA stops before the last bit of the frame, and goes on soon",
+      "MA stays low from within a request on",
+      "SLO stays high from a bit on to STOP",
+      "SLO stays low from a bit on to STOP",
+      "a pulse on SLO",
+      "a pulse on MA",
+      "SLO changes far from its place in a bit",
+      "the line delay changes",
+      "SLO comes clocks later than usual",
+      "STOP is 1 after right checksums",
+      "CDS is 1 where the format says 0",
+      "START is outside the encoder's bounds",
+      "the checksum is right by another rule",
+      "each clock is a bit of a number",
+      "the edges follow no rule"};
+  return texts[static_cast<std::size_t>(kind)];
+}
+
+Usual usual_of(std::span<const Cycle> cycles, const std::optional<FrameFormat>& format) {
+  Usual usual;
+  decode::Distribution periods;
+  decode::Distribution duties;
+  decode::Distribution clocks;
+  std::array<decode::Distribution, 3> delays;
+  std::vector<std::int64_t> ends;
+  std::vector<WrongFrame> wrong;
+  decode::RawBits before;
+  std::size_t good = 0;
+  for (const Cycle& cycle : cycles) {
+    if (cycle.period) periods.add(cycle.period->count);
+    if (cycle.duty_per_mille) duties.add(*cycle.duty_per_mille);
+    const BitView raw = cycle.raw.view();
+    if (cycle.line_delay) {
+      delays[is_good(cycle.status) ? 0 : raw.size_bits() != 0 ? 1 : 2].add(cycle.line_delay->count);
+    }
+    if (raw.size_bits() < 3) continue;
+    clocks.add(cycle.rising_edges);
+    std::size_t last = raw.size_bits();
+    while (last > 1 && !raw[last - 1]) --last;
+    ends.push_back(static_cast<std::int64_t>(last));
+    constexpr std::size_t frames_kept = 1000;
+    if (is_good(cycle.status)) ++good;
+    if (!is_good(cycle.status) || !format) {
+      if (wrong.size() < frames_kept) wrong.push_back({cycle.raw, before});
+    }
+    before = cycle.raw;
+  }
+  if (periods.count() != 0) usual.period = picoseconds(periods.median());
+  usual.high = usual.period * (duties.count() == 0 ? 500 : duties.median()) / 1000;
+  if (clocks.count() != 0) usual.clocks = static_cast<std::uint32_t>(clocks.median());
+  for (const auto& each : delays) {
+    if (each.count() == 0) continue;
+    usual.delay = picoseconds(each.median());
+    break;
+  }
+  if (format) {
+    usual.payload_bits = format->payload_bits();
+  } else if (!ends.empty()) {
+    // The last 1 of a frame is a bit before STOP, or further up.
+    const auto high = ends.begin() + static_cast<std::ptrdiff_t>(ends.size() * 19 / 20);
+    std::nth_element(ends.begin(), high, ends.end());
+    usual.payload_bits = static_cast<unsigned>(std::max<std::int64_t>(*high - 2, 1));
+  }
+  usual.checksum = find_variant(wrong, format, usual.payload_bits);
+  usual.no_checksum_fits =
+      format && !usual.checksum && wrong.size() >= 8 && good * 6 < wrong.size();
+  return usual;
+}
+
+Pricer::Pricer(const std::optional<FrameFormat>& format, Picoseconds resolution, const Usual& usual)
+    : resolution_(resolution), usual_(usual) {
+  if (!format) return;
+  codec_.emplace(*format);
+  for (std::size_t k = 0; k < format->channel_count; ++k) {
+    const ChannelFormat& channel = format->channel_list[k];
+    if (!channel.crc.present()) continue;
+    const CrcBitwise crc(channel.crc);
+    const std::uint16_t none = crc(0, channel.data_bits);
+    for (unsigned bit = 0; bit < channel.data_bits; ++bit) {
+      const std::uint64_t flipped = std::uint64_t{1} << (channel.data_bits - 1U - bit);
+      syndromes_[k].push_back(crc(flipped, channel.data_bits) ^ none);
+    }
+    for (unsigned bit = channel.crc.width_bits; bit-- > 0;) {
+      syndromes_[k].push_back(static_cast<std::uint16_t>(1U << bit));
+    }
+  }
+}
+
+bool Pricer::is_plain(const Cycle& cycle) const {
+  if (!is_good(cycle.status) || !cycle.line_delay || !cycle.period) return false;
+  if (cycle.frame && !cycle.frame->trusted()) return false;
+  const Picoseconds period = usual_.period;
+  const Picoseconds doubt = 2 * resolution_;
+  const Picoseconds off = *cycle.line_delay - usual_.delay;
+  const auto tolerance =
+      Picoseconds{static_cast<std::int64_t>(grid_share * static_cast<double>(period.count) +
+                                            grid_samples * static_cast<double>(resolution_.count))};
+  if (std::max(off, -off) > tolerance) return false;
+  // MA may pause for a part of a period. Its last edge rises, or falls where it rests low.
+  const auto clocked = std::int64_t{cycle.rising_edges} * *cycle.period -
+                       (cycle.cdm == true ? Picoseconds{} : *cycle.period / 2);
+  if (cycle.pauses != 0 || cycle.clocked > clocked + 2 * *cycle.period / 5 + resolution_ ||
+      4 * *cycle.period > 5 * (period + doubt)) {
+    return false;
+  }
+  if (!cycle.frame) {
+    if (usual_.checksum) return false;
+    const BitView raw = cycle.raw.view();
+    const std::size_t stop = usual_.payload_bits + std::size_t{2};
+    if (raw.size_bits() <= stop || raw.find(true, stop) != raw.size_bits()) return false;
+  }
+  if (!cycle.signal) return true;
+  if (cycle.signal->ma_pulses + cycle.signal->slo_pulses != 0) return false;
+  if (!cycle.signal->changes) return true;
+  return cycle.signal->changes->latest - usual_.delay <= tolerance &&
+         usual_.delay - cycle.signal->changes->earliest <= tolerance;
+}
+
+std::optional<Picoseconds> Pricer::rest_before(const Cycle& cycle) const {
+  if (!last_edge_ || *last_edge_ > cycle.time) return std::nullopt;
+  return decode::elapsed(*last_edge_, cycle.time);
+}
+
+void Pricer::learn(const Cycle& cycle) {
+  if (const auto rest = rest_before(cycle)) {
+    shortest_rest_ = std::min(*rest, shortest_rest_.value_or(*rest));
+  }
+  last_edge_ = decode::shifted(cycle.time, cycle.clocked);
+  fewest_clocks_ = std::min(fewest_clocks_, cycle.rising_edges);
+  ++frames_;
+  std::uint16_t ack = 0;
+  if (cycle.frame) {
+    ack = cycle.frame->ack_clocks;
+    for (std::size_t k = 0; k < cycle.frame->channel_count; ++k) {
+      data_[k] = cycle.frame->channel_list[k].position;
+    }
+  } else {
+    if (cycle.ack && cycle.period) {
+      ack = static_cast<std::uint16_t>((cycle.ack->count + cycle.period->count / 2) /
+                                       cycle.period->count);
+    }
+    const BitView raw = cycle.raw.view();
+    const auto bits = static_cast<unsigned>(
+        std::min<std::size_t>({63, usual_.payload_bits, raw.size_bits() - 2}));
+    data_[0] = raw.word(2, bits);
+  }
+  before_ = cycle.raw;
+  longest_ack_ = std::max(longest_ack_, ack);
+  ++acks_[std::min<std::size_t>(ack, acks_.size() - 1)];
+}
+
+// The position of this frame is a likely one.
+void Pricer::remember(std::size_t start) {
+  std::size_t at = start + 2;
+  for (std::size_t k = 0; codec_ && k < codec_->format().channel_count; ++k) {
+    data_[k] = position_of(view_.bits, at, k);
+    at += codec_->format().channel_list[k].total_bits();
+  }
+  if (!codec_) data_[0] = number_of(view_.bits, at, at + usual_.payload_bits).first;
+}
+
+void Pricer::look(const CycleEdges& edges, Picoseconds delay) {
+  const Picoseconds half = view_.period / 2;
+  view_.bits.clear();
+  std::size_t next = 0;
+  Level level = edges.slo_before;
+  for (const Picoseconds rise : view_.rises) {
+    const Picoseconds sample = decode::shifted(rise, delay + half);
+    while (next < edges.slo.size() && edges.slo[next].time <= sample) {
+      level = edges.slo[next++].level;
+    }
+    view_.bits.push_back(!is_low(level));
+  }
+  view_.ack = find(view_.bits, false, 0);
+  view_.start = find(view_.bits, true, view_.ack);
+  view_.off_grid = 0;
+  view_.smear = {};
+  if (view_.rises.size() < 2) return;
+  const std::size_t end = std::min(view_.clocks() - 1, view_.start + 2 + usual_.payload_bits);
+  const Picoseconds last = decode::shifted(view_.rises[end], delay + half);
+  const auto tolerance =
+      Picoseconds{static_cast<std::int64_t>(grid_share * static_cast<double>(view_.period.count) +
+                                            grid_samples * static_cast<double>(resolution_.count))};
+  for (const LevelChange& change : edges.slo) {
+    if (change.time > last) break;
+    const Picoseconds moved = decode::shifted(change.time, -delay);
+    const auto after = std::lower_bound(view_.rises.begin() + 1, view_.rises.end(), moved);
+    Picoseconds off = after == view_.rises.end() ? moved - view_.rises.back()
+                                                 : std::max(*after - moved, moved - *after);
+    if (after != view_.rises.begin() + 1) {
+      off = std::min(off, std::max(moved - *(after - 1), *(after - 1) - moved));
+    }
+    view_.smear = std::max(view_.smear, off);
+    if (off > tolerance) ++view_.off_grid;
+  }
+}
+
+// The shortest level first: what it interrupts is whole again then.
+void Pricer::remove_pulses(std::vector<LevelChange>& ma) {
+  constexpr unsigned most_pulses = 64;
+  while (view_.ma_pulses < most_pulses) {
+    std::size_t shortest = 0;
+    std::int64_t least = pulse_percent;
+    for (std::size_t i = 1; i < ma.size(); ++i) {
+      const bool high = ma[i - 1].level == Level::high;
+      const Picoseconds usual = high ? usual_.high : usual_.period - usual_.high;
+      const Picoseconds length = decode::elapsed(ma[i - 1].time, ma[i].time) + 2 * resolution_;
+      const std::int64_t percent = 100 * length.count / std::max<std::int64_t>(usual.count, 1);
+      if (percent >= least) continue;
+      least = percent;
+      shortest = i;
+    }
+    if (shortest == 0) return;
+    ++view_.ma_pulses;
+    const auto at = ma.begin() + static_cast<std::ptrdiff_t>(shortest);
+    ma.erase(at - 1, at + 1);
+  }
+}
+
+void Pricer::count_pulses(const CycleEdges& edges) {
+  view_ = {};
+  view_.period = edges.cycle.period.value_or(usual_.period);
+  // The clock of a request with pulses is not measured well.
+  if (usual_.period.count != 0 && (3 * view_.period < 2 * usual_.period)) {
+    view_.period = usual_.period;
+  }
+  const auto is_short = [&](Picoseconds from, Picoseconds to) {
+    return pulse_share * (decode::elapsed(from, to) + resolution_) < view_.period;
+  };
+  std::vector<LevelChange> ma(edges.ma.begin(), edges.ma.end());
+  remove_pulses(ma);
+  if (!edges.ma_after.empty() && edges.ma_after.size() > 1) ++view_.ma_pulses;
+  for (const LevelChange& change : ma) {
+    if (change.level == Level::high) view_.rises.push_back(change.time);
+  }
+  for (std::size_t i = 1; i < view_.rises.size(); ++i) {
+    const Picoseconds gap = decode::elapsed(view_.rises[i - 1], view_.rises[i]);
+    if (100 * gap > pause_percent * view_.period + 100 * resolution_) ++view_.pauses;
+  }
+  for (std::size_t i = 1; i < edges.slo.size(); ++i) {
+    if (is_short(edges.slo[i - 1].time, edges.slo[i].time)) ++view_.slo_pulses;
+  }
+}
+
+Prices Pricer::read(const CycleEdges& edges, bool thorough) {
+  thorough_ = thorough;
+  Prices prices;
+  prices.fill(impossible);
+  count_pulses(edges);
+  look(edges, usual_.delay);
+  const auto clocks = static_cast<float>(view_.clocks());
+  set(prices, RequestKind::literal,
+      clocks + edge_price * static_cast<float>(view_.off_grid) + 6 +
+          pause_price * static_cast<float>(view_.pauses != 0));
+  if (!last_.empty()) {
+    const auto [value, size] = number_of(view_.bits, 0, view_.clocks());
+    const auto [last, last_size] = number_of(last_, 0, last_.size());
+    const float change = size == last_size ? change_price(last, value, size) : clocks;
+    set(prices, RequestKind::foreign,
+        change + clocks - static_cast<float>(size) + 3 +
+            edge_price * static_cast<float>(view_.off_grid));
+  }
+  last_ = view_.bits;
+  const bool low = is_low(edges.slo_before);
+  if (edges.cycle.status == CycleStatus::ma_glitch) {
+    set(prices, RequestKind::ma_pulse, 6);
+  } else if (edges.slo.empty()) {
+    if (low) {
+      price_low(edges, prices);
+    } else {
+      set(prices, RequestKind::silent, 0.5F);
+    }
+  } else if (low) {
+    price_low(edges, prices);
+  } else {
+    price_frame(edges, prices);
+    // What the encoder takes for a part of the request before.
+    const auto rest = rest_before(edges.cycle);
+    if (rest && shortest_rest_ && 10 * *rest < 9 * *shortest_rest_) {
+      set(prices, RequestKind::hurried, 8 + clocks / 4);
+    }
+  }
+  last_edge_ = decode::shifted(edges.cycle.time, edges.cycle.clocked);
+  if (!low && view_.start + 2 < view_.clocks()) {
+    ++frames_;
+    ++acks_[std::min(view_.ack_clocks(), acks_.size() - 1)];
+    before_ = {};
+    for (std::size_t i = view_.start; i < view_.clocks(); ++i) before_.append(view_.bits[i]);
+  }
+  return prices;
+}
+
+// SLO is low at the request: it is stuck, still busy, or inverted.
+void Pricer::price_low(const CycleEdges& edges, Prices& prices) const {
+  const auto rises = static_cast<std::size_t>(
+      std::count_if(edges.slo.begin(), edges.slo.end(),
+                    [](const LevelChange& change) { return change.level == Level::high; }));
+  const auto rest = rest_before(edges.cycle);
+  const bool hurried = !rest || !shortest_rest_ || 100 * *rest < 97 * *shortest_rest_;
+  const auto more = static_cast<float>(edges.slo.size());
+  const bool soon = hurried && shortest_rest_;
+  if (edges.slo.empty()) {
+    set(prices, RequestKind::stuck, soon ? 7 : 1);
+    if (soon) set(prices, RequestKind::hurried, 2);
+  } else {
+    if (edges.slo.size() == 1) set(prices, RequestKind::busy, soon ? 10 : 4);
+    if (hurried) set(prices, RequestKind::hurried, (soon ? 1.0F : 4.0F) + 2 * (more - 1));
+  }
+  // ACK is high, and SLO goes back to the level at which it rests.
+  const std::size_t ack = find(view_.bits, true, 0);
+  const bool back = !edges.slo.empty() && is_low(edges.slo.back().level);
+  if (ack == 1 && rises != 0 && back && view_.slo_pulses == 0) {
+    set(prices, RequestKind::inverted, 2 + 2 * (more - static_cast<float>(rises) - 1));
+  }
+}
+
+Result<Frame, FrameFault> Pricer::judge(const Bits& bits, std::size_t start) const {
+  FrameBits line;
+  line.append_run(true, 1);
+  line.append_run(false, 1);
+  for (std::size_t i = start; i < bits.size(); ++i) line.append(bits[i]);
+  return decode_payload(line.view(), FrameStart{2, 1, 1}, *codec_);
+}
+
+Pricer::Bits Pricer::before_bits() const {
+  Bits bits;
+  for (std::size_t i = 0; i < before_.view().size_bits(); ++i) bits.push_back(before_.view()[i]);
+  return bits;
+}
+
+// The first bits after CDS, by their change from those of another frame.
+float Pricer::frame_change(const Bits& before, std::size_t size) const {
+  const auto [value, bits] = number_of(view_.bits, view_.start + 2, view_.start + 2 + size);
+  const auto [last, last_bits] = number_of(before, 2, 2 + size);
+  if (bits == 0) return 0;
+  const auto rest = static_cast<float>(size - bits);
+  if (last_bits != bits) return rest + static_cast<float>(bits);
+  return rest + change_price(last, value, bits);
+}
+
+float Pricer::ack_price(std::size_t clocks) const {
+  const double seen = acks_[std::min(clocks, acks_.size() - 1)];
+  return -static_cast<float>(std::log2((seen + 0.15) / (frames_ + 4.0)));
+}
+
+// The position fields of a frame, whatever its checksum is.
+float Pricer::data_price(const Bits& bits, std::size_t start) const {
+  if (!codec_) {
+    const auto [value, size] = number_of(bits, start + 2, start + 2 + usual_.payload_bits);
+    return size == 0 ? 0 : change_price(data_[0], value, size);
+  }
+  float price = 0;
+  std::size_t at = start + 2;
+  for (std::size_t k = 0; k < codec_->format().channel_count; ++k) {
+    const ChannelFormat& channel = codec_->format().channel_list[k];
+    price +=
+        change_price(data_[k], position_of(bits, at, k), std::max(1U, channel.position_bits()));
+    at += channel.total_bits();
+  }
+  return price;
+}
+
+std::uint64_t Pricer::position_of(const Bits& bits, std::size_t at, std::size_t k) const {
+  const ChannelFormat& channel = codec_->format().channel_list[k];
+  std::uint64_t data = 0;
+  for (std::size_t i = at; i < at + channel.data_bits; ++i) {
+    data = data << 1U | (i < bits.size() && bits[i] ? 1U : 0U);
+  }
+  return frame_detail::position_of(channel, data);
+}
+
+void Pricer::price_frame(const CycleEdges& edges, Prices& prices) {
+  const std::size_t size = view_.clocks();
+  const std::size_t start = view_.start;
+  // Reduced frames have LAT and ACK alone, short ones no channel.
+  const bool reduced = size == 2 && view_.ack == 1;
+  const bool brief = start < size && size - start == 3 && !view_.bits.back() && view_.ack == 1;
+  if ((reduced || brief) && view_.off_grid == 0) set(prices, RequestKind::short_frame, 1);
+  if (view_.ack != 1 || edges.cycle.early) {
+    // The encoder answers from some clock on.
+    if (view_.ack > 1 && view_.ack < size) {
+      set(prices, RequestKind::delay_clocks,
+          count_price(size) + 4 + static_cast<float>(size - view_.ack) / 2 +
+              flip_edge_price * static_cast<float>(view_.off_grid));
+    }
+    return price_moved(edges, prices);
+  }
+  if (start >= size) {
+    set(prices, RequestKind::cut_in_ack, 2 + edge_price * static_cast<float>(view_.off_grid));
+    return price_tails(prices);
+  }
+  const float base = ack_price(view_.ack_clocks()) + data_price(view_.bits, start);
+  const std::size_t stop = start + 2 + usual_.payload_bits;
+  if (size < stop) {
+    price_cut(edges, prices);
+    price_tails(prices);
+    price_length(prices);
+    return price_moved(edges, prices);
+  }
+  if (!codec_) {
+    if (size == stop) price_cut(edges, prices);
+    if (find(view_.bits, true, stop) == size) {
+      Frame frame;
+      // The bits of the checksum are no longer free.
+      if (usual_.checksum) price_checksum(base - usual_.checksum->crc.width_bits + 2, prices);
+      // A frame whose STOP is not seen may be longer.
+      price_good(frame, size == stop ? base + 4 : base, prices);
+    } else {
+      price_length(prices);
+      set(prices, RequestKind::flip, base + count_price(size));
+      price_tails(prices);
+      price_moved(edges, prices);
+    }
+    return;
+  }
+  const auto frame = judge(view_.bits, start);
+  if (frame.ok()) return price_good(*frame, base, prices);
+  price_moved(edges, prices);
+  price_length(prices);
+  price_wrong(frame.error().cause, base, prices);
+}
+
+void Pricer::price_good(const Frame& frame, float base, Prices& prices) {
+  remember(view_.start);
+  const auto off = static_cast<float>(view_.off_grid);
+  const bool trusted = !codec_ || frame.trusted();
+  float good = base + edge_price * off + (view_.pauses != 0 ? pause_price : 0.0F) +
+               10 * static_cast<float>(view_.ma_pulses);
+  set(prices, trusted ? RequestKind::ok : RequestKind::error_flag, good);
+  if (view_.pauses != 0) set(prices, RequestKind::paused, base + 1 + edge_price * off);
+  const auto pulses = static_cast<float>(view_.slo_pulses);
+  if (view_.slo_pulses != 0) set(prices, RequestKind::slo_pulse, base + 4 + 4 * pulses);
+  if (view_.ma_pulses != 0) {
+    set(prices, RequestKind::ma_pulse,
+        base + 4 + 2 * static_cast<float>(view_.ma_pulses) + 2 * off);
+  }
+  if (off > 0) set(prices, RequestKind::smeared, base + 3 + 4 * off + 6 * pulses);
+}
+
+// All bits are there and something about them is wrong.
+void Pricer::price_wrong(FrameError error, float base, Prices& prices) {
+  const auto payload = static_cast<float>(usual_.payload_bits);
+  const float edges = flip_edge_price * static_cast<float>(view_.off_grid);
+  const float ack = ack_price(view_.ack_clocks());
+  const std::size_t start = view_.start;
+  if (error == FrameError::stop_bit) {
+    set(prices, RequestKind::stop_high, base + 1);
+    const std::size_t stop = start + 2 + usual_.payload_bits;
+    if (view_.bits[stop - 1]) set(prices, RequestKind::stop_repeats, base + 1 + edges);
+    set(prices, RequestKind::flip, base + bits_of(payload) + edges);
+  } else if (error == FrameError::cds) {
+    set(prices, RequestKind::cds_high, base + 1);
+    set(prices, RequestKind::flip, base + bits_of(payload) + edges);
+  } else {
+    // The flip of one bit that mends a channel, else all its bits.
+    float flips = 0;
+    std::size_t at = start + 2;
+    Bits mended = view_.bits;
+    for (std::size_t k = 0; k < codec_->format().channel_count; ++k) {
+      const ChannelFormat& channel = codec_->format().channel_list[k];
+      const unsigned data_bits = channel.data_bits;
+      if (channel.crc.present()) {
+        const auto [data, n] = number_of(view_.bits, at, at + data_bits);
+        std::uint64_t word = data;
+        if (n < data_bits) word = word << 1U | (view_.bits[at + data_bits - 1] ? 1U : 0U);
+        const auto seen = number_of(view_.bits, at + data_bits, at + channel.total_bits()).first;
+        const std::uint64_t syndrome = seen ^ CrcBitwise(channel.crc)(word, data_bits);
+        const auto& all = syndromes_[k];
+        const auto flip = std::find(all.begin(), all.end(), syndrome);
+        if (syndrome != 0 && flip != all.end()) {
+          const std::size_t bit = at + static_cast<std::size_t>(flip - all.begin());
+          mended[bit] = !mended[bit];
+          flips += count_price(all.size());
+        } else if (syndrome != 0) {
+          flips += static_cast<float>(channel.total_bits());
+        }
+      }
+      at += channel.total_bits();
+    }
+    const float single = ack + flips + data_price(mended, start);
+    constexpr float near = 12;
+    view_.likely = data_price(view_.bits, start) < near;
+    set(prices, RequestKind::flip, std::min(single, ack + payload + 2) + edges);
+    if (thorough_) set(prices, RequestKind::slip, slip_price() + edges);
+    price_tails(prices);
+    if (usual_.checksum) {
+      price_checksum(base + 2, prices);
+    } else if (usual_.no_checksum_fits) {
+      const auto free = static_cast<float>(codec_->format().channel_list[0].crc.width_bits);
+      set(prices, RequestKind::other_checksum,
+          base + free + 1 + edge_price * static_cast<float>(view_.off_grid));
+      remember(start);
+    }
+  }
+  set(prices, RequestKind::refused,
+      ack + std::min(payload + 1, frame_change(refused_, usual_.payload_bits)) + 1 +
+          edge_price * static_cast<float>(view_.off_grid));
+  refused_.assign(view_.bits.begin() + static_cast<std::ptrdiff_t>(start), view_.bits.end());
+}
+
+// The checksum is right by the rule of the maker.
+void Pricer::price_checksum(float price, Prices& prices) {
+  decode::RawBits raw;
+  for (std::size_t i = view_.start; i < view_.bits.size(); ++i) raw.append(view_.bits[i]);
+  if (!usual_.checksum->fits(raw.view(), before_.view())) return;
+  set(prices, RequestKind::other_checksum, price + edge_price * static_cast<float>(view_.off_grid));
+  remember(view_.start);
+}
+
+// The encoder has taken a clock twice, or missed one: the frame with it mended, and STOP.
+float Pricer::slip_price() const {
+  const std::size_t begin = view_.start + 2;
+  const std::size_t end = begin + usual_.payload_bits;
+  float best = impossible;
+  const float choice = count_price(2 * std::size_t{usual_.payload_bits}) + 3;
+  for (std::size_t at = begin; at < end; ++at) {
+    // A clock too many: the bit that was not seen is either.
+    for (const bool level : {false, true}) {
+      Bits bits = view_.bits;
+      bits.insert(bits.begin() + static_cast<std::ptrdiff_t>(at), level);
+      if (judge(bits, view_.start).ok()) {
+        best = std::min(best, choice + 1 + data_price(bits, view_.start));
+      }
+    }
+    if (at != begin && view_.bits[at] == view_.bits[at - 1]) continue;
+    Bits bits = view_.bits;
+    bits.erase(bits.begin() + static_cast<std::ptrdiff_t>(at));
+    if (judge(bits, view_.start).ok()) {
+      best = std::min(best, choice + data_price(bits, view_.start));
+    }
+  }
+  // After a clock too many STOP is where the last bit was; after one too few the last bit is where
+  // STOP was.
+  const bool last_low = !view_.bits[end - 1];
+  const bool stop_high = end < view_.bits.size() && view_.bits[end];
+  return best + ack_price(view_.ack_clocks()) + (last_low || stop_high ? -1.0F : 5.0F);
+}
+
+// MA stopped before the last bit.
+void Pricer::price_cut(const CycleEdges& edges, Prices& prices) const {
+  const std::size_t begin = view_.start + 2;
+  const std::size_t size = view_.clocks();
+  const float off = edge_price * static_cast<float>(view_.off_grid);
+  const std::size_t bits = size > begin ? size - begin : 0;
+  const float data = frame_change(before_bits(), bits);
+  const float price = 2 + ack_price(view_.ack_clocks()) / 2 + data + off;
+  const bool late = longest_ack_ != 0 && view_.ack_clocks() > longest_ack_;
+  set(prices, RequestKind::cut_late, late ? price : price + (longest_ack_ == 0 ? 0.01F : 8.0F));
+  set(prices, RequestKind::cut_in_data, late ? price + 3 : price);
+  if (codec_)
+    set(prices, RequestKind::refused,
+        ack_price(view_.ack_clocks()) + data + 1 + off + (view_.bits.back() ? 12.0F : -1.0F));
+  const Picoseconds next =
+      decode::elapsed(decode::shifted(edges.cycle.time, edges.cycle.clocked), edges.limit);
+  const auto rest = rest_before(edges.cycle);
+  const bool soon = !edges.last_of_capture && shortest_rest_ && 2 * next < *shortest_rest_;
+  const bool after = rest && shortest_rest_ && 2 * *rest < *shortest_rest_;
+  if (soon || after) set(prices, RequestKind::restart, price - 1);
+  if (edges.cycle.cdm == true) set(prices, RequestKind::ma_held, price - 3);
+}
+
+// SLO does not change any more from a bit on.
+void Pricer::price_tails(Prices& prices) const {
+  const float where = count_price(view_.clocks());
+  const float off = edge_price * static_cast<float>(view_.off_grid);
+  const auto before = [&](std::size_t tail) {
+    const std::size_t begin = view_.start + 2;
+    const std::size_t end = view_.clocks() - tail;
+    return end <= begin ? 0.0F : frame_change(before_bits(), end - begin);
+  };
+  // Ones at the end of a request that the master cut are data.
+  const std::size_t ones = tail_of(view_.bits, true);
+  if (ones >= least_ones && (fewest_clocks_ == UINT32_MAX || view_.clocks() >= fewest_clocks_)) {
+    set(prices, RequestKind::ones, where + 3 + before(ones) + off);
+  }
+  const std::size_t zeros = tail_of(view_.bits, false);
+  if (zeros >= least_zeros) set(prices, RequestKind::zeros, where + 4 + before(zeros) + off);
+}
+
+// The answer is not where it usually is: late, or with the falling edges of MA.
+void Pricer::price_moved(const CycleEdges& edges, Prices& prices) {
+  const auto fall = std::find_if(edges.slo.begin(), edges.slo.end(), [](const LevelChange& change) {
+    return change.level == Level::low;
+  });
+  if (fall == edges.slo.end() || view_.rises.size() < 3 || view_.period.count == 0) return;
+  const Picoseconds delay = fall->time - view_.rises[1];
+  const double periods =
+      static_cast<double>((delay - usual_.delay).count) / static_cast<double>(view_.period.count);
+  if (std::abs(periods) < 0.15) return;
+  const View as_usual = view_;
+  look(edges, delay);
+  const bool answered = view_.ack == 1 && view_.start < view_.clocks();
+  const float off = edge_price * static_cast<float>(view_.off_grid);
+  if (answered) {
+    const float base = ack_price(view_.ack_clocks()) + data_price(view_.bits, view_.start) + off;
+    const std::size_t stop = view_.start + 2 + usual_.payload_bits;
+    const bool good = codec_
+                          ? judge(view_.bits, view_.start).ok()
+                          : view_.clocks() > stop && find(view_.bits, true, stop) == view_.clocks();
+    const double whole = std::abs(periods - std::round(periods));
+    const bool half = std::abs(std::abs(periods) - 0.5) < 0.15;
+    if (good) {
+      if (whole < 0.2) set(prices, RequestKind::delay_clocks, base + 7);
+      if (periods > -0.9 && whole >= 0.1) set(prices, RequestKind::delay_part, base + 7);
+      if (half) set(prices, RequestKind::half_early, base + 2);
+    } else if (periods > 0.8 && whole < 0.2) {
+      // Late by clocks: the last bits are missing.
+      set(prices, RequestKind::delay_clocks, base + 9);
+    } else if (half && edges.cycle.early) {
+      set(prices, RequestKind::half_early, base + 4);
+    }
+  } else if (periods > 0.8) {
+    set(prices, RequestKind::delay_clocks, 12 + off);
+  } else if (edges.cycle.early && std::abs(periods + 0.5) < 0.2) {
+    set(prices, RequestKind::half_early, 4 + off);
+  }
+  view_ = as_usual;
+}
+
+// A whole frame of another length: STOP is 0, whatever came before it.
+void Pricer::price_length(Prices& prices) {
+  const std::size_t start = view_.start;
+  const std::size_t size = view_.clocks();
+  if (size < start + least_length || view_.bits.back() || view_.off_grid != 0) return;
+  if (size == start + 3 + usual_.payload_bits) return;
+  const bool again = other_.size() == size - start;
+  // A usual checksum before STOP leaves the bits of the data only; clocks after STOP read zeros.
+  std::size_t bits = size - start - 3;
+  constexpr std::size_t most_after = 8;
+  const std::size_t zeros = std::min(tail_of(view_.bits, false), most_after);
+  constexpr std::array<std::uint8_t, 4> widths{6, 16, 5, 8};
+  bool found = false;
+  for (std::size_t after = 0; after < zeros && !found; ++after) {
+    for (const std::uint8_t width : widths) {
+      const std::size_t all = size - start - 3 - std::min(after, size - start - 3);
+      if (all < width + 4U || all > width + std::size_t{62}) continue;
+      const std::size_t end = start + 2 + all;
+      const auto [data, data_bits] = number_of(view_.bits, start + 2, end - width);
+      const auto seen = number_of(view_.bits, end - width, end).first;
+      const CrcBitwise crc({.polynomial = default_polynomial(width), .width_bits = width});
+      found = data != 0 && all != usual_.payload_bits && crc(data, data_bits) == seen;
+      if (!found) continue;
+      bits = all - width;
+      break;
+    }
+  }
+  const float data = again ? frame_change(other_, bits) : static_cast<float>(bits);
+  set(prices, RequestKind::other_length,
+      ack_price(view_.ack_clocks()) + data + (again ? 0.3F : 10.0F));
+  other_.assign(view_.bits.begin() + static_cast<std::ptrdiff_t>(start), view_.bits.end());
+}
+
+}  // namespace biss::explain

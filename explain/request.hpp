@@ -1,0 +1,171 @@
+// What a request may be, and what each possibility costs in bits: the fewer, the better it predicts
+// the edges that were seen.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "biss/frame/codec.hpp"
+#include "biss/timing/device_timing.hpp"
+#include "decode/cycle_edges.hpp"
+#include "explain/checksum_variant.hpp"
+
+namespace biss::explain {
+
+enum class RequestKind : std::uint8_t {
+  ok,
+  error_flag,      ///< a good frame with nE = 0
+  life_jump,       ///< a good frame whose sign of life is not one more than before
+  implausible,     ///< a good frame whose position no axis can have
+  short_frame,     ///< a frame for control communication alone
+  other_length,    ///< a frame with more or fewer bits than usual
+  paused,          ///< a good frame, MA rests inside it
+  flip,            ///< bits are wrong
+  refused,         ///< nothing is unusual but that the format does not fit
+  slip,            ///< the encoder has counted a clock too many or too few
+  silent,          ///< SLO stayed high
+  stuck,           ///< SLO was low until the next request
+  busy,            ///< SLO was low at the request and rose later
+  hurried,         ///< SLO was low at a request that came sooner than before good frames
+  inverted,        ///< SLO rests low and rises for ACK
+  half_early,      ///< SLO changes with the falling edges of MA
+  stop_repeats,    ///< STOP has the level of the bit before
+  cut_in_ack,      ///< MA stopped before START
+  cut_late,        ///< START came later than in any good frame, and bits are missing
+  cut_in_data,     ///< START came in time, and MA stopped before the last bit
+  restart,         ///< as before, and the next clocks come soon
+  ma_held,         ///< MA stopped within the request and stayed low
+  ones,            ///< SLO stayed high from a bit on to the end, STOP included
+  zeros,           ///< SLO stayed low from a bit on to the end
+  slo_pulse,       ///< a pulse on SLO, the frame otherwise good
+  ma_pulse,        ///< a pulse on MA, the frame otherwise good
+  smeared,         ///< a good frame, SLO changes far from its usual place in a bit
+  delay_part,      ///< a good frame, the line delay differs by a part of a period
+  delay_clocks,    ///< a good frame, clocks later than usual
+  stop_high,       ///< STOP is 1, the frame otherwise good
+  cds_high,        ///< CDS is 1 where the format says 0, the frame otherwise good
+  other_ack,       ///< START outside the bounds of the encoder, the frame otherwise good
+  other_checksum,  ///< the checksum is right by a maker's rule
+  foreign,         ///< each clock is a bit of a number that moves
+  literal,         ///< as it was seen, without a reason
+};
+
+inline constexpr std::size_t kind_count = 35;
+
+/// A few words for the evidence: "N of M cycles: …".
+std::string_view text_of(RequestKind kind);
+
+/// In bits, for one request; `impossible` for a kind that it is not.
+using Prices = std::array<float, kind_count>;
+inline constexpr float impossible = 1e9F;
+
+/// What the requests of a capture usually look like, from its beginning.
+struct Usual {
+  Picoseconds period{};
+  /// Of it, for how long MA is high.
+  Picoseconds high{};
+  Picoseconds delay{};
+  /// Between CDS and STOP: of the format, else as many as the frames have.
+  unsigned payload_bits = 0;
+  /// Rising edges of MA.
+  std::uint32_t clocks = 0;
+  std::optional<ChecksumVariant> checksum;
+  /// Hardly a frame has the right checksum, and no rule fits.
+  bool no_checksum_fits = false;
+};
+/// \param cycles from the beginning of the capture
+Usual usual_of(std::span<const decode::Cycle> cycles, const std::optional<FrameFormat>& format);
+
+/// Prices the requests of a capture in their order.
+class Pricer {
+ public:
+  Pricer(const std::optional<FrameFormat>& format, Picoseconds resolution, const Usual& usual);
+
+  /// A good frame with nothing unusual that Cycle shows: it is `ok`, and its edges need not be seen.
+  bool is_plain(const decode::Cycle& cycle) const;
+  /// The next request is plain.
+  void learn(const decode::Cycle& cycle);
+  /// The next request is not. \param thorough also looks for lost and doubled clocks, which is slow
+  Prices read(const decode::CycleEdges& edges, bool thorough = true);
+
+  /// From the last edge of MA before to this request.
+  std::optional<Picoseconds> rest_before(const decode::Cycle& cycle) const;
+  /// Of the request read last.
+  unsigned ma_pulses() const { return view_.ma_pulses; }
+  unsigned slo_pulses() const { return view_.slo_pulses; }
+  Picoseconds smear() const { return view_.smear; }
+  /// Its checksum is wrong, and its position is near that of the frame before.
+  bool position_is_likely() const { return view_.likely; }
+
+ private:
+  using Bits = std::vector<bool>;
+  // A request as a master reads it that knows the line delay.
+  struct View {
+    std::vector<Picoseconds> rises;
+    Picoseconds period{};
+    unsigned ma_pulses = 0;
+    unsigned slo_pulses = 0;
+    unsigned pauses = 0;
+    // Changes of SLO that are not where a bit begins.
+    unsigned off_grid = 0;
+    Picoseconds smear{};
+    bool likely = false;
+    Bits bits;
+    // Indexes of ACK and START; past the end where there is none.
+    std::size_t ack = 0;
+    std::size_t start = 0;
+
+    std::size_t clocks() const { return rises.size(); }
+    std::size_t ack_clocks() const { return start - ack; }
+  };
+
+  void look(const decode::CycleEdges& edges, Picoseconds delay);
+  void count_pulses(const decode::CycleEdges& edges);
+  void remove_pulses(std::vector<decode::LevelChange>& ma);
+  void price_frame(const decode::CycleEdges& edges, Prices& prices);
+  void price_good(const Frame& frame, float base, Prices& prices);
+  void price_wrong(FrameError error, float base, Prices& prices);
+  void price_cut(const decode::CycleEdges& edges, Prices& prices) const;
+  void price_tails(Prices& prices) const;
+  void price_moved(const decode::CycleEdges& edges, Prices& prices);
+  void price_low(const decode::CycleEdges& edges, Prices& prices) const;
+  void price_length(Prices& prices);
+  void price_checksum(float price, Prices& prices);
+  void remember(std::size_t start);
+  float slip_price() const;
+  float ack_price(std::size_t clocks) const;
+  float data_price(const Bits& bits, std::size_t start) const;
+  std::uint64_t position_of(const Bits& bits, std::size_t at, std::size_t channel) const;
+  float frame_change(const Bits& before, std::size_t size) const;
+  Bits before_bits() const;
+  Result<Frame, FrameFault> judge(const Bits& bits, std::size_t start) const;
+
+  std::optional<FrameCodec<>> codec_;
+  bool thorough_ = true;
+  Picoseconds resolution_;
+  Usual usual_;
+  // What flips of one bit of a channel do to its checksum, data first.
+  std::array<std::vector<std::uint16_t>, max_channels> syndromes_;
+  View view_;
+  // Of the good frames before.
+  std::array<std::uint32_t, 512> acks_{};
+  std::uint32_t frames_ = 0;
+  std::uint16_t longest_ack_ = 0;
+  std::uint32_t fewest_clocks_ = UINT32_MAX;
+  std::array<std::uint64_t, max_channels> data_{};
+  std::optional<Picoseconds> shortest_rest_;
+  // The last frame of any kind, the last one that was refused, and the last one whose length was
+  // unusual, all from START on; the last unusual request from LAT on.
+  decode::RawBits before_;
+  Bits refused_;
+  Bits other_;
+  Bits last_;
+  std::optional<Picoseconds> last_edge_;
+};
+
+}  // namespace biss::explain
