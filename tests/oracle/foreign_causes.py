@@ -117,6 +117,7 @@ def master_stops_early(line):
     need = line.format.bits + clocks + 4
     if luck.random() < 0.5:
         stop = need - luck.randint(2, line.format.bits - 2)
+        line.moving()  # a last bit that is always 0 would be STOP
         line.cut = lambda number: stop
         line.about["cut"] = "always"
         line.everywhere = "master_stops_early"
@@ -379,7 +380,7 @@ def wrong_checksum(line):
         line.format = Format([Channel(items(), plain=True)])
     else:
         line.format = Format([Channel(items(), error=kind)])
-    if kind in ("start", "plain"):
+    if kind in ("start", "plain", "zero", "constant", "random"):  # without a format all is in order
         line.accept["without"] = ["wrong_checksum", "healthy"]
         line.unknown = "wrong_checksum"
     if kind == "no-flags":  # with nE = nW = 1 in all frames it is one remainder off

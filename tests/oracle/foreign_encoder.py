@@ -141,7 +141,12 @@ def draw_format(luck, wide):
     dice = luck.random()
     if dice < 0.10:
         first = position(16, 36)
-        return Format([channel(first, False, 6), channel(luck.choice((first, max(12, first - 8))), True, 16)])
+        second = luck.choice((first, max(12, first - 8)))
+        if not wide:  # a word length that no data sheet has is a fault of its own
+            first, second = luck.choice(((32, 32), (28, 24), (36, 28)))
+            one, two = ([Item("pos", bits), Item("nE", 1), Item("nW", 1)] for bits in (first, second))
+            return Format([Channel(one), Channel(two + [Item("lc", 6)], 16)])
+        return Format([channel(first, False, 6), channel(second, True, 16)])
     if dice < 0.18:
         return Format([channel(position(10, 30), False, 6) for _ in range(luck.choice((2, 2, 3)))])
     width = luck.choice((5, 8, 16, 16, 7, 4)) if luck.random() < 0.15 else 6

@@ -14,7 +14,7 @@ class Line(Truth):
     """All that makes one line: drawn at random, then changed by its causes, then run."""
 
     def __init__(self, luck, wide=False):
-        self.luck = luck
+        self.luck, self.wide = luck, wide
         self.causes, self.about, self.options, self.with_options = [], {}, [], []
         self.accept = {}
         self.format = draw_format(luck, wide)
@@ -133,12 +133,12 @@ class Line(Truth):
         if self.turning:
             single = self.format.channels[0].items[1].bits
             self.motions[0].speed = luck.choice((-1, 1)) * 2.0 ** single / self.turning / interval
-        if len(self.motions) == 2 and luck.random() < 0.6:
+        if len(self.motions) == 2 and (luck.random() < 0.6 or self.format.channels[1].has("lc")):
             self.motions[1] = self.motions[0]
         self.flags = [{kind: Flag(luck, self.count, self.flag_kinds[kind]) for kind in ("nE", "nW")}
                       for _ in self.format.channels]
         self.counter = luck.randrange(64)
-        self.counter_low = luck.choice((0, 1))
+        self.counter_low = luck.choice((0, 1)) if self.wide else 1
         ma = Wire(self.delays[0], self.slopes[0], self.thresholds[0])
         slo = Wire(self.delays[1], self.slopes[1], self.thresholds[1])
         drive = Wire()  # what the master sends, as a probe at the master sees it
@@ -227,12 +227,14 @@ class Line(Truth):
     def answer(self, time, cds):
         """The encoder latches now."""
         number = self.number
-        values = []
+        values, places = [], {}
         frame_format = self.format_at(number)
         self.counter += 1
         for index, channel in enumerate(frame_format.channels):
             motion, flags = self.motions[index % len(self.motions)], self.flags[index % len(self.flags)]
-            position = motion.at(time) >> max(0, motion.bits - channel.position_bits)
+            if motion not in places:
+                places[motion] = motion.at(time)
+            position = places[motion] >> max(0, motion.bits - channel.position_bits)
             value = {"pos": position, "pad": 0, "lc": self.life()}
             active = {kind: flag.active(number) for kind, flag in flags.items()}
             value["nE"], value["nW"] = 1 - active["nE"], 1 - active["nW"]

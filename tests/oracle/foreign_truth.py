@@ -136,6 +136,10 @@ class Truth:
             with_format = with_format + self.timing
         damaged = sorted({n for marks in self.marks.values() for n in marks})
         accept = {mode: self.accept.get(mode, list(self.causes)) for mode in ("with", "without")}
+        if "encoder_error" in self.causes and min(self.frames(self.format)["rank"]) < 4:
+            # Nothing shows which bit is nE.
+            self.unknown = "encoder_error"
+            accept["without"] = ["encoder_error", "healthy"]
         if len(self.causes) == 2:
             accept = {"with": list(self.causes),
                       "without": [cause for cause in self.causes if cause != self.unknown]}
@@ -184,7 +188,7 @@ class Truth:
             odd = kinds != ["nE", "nW"] or channel.items[0].kind in FLAGS
             if odd and (rank < 6 or any(item.kind == "pad" and item.bits > 1 for item in channel.items)):
                 return False
-            if odd and kinds != ["nE"]:
+            if odd and (kinds != ["nE"] or channel.items[0].kind in FLAGS):
                 for kind, low in kept["low"][index].items():
                     active = low if kind in ("nE", "nW") else 1 - low
                     if not 0 < active < 0.5:
