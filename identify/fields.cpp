@@ -191,12 +191,13 @@ class FieldSearch {
 
   void divide_flags_first(const Field& life, bool last, unsigned base, unsigned top) {
     if (life.present() && !last) return;
-    FlagKind kind = flag_kinds[0];
-    kind.cost = 9;
-    add(life, last, kind, top - 2, {base, top - 2}, base);
-    kind = flag_kinds[2];
-    kind.cost += 9;
-    add(life, last, kind, top - 2, {base, top - 2}, base);
+    for (unsigned zeros = 0; zeros <= most_zeros && base + zeros + 3 <= top; ++zeros) {
+      if (zeros > 0 && is_moved(base + zeros - 1)) break;
+      for (FlagKind kind : {flag_kinds[0], flag_kinds[2]}) {
+        kind.cost += 9 + (zeros > 0 ? 4 + 0.5 * zeros : 0.0);
+        add(life, last, kind, top - 2, {base + zeros, top - 2}, base);
+      }
+    }
   }
 
   // \param flags_at the last bit of the flags
