@@ -288,10 +288,11 @@ class FieldSearch {
           rough += Timeline::rough_cost(values, top - split);
         }
         if (rough > 0.9 * least) continue;
-        // A lower track that is noise is no track.
+        // A lower track that is noise is no track, nor is one that carries.
+        const double noise = 0.6 * data_weight * split * static_cast<double>(words_.data.size());
         if (coding == two_tracks &&
-            number_cost({place.low, place.low + split}, binary, 0) >
-                0.6 * data_weight * split * static_cast<double>(words_.data.size())) {
+            (number_cost({place.low, place.low + split}, binary, 0) > noise ||
+             is_carried(numbers(place, binary, 0), split, top))) {
           continue;
         }
         for (const Division& each : divisions_) {
@@ -301,14 +302,29 @@ class FieldSearch {
     }
   }
 
+  // Where the bits below `split` go over their end, the speed of the bits above changes.
+  static bool is_carried(const std::vector<std::uint64_t>& values, unsigned split, unsigned top) {
+    std::array<double, 2> seen{};
+    std::array<double, 2> changed{};
+    for (std::size_t i = 2; i < values.size(); ++i) {
+      const std::uint64_t below = values[i] & low_mask(split);
+      const std::uint64_t before = values[i - 1] & low_mask(split);
+      const bool rises = ((below - before) & low_mask(split)) >> (split - 1) == 0;
+      const std::size_t over = (rises ? below < before : below > before) ? 1 : 0;
+      const std::uint64_t change =
+          (values[i] >> split) - 2 * (values[i - 1] >> split) + (values[i - 2] >> split);
+      ++seen[over];
+      changed[over] += (change & low_mask(top - split)) != 0 ? 1 : 0;
+    }
+    return seen[1] < 3 || changed[1] / seen[1] > 0.5 + 0.5 * changed[0] / std::max(1.0, seen[0]);
+  }
+
   double position_cost(const Place& place, Coding coding, unsigned split) {
     const double binary = number_cost(place, Coding::binary, 0);
     if (coding == Coding::binary) return binary;
     const double cost = coding == Coding::two_tracks
                             ? number_cost({place.low, place.low + split}, Coding::binary, 0) +
-                                  number_cost({place.low + split, place.high}, Coding::binary, 0) +
-                                  // A carry once in a while is no second track.
-                                  data_weight * static_cast<double>(words_.data.size())
+                                  number_cost({place.low + split, place.high}, Coding::binary, 0)
                             : number_cost(place, coding, split);
     double gain = binary - cost;
     const double share = binary <= 0 ? 0 : std::abs(gain) / binary;
