@@ -16,7 +16,8 @@ namespace {
 
 constexpr unsigned most_zeros = 12;
 constexpr unsigned least_gray_bits = 6;
-constexpr unsigned least_track_bits = 4;
+constexpr unsigned least_turn_bits = 4;
+constexpr unsigned least_track_bits = 8;
 // Positions for which the rarer codings are tried.
 constexpr std::size_t most_coded = 4;
 // Bits of a position that never move below others that do are unlikely by this much at most: a scale
@@ -276,11 +277,13 @@ class FieldSearch {
     const std::uint64_t seen = (moved_ >> place.low) & low_mask(place.bits());
     const auto top = static_cast<unsigned>(std::bit_width(seen));
     const double least = Timeline::rough_cost(numbers(place, binary, 0), top);
-    for (unsigned split = least_track_bits; split + 1 < top; ++split) {
+    for (unsigned split = least_turn_bits; split + 1 < top; ++split) {
       for (const Coding coding : {singleturn_gray, multiturn_gray, both_gray, two_tracks}) {
         const bool gray_below = coding == singleturn_gray || coding == both_gray;
         if (gray_below && split < least_gray_bits) continue;
-        if (coding != singleturn_gray && split + least_track_bits > top) continue;
+        if (coding != singleturn_gray && split + least_turn_bits > top) continue;
+        const bool too_short = split < least_track_bits || split + least_track_bits > top;
+        if (coding == two_tracks && too_short) continue;
         std::vector<std::uint64_t> values = numbers(place, coding, split);
         double rough = Timeline::rough_cost(values, coding == two_tracks ? split : top);
         if (coding == two_tracks) {
@@ -316,7 +319,7 @@ class FieldSearch {
       ++seen[over];
       changed[over] += (change & low_mask(top - split)) != 0 ? 1 : 0;
     }
-    return seen[1] < 3 || changed[1] / seen[1] > 0.5 + 0.5 * changed[0] / std::max(1.0, seen[0]);
+    return seen[1] < 3 || changed[1] / seen[1] > 0.3 + changed[0] / std::max(1.0, seen[0]);
   }
 
   double position_cost(const Place& place, Coding coding, unsigned split) {
