@@ -16,7 +16,8 @@ namespace {
 
 constexpr unsigned most_zeros = 12;
 constexpr unsigned least_gray_bits = 6;
-constexpr unsigned least_track_bits = 4;
+constexpr unsigned least_turn_bits = 4;
+constexpr unsigned least_track_bits = 8;
 // Positions for which the rarer codings are tried.
 constexpr std::size_t most_coded = 4;
 // Bits of a position that never move below others that do are unlikely by this much at most: a scale
@@ -191,12 +192,13 @@ class FieldSearch {
 
   void divide_flags_first(const Field& life, bool last, unsigned base, unsigned top) {
     if (life.present() && !last) return;
-    FlagKind kind = flag_kinds[0];
-    kind.cost = 9;
-    add(life, last, kind, top - 2, {base, top - 2}, base);
-    kind = flag_kinds[2];
-    kind.cost += 9;
-    add(life, last, kind, top - 2, {base, top - 2}, base);
+    for (unsigned zeros = 0; zeros <= most_zeros && base + zeros + 3 <= top; ++zeros) {
+      if (zeros > 0 && is_moved(base + zeros - 1)) break;
+      for (FlagKind kind : {flag_kinds[0], flag_kinds[2]}) {
+        kind.cost += 9 + (zeros > 0 ? 4 + 0.5 * zeros : 0.0);
+        add(life, last, kind, top - 2, {base + zeros, top - 2}, base);
+      }
+    }
   }
 
   // \param flags_at the last bit of the flags
@@ -275,11 +277,13 @@ class FieldSearch {
     const std::uint64_t seen = (moved_ >> place.low) & low_mask(place.bits());
     const auto top = static_cast<unsigned>(std::bit_width(seen));
     const double least = Timeline::rough_cost(numbers(place, binary, 0), top);
-    for (unsigned split = least_track_bits; split + 1 < top; ++split) {
+    for (unsigned split = least_turn_bits; split + 1 < top; ++split) {
       for (const Coding coding : {singleturn_gray, multiturn_gray, both_gray, two_tracks}) {
         const bool gray_below = coding == singleturn_gray || coding == both_gray;
         if (gray_below && split < least_gray_bits) continue;
-        if (coding != singleturn_gray && split + least_track_bits > top) continue;
+        if (coding != singleturn_gray && split + least_turn_bits > top) continue;
+        const bool too_short = split < least_track_bits || split + least_track_bits > top;
+        if (coding == two_tracks && too_short) continue;
         std::vector<std::uint64_t> values = numbers(place, coding, split);
         double rough = Timeline::rough_cost(values, coding == two_tracks ? split : top);
         if (coding == two_tracks) {
@@ -287,10 +291,11 @@ class FieldSearch {
           rough += Timeline::rough_cost(values, top - split);
         }
         if (rough > 0.9 * least) continue;
-        // A lower track that is noise is no track.
+        // A lower track that is noise is no track, nor is one that carries.
+        const double noise = 0.6 * data_weight * split * static_cast<double>(words_.data.size());
         if (coding == two_tracks &&
-            number_cost({place.low, place.low + split}, binary, 0) >
-                0.6 * data_weight * split * static_cast<double>(words_.data.size())) {
+            (number_cost({place.low, place.low + split}, binary, 0) > noise ||
+             is_carried(numbers(place, binary, 0), split, top))) {
           continue;
         }
         for (const Division& each : divisions_) {
@@ -300,14 +305,29 @@ class FieldSearch {
     }
   }
 
+  // Where the bits below `split` go over their end, the speed of the bits above changes.
+  static bool is_carried(const std::vector<std::uint64_t>& values, unsigned split, unsigned top) {
+    std::array<double, 2> seen{};
+    std::array<double, 2> changed{};
+    for (std::size_t i = 2; i < values.size(); ++i) {
+      const std::uint64_t below = values[i] & low_mask(split);
+      const std::uint64_t before = values[i - 1] & low_mask(split);
+      const bool rises = ((below - before) & low_mask(split)) >> (split - 1) == 0;
+      const std::size_t over = (rises ? below < before : below > before) ? 1 : 0;
+      const std::uint64_t change =
+          (values[i] >> split) - 2 * (values[i - 1] >> split) + (values[i - 2] >> split);
+      ++seen[over];
+      changed[over] += (change & low_mask(top - split)) != 0 ? 1 : 0;
+    }
+    return seen[1] < 3 || changed[1] / seen[1] > 0.3 + changed[0] / std::max(1.0, seen[0]);
+  }
+
   double position_cost(const Place& place, Coding coding, unsigned split) {
     const double binary = number_cost(place, Coding::binary, 0);
     if (coding == Coding::binary) return binary;
     const double cost = coding == Coding::two_tracks
                             ? number_cost({place.low, place.low + split}, Coding::binary, 0) +
-                                  number_cost({place.low + split, place.high}, Coding::binary, 0) +
-                                  // A carry once in a while is no second track.
-                                  data_weight * static_cast<double>(words_.data.size())
+                                  number_cost({place.low + split, place.high}, Coding::binary, 0)
                             : number_cost(place, coding, split);
     double gain = binary - cost;
     const double share = binary <= 0 ? 0 : std::abs(gain) / binary;
