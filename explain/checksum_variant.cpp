@@ -143,10 +143,16 @@ std::optional<ChecksumVariant> find_variant(std::span<const WrongFrame> frames,
     const BitView last = whole.back().raw.view();
     for (std::size_t m = 0; m < mistake_count; ++m) {
       rule.mistake = static_cast<Mistake>(m);
+      // These are formats of their own.
+      if (!format && rule.mistake >= Mistake::other_start) continue;
       rule.rest = static_cast<std::uint16_t>(received(rule, last));
       if (rule.mistake == Mistake::other_start) {
-        rule.rest ^= CrcBitwise(rule.crc)(data_of(rule, last), rule.data_bits);
-        if (rule.rest == 0) continue;
+        const std::uint64_t data = data_of(rule, last);
+        const CrcBitwise usual({.polynomial = default_polynomial(rule.crc.width_bits),
+                                .width_bits = rule.crc.width_bits});
+        // The checksum of BiSS is no mistake.
+        if (usual(data, rule.data_bits) == rule.rest) continue;
+        rule.rest ^= CrcBitwise(rule.crc)(data, rule.data_bits);
       }
       const std::size_t count = fitting(rule, whole);
       if (count <= most || 100 * count < fitting_percent * whole.size()) continue;

@@ -153,7 +153,10 @@ class Diagnosis {
       for (std::size_t i = 0; i < kinds.size(); ++i) weights[i] = next[i] / total;
     }
     const double price = 0.5 * std::log2(static_cast<double>(evidence_.cycles) + 1);
-    return sum + price * static_cast<double>(parts.size());
+    const auto used = std::count_if(parts.begin(), parts.end(), [this](const Part& part) {
+      return evidence_.count(part.kind) != 0;
+    });
+    return sum + price * static_cast<double>(std::max<std::ptrdiff_t>(used, 1));
   }
 
   // A second cause, if it explains some requests that the first one does not.
@@ -244,13 +247,15 @@ class Diagnosis {
     if (share(evidence_.good) < 0.05) {
       at(notes_, Cause::supply_or_intermittent) += 12;
       at(notes_, Cause::noise_on_slo) += 15;
-      at(notes_, Cause::noise_on_ma) += 25;
+      at(notes_, Cause::noise_on_ma) += 60;
+      at(notes_, Cause::requested_too_soon) += 40;
     }
     note_slips();
     // Smeared edges are of the cable if there are many.
     const bool smeared = share(evidence_.count(RequestKind::smeared)) > 0.15;
     if (evidence_.count(RequestKind::flip) + evidence_.count(RequestKind::slo_pulse) != 0) {
-      at(notes_, smeared ? Cause::noise_on_slo : Cause::clock_too_fast_for_cable) += 25;
+      at(notes_, smeared ? Cause::noise_on_slo : Cause::clock_too_fast_for_cable) +=
+          smeared ? 25 : 80;
     }
     note_truncation();
     note_other();
@@ -263,7 +268,9 @@ class Diagnosis {
     if (failed < 5) return;
     const bool slips =
         100 * evidence_.last_bit_low >= 85 * failed || 100 * evidence_.stops_high >= 15 * failed;
-    at(notes_, slips ? Cause::noise_on_slo : Cause::noise_on_ma) += 6 * static_cast<double>(failed);
+    const double price = 6 * static_cast<double>(failed);
+    at(notes_, slips ? Cause::noise_on_slo : Cause::noise_on_ma) += price;
+    if (slips) at(notes_, Cause::clock_too_fast_for_cable) += price;
   }
 
   // A wrong format, or a wrong checksum, lets frames pass by chance only.
@@ -285,10 +292,10 @@ class Diagnosis {
     } else if (evidence_.usual.no_checksum_fits) {
       const bool other =
           !context_.candidates.empty() && context_.candidates.front().channel_list[0].crc.present();
-      at(notes_, Cause::wrong_format) += other ? -12 : 8;
+      if (other) at(notes_, Cause::wrong_format) -= 12;
     }
     if (evidence_.count(RequestKind::other_length) == 0) at(notes_, Cause::format_changes) += never;
-    if (refused) at(notes_, Cause::format_changes) += 40;
+    if (refused && context_.given) at(notes_, Cause::format_changes) += never;
   }
 
   // The fields are those of the format, and the checksum is a usual one done wrong.
@@ -379,7 +386,8 @@ class Diagnosis {
   void note_other() {
     const bool answers = evidence_.answered * 10 > evidence_.cycles * 4;
     const bool passes = share(evidence_.passed) > 0.2 && evidence_.has_format;
-    at(notes_, Cause::not_biss) += passes ? never : answers ? 60 : 20;
+    const bool coarse = samples_per_period() < coarse_samples;
+    at(notes_, Cause::not_biss) += passes ? never : coarse ? 300 : answers ? 60 : 20;
   }
 
   // Bits become likelihoods by a fitted table.

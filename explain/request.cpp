@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "decode/distribution.hpp"
 #include "decode/times.hpp"
@@ -29,6 +30,7 @@ constexpr std::int64_t pause_percent = 140;
 constexpr float edge_price = 12;
 constexpr float flip_edge_price = 6;
 constexpr float pause_price = 7;
+constexpr float one_price = 5;
 constexpr std::size_t least_ones = 4;
 constexpr std::size_t least_zeros = 11;
 constexpr std::size_t least_length = 9;
@@ -376,6 +378,10 @@ Prices Pricer::read(const CycleEdges& edges, bool thorough) {
       set(prices, RequestKind::hurried, 8 + clocks / 4);
     }
   }
+  if (edges.cycle.status == CycleStatus::ack_range) {
+    float& good = prices[static_cast<std::size_t>(RequestKind::ok)];
+    if (good < impossible) set(prices, RequestKind::other_ack, std::exchange(good, impossible));
+  }
   last_edge_ = decode::shifted(edges.cycle.time, edges.cycle.clocked);
   if (!low && view_.start + 2 < view_.clocks()) {
     ++frames_;
@@ -485,8 +491,14 @@ void Pricer::price_frame(const CycleEdges& edges, Prices& prices) {
     set(prices, RequestKind::cut_in_ack, 2 + edge_price * static_cast<float>(view_.off_grid));
     return price_tails(prices);
   }
-  const float base = ack_price(view_.ack_clocks()) + data_price(view_.bits, start);
   const std::size_t stop = start + 2 + usual_.payload_bits;
+  // After STOP, SLO is low.
+  const auto ones = stop + 1 < size
+                        ? std::count(view_.bits.begin() + static_cast<std::ptrdiff_t>(stop) + 1,
+                                     view_.bits.end(), true)
+                        : 0;
+  const float base = ack_price(view_.ack_clocks()) + data_price(view_.bits, start) +
+                     (codec_ ? one_price * static_cast<float>(ones) : 0.0F);
   if (size < stop) {
     price_cut(edges, prices);
     price_tails(prices);
@@ -513,7 +525,7 @@ void Pricer::price_frame(const CycleEdges& edges, Prices& prices) {
   if (frame.ok()) return price_good(*frame, base, prices);
   price_moved(edges, prices);
   price_length(prices);
-  price_wrong(frame.error().cause, base, prices);
+  price_wrong(frame.error().cause, base, one_price * static_cast<float>(ones), prices);
 }
 
 void Pricer::price_good(const Frame& frame, float base, Prices& prices) {
@@ -534,9 +546,9 @@ void Pricer::price_good(const Frame& frame, float base, Prices& prices) {
 }
 
 // All bits are there and something about them is wrong.
-void Pricer::price_wrong(FrameError error, float base, Prices& prices) {
+void Pricer::price_wrong(FrameError error, float base, float after, Prices& prices) {
   const auto payload = static_cast<float>(usual_.payload_bits);
-  const float edges = flip_edge_price * static_cast<float>(view_.off_grid);
+  const float edges = flip_edge_price * static_cast<float>(view_.off_grid) + after;
   const float ack = ack_price(view_.ack_clocks());
   const std::size_t start = view_.start;
   if (error == FrameError::stop_bit) {
@@ -584,12 +596,12 @@ void Pricer::price_wrong(FrameError error, float base, Prices& prices) {
     } else if (usual_.no_checksum_fits) {
       const auto free = static_cast<float>(codec_->format().channel_list[0].crc.width_bits);
       set(prices, RequestKind::other_checksum,
-          base + free + 1 + edge_price * static_cast<float>(view_.off_grid));
+          base + free + 4 + edge_price * static_cast<float>(view_.off_grid));
       remember(start);
     }
   }
   set(prices, RequestKind::refused,
-      ack + std::min(payload + 1, frame_change(refused_, usual_.payload_bits)) + 1 +
+      ack + after + std::min(payload + 1, frame_change(refused_, usual_.payload_bits)) + 1 +
           edge_price * static_cast<float>(view_.off_grid));
   refused_.assign(view_.bits.begin() + static_cast<std::ptrdiff_t>(start), view_.bits.end());
 }

@@ -129,7 +129,7 @@ class Pricer {
   void remove_pulses(std::vector<decode::LevelChange>& ma);
   void price_frame(const decode::CycleEdges& edges, Prices& prices);
   void price_good(const Frame& frame, float base, Prices& prices);
-  void price_wrong(FrameError error, float base, Prices& prices);
+  void price_wrong(FrameError error, float base, float after, Prices& prices);
   void price_cut(const decode::CycleEdges& edges, Prices& prices) const;
   void price_tails(Prices& prices) const;
   void price_moved(const decode::CycleEdges& edges, Prices& prices);

@@ -91,7 +91,9 @@ class ExplainRun {
   bool find(std::vector<Finding>& findings) {
     context_ = explain_context(capture_, options_.capture, options_.margin);
     // Frames are judged by the likeliest format, if none is sure.
-    if (!capture_.format() && !context_.given && !context_.candidates.empty() &&
+    const auto* finding = capture_.finding();
+    const bool moves = finding != nullptr && !finding->still;
+    if (!capture_.format() && !context_.given && moves && !context_.candidates.empty() &&
         context_.candidates.front().channel_list[0].crc.present()) {
       capture_.judge_by(context_.candidates.front());
       context_.format = capture_.format();
