@@ -143,6 +143,7 @@ class IdentifyRun {
       return true;
     });
     line.parts = identify::find_parts(line.samples.samples());
+    if (line.parts.empty()) line.parts.emplace_back();
     bool sure = true;
     for (const identify::FormatPart& part : line.parts) {
       put(writer, guess, line, part);
