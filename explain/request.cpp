@@ -524,7 +524,7 @@ void Pricer::price_frame(const CycleEdges& edges, Prices& prices) {
   const auto frame = judge(view_.bits, start);
   if (frame.ok()) return price_good(*frame, base, prices);
   price_moved(edges, prices);
-  price_length(prices);
+  if (frame.error().cause != FrameError::stop_bit) price_length(prices);
   price_wrong(frame.error().cause, base, one_price * static_cast<float>(ones), prices);
 }
 
