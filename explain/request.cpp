@@ -552,7 +552,8 @@ void Pricer::price_wrong(FrameError error, float base, float after, Prices& pric
   const float ack = ack_price(view_.ack_clocks());
   const std::size_t start = view_.start;
   if (error == FrameError::stop_bit) {
-    set(prices, RequestKind::stop_high, base + 1);
+    // Another channel follows.
+    set(prices, RequestKind::stop_high, base - after + 1);
     const std::size_t stop = start + 2 + usual_.payload_bits;
     if (view_.bits[stop - 1]) set(prices, RequestKind::stop_repeats, base + 1 + edges);
     set(prices, RequestKind::flip, base + bits_of(payload) + edges);
