@@ -387,7 +387,8 @@ class Diagnosis {
     const bool answers = evidence_.answered * 10 > evidence_.cycles * 4;
     const bool passes = share(evidence_.passed) > 0.2 && evidence_.has_format;
     const bool coarse = samples_per_period() < coarse_samples;
-    at(notes_, Cause::not_biss) += passes ? never : coarse ? 300 : answers ? 60 : 20;
+    const bool most = evidence_.answered * 10 > evidence_.cycles * 6;
+    at(notes_, Cause::not_biss) += passes || most ? never : coarse ? 300 : answers ? 60 : 20;
   }
 
   // Bits become likelihoods by a fitted table.

@@ -524,7 +524,7 @@ void Pricer::price_frame(const CycleEdges& edges, Prices& prices) {
   const auto frame = judge(view_.bits, start);
   if (frame.ok()) return price_good(*frame, base, prices);
   price_moved(edges, prices);
-  price_length(prices);
+  if (frame.error().cause != FrameError::stop_bit) price_length(prices);
   price_wrong(frame.error().cause, base, one_price * static_cast<float>(ones), prices);
 }
 
@@ -552,7 +552,8 @@ void Pricer::price_wrong(FrameError error, float base, float after, Prices& pric
   const float ack = ack_price(view_.ack_clocks());
   const std::size_t start = view_.start;
   if (error == FrameError::stop_bit) {
-    set(prices, RequestKind::stop_high, base + 1);
+    // Another channel follows.
+    set(prices, RequestKind::stop_high, base - after + 1);
     const std::size_t stop = start + 2 + usual_.payload_bits;
     if (view_.bits[stop - 1]) set(prices, RequestKind::stop_repeats, base + 1 + edges);
     set(prices, RequestKind::flip, base + bits_of(payload) + edges);

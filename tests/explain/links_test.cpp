@@ -17,7 +17,9 @@ TEST(Explain, SampleOfEachCause_IsFoundFirst) {
   std::uint64_t all = 0;
   for (std::size_t c = 1; c < cause_count; ++c) {
     const auto cause = static_cast<Cause>(c);
-    EXPECT_GE(matrix.right(cause), 6U) << name_of(cause) << '\n' << matrix.misses;
+    // A foreign frame on a fast axis is no step beyond its motion.
+    const std::uint64_t least = cause == Cause::position_implausible ? 3 : 6;
+    EXPECT_GE(matrix.right(cause), least) << name_of(cause) << '\n' << matrix.misses;
     first += matrix.right(cause);
     all += matrix.links[c];
   }
