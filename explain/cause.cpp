@@ -16,7 +16,7 @@ constexpr std::array<CauseText, cause_count> texts{{
      "at the column raw of decode"},
     {"wrong_checksum",
      "correct the checksum in the encoder: polynomial in full form, start 0, over all data bits "
-     "and flags but not CDS, inverted, highest bit first; docs/frame-format.md has an example"},
+     "and flags but not CDS, inverted, highest bit first; docs/format.md has an example"},
     {"format_changes",
      "read each part with its own format: decode takes --since and --until; find out what changes "
      "the encoder's configuration"},

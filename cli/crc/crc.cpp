@@ -252,7 +252,8 @@ bool write_object(const FrameFormat& format, const std::optional<FrameWords>& li
     if (received == nullptr) continue;
     const bool checked = line && channel.crc.present();
     add("crc_computed", k, Kind::unsigned_integer,
-        checked ? report::Cell(codec.crc(k, word.data, line->cds.value_or(false))) : report::Cell());
+        checked ? report::Cell(codec.crc(k, word.data, line->cds.value_or(false)))
+                : report::Cell());
   }
   if (received != nullptr) {
     const auto& start = received->start;

@@ -154,6 +154,7 @@ class ExampleFolder {
     folder_.file("samples.bin", samples);
     folder_.file("page.html", R"(<script type="text/plain" id="biss-core">CORE</script>)");
     folder_.file("positions.txt", "1000\n0x2A\n");
+    folder_.file("adapter.log", "0.1ms: B0 00 12 34 5C\n");
     // Only the bank of the profile's part.
     folder_.file("bank3.bin", content_of(path("eeprom.bin")).substr(3 * 64, 64));
   }

@@ -98,6 +98,9 @@ def differences(biss, line, path):
         near = [t for t in times if abs(t - at) < line.period / 2]
         row = begin[near[0]] if near else None
         bits = "".join(map(str, request.answer.bits))
+        # The checksum of the last frame would be in the next one.
+        if row and row is begin[times[-1]] and row["status"] == "unchecked" and ":previous" in options[1]:
+            continue
         # `raw` is START, CDS, the frame and STOP, as a number.
         if row is None or row["status"] != "ok":
             found.append((request.number, row and row["status"], errors.strip().split("\n")[-1]))
