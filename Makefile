@@ -123,11 +123,11 @@ wheel: python  ## the Python module as a wheel: build-python/dist
 	@cd python && /usr/bin/python3 -m build --wheel --no-isolation --outdir ../build-python/dist
 
 .PHONY: explain-matrix
-explain-matrix:  ## how often biss explain finds each cause; renews docs/explain.md
+explain-matrix:  ## how often biss explain finds each cause on lines of the simulator
 	@scripts/install-packages build test
 	@cmake --preset release -DBISS_TESTS=ON >/dev/null
 	@cmake --build --preset release --target biss_explain_matrix
-	@scripts/explain-matrix docs/explain.md
+	@build/tests/explain/biss_explain_matrix
 
 .PHONY: pictures
 pictures: build  ## draws the pictures of the documents again: docs/pictures

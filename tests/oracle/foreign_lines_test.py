@@ -99,7 +99,8 @@ def differences(biss, line, path):
         row = begin[near[0]] if near else None
         bits = "".join(map(str, request.answer.bits))
         # The checksum of the last frame would be in the next one.
-        if row and row is begin[times[-1]] and row["status"] == "unchecked" and ":previous" in options[1]:
+        last = request is line.inside()[-1] and ":previous" in options[1]
+        if last and row and row["status"] == "unchecked":
             continue
         # `raw` is START, CDS, the frame and STOP, as a number.
         if row is None or row["status"] != "ok":

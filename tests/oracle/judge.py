@@ -244,12 +244,12 @@ def report_identify(lines, limits):
     limits.check("sure and wrong, shown", len(shown), most=0)
     limits.check("sure and wrong, hidden", len(hidden) / max(1, len(sure)), most=0.01)
     limits.check("among the first five", found / len(runs), 0.95)
-    for title, group, which in (("shown", shown, 1), ("hidden", hidden, 2)):
-        for line, run in group:
-            text, odds = run["candidates"][0]
-            print(f"* {title}, seed {line['seed']}: `{text}` {odds:.4f}, true `{run['true']}`: "
-                  + "; ".join(run["differences"][0][which][:3]))
-    print()
+    listed = [(title, line["seed"], f"`{run['candidates'][0][0]}`", f"{run['candidates'][0][1]:.4f}",
+               f"`{run['true']}`", "; ".join(run["differences"][0][which][:3]))
+              for title, group, which in (("shown", shown, 1), ("cannot show", hidden, 2))
+              for line, run in group]
+    if listed:
+        table(("sure and wrong", "seed", "format", "confidence", "true", "difference"), listed)
     groups = collections.defaultdict(list)
     for line, run in runs:
         groups["motion " + line["about"]["motion"][0]].append((line, run))
@@ -278,7 +278,8 @@ def report_protocols(lines, limits):
     table(("line", "number", "taken for"), [
         (name, sum(names.values()), ", ".join(f"`{n}` {c}" for n, c in names.most_common()))
         for name, names in sorted(groups.items())])
-    print(f"`biss_c` at 0.5 or more: {len(wrong)} of {len(lines)}", wrong or "", "\n")
+    print(f"`biss_c` at 0.5 or more: {len(wrong)} of {len(lines)}" + (f": seeds {wrong}" if wrong else ""))
+    print()
     limits.check("biss_c", len(wrong), most=0)
 
 

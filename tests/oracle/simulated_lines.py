@@ -28,9 +28,11 @@ FAULTS = {
     "insert": ("frames_lost_or_repeated", "position_implausible"),
     "other_encoder": ("frames_lost_or_repeated", "position_implausible"),
     "lc_restart": ("frames_lost_or_repeated",), "lc_frozen": ("frames_lost_or_repeated",),
+    "ma_pause": ("master_pauses_clock",), "late_turns": ("position_implausible",),
+    "short_frame": ("healthy", "format_changes"), "reduced_frame": ("healthy", "format_changes"),
 }
 COUNTER = ("repeat", "loss", "reorder", "insert", "other_encoder", "lc_restart", "lc_frozen", "masquerade")
-HARMLESS = ("nW", "frozen", "delay", "glitch_slo_idle")
+HARMLESS = ("nW", "frozen", "delay", "glitch_slo_idle", "short_frame", "reduced_frame")
 
 
 def unknown_faults(biss):
@@ -77,7 +79,7 @@ def make(biss, verb, seed, folder):
 
 def explain(biss, luck, folder):
     fault = random.Random(luck.random()).choice(list(FAULTS) + ["none"] * 8)
-    text = draw_format(luck, fault in COUNTER)
+    text = "mt12,st12,nE,nW,crc6" if fault == "late_turns" else draw_format(luck, fault in COUNTER)
     share = luck.choice((0.03, 0.1, 0.3))
     faults = [] if fault == "none" else [f"{fault}:{share}"]
     cycles = luck.randint(100, 400)
