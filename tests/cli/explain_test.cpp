@@ -296,7 +296,8 @@ std::int64_t no_pause(int, int) { return 0; }
 
 std::vector<json> explained(const std::string& capture, const std::string& of,
                             const Words& more = {}) {
-  Words words{"explain", capture, "-f", of, "--to", "jsonl"};
+  Words words{"explain", capture, "--to", "jsonl"};
+  if (!of.empty()) words.insert(words.end(), {"-f", of});
   words.insert(words.end(), more.begin(), more.end());
   const Outcome outcome = run(words);
   EXPECT_EQ(outcome.status, 0) << outcome.err;
@@ -307,11 +308,13 @@ std::string text_in(const json& row, const char* key) { return row.at(key).get<s
 
 TEST(ExplainVerb, ReversedChecksum_IsNamedWithTheFormatThatReadsIt) {
   const Folder folder;
-  const auto rows = explained(
-      simulate_as(folder, "pos22,nE,nW,crc6:reversed", {"--motion", "ramp"}), "pos22,nE,nW,crc6");
-  ASSERT_EQ(rows.at(0).at("cause"), "wrong_checksum") << rows[0];
-  EXPECT_THAT(text_in(rows[0], "evidence"), HasSubstr("its bits are in reverse order"));
-  EXPECT_THAT(text_in(rows[0], "remedy"), HasSubstr("pos22,nE,nW,crc6:reversed"));
+  const auto capture = simulate_as(folder, "pos22,nE,nW,crc6:reversed", {"--motion", "ramp"});
+  for (const char* given : {"pos22,nE,nW,crc6", ""}) {
+    const auto rows = explained(capture, given);
+    ASSERT_EQ(rows.at(0).at("cause"), "wrong_checksum") << rows[0];
+    EXPECT_THAT(text_in(rows[0], "evidence"), HasSubstr("its bits are in reverse order"));
+    EXPECT_THAT(text_in(rows[0], "remedy"), HasSubstr("pos22,nE,nW,crc6:reversed"));
+  }
 }
 
 TEST(ExplainVerb, WrongChecksumOfEachKind_IsNeverAnotherProtocol) {
