@@ -548,9 +548,11 @@ bool CycleReader::outlasts(Picoseconds pause) const {
 }
 
 std::optional<std::size_t> CycleReader::checked_payload_bits() const {
-  const auto has_crc = [](const ChannelFormat& channel) { return channel.crc.present(); };
-  if (!codec_ || std::ranges::none_of(codec_->format().channels(), has_crc)) return std::nullopt;
-  return codec_->payload_bits();
+  if (!codec_) return std::nullopt;
+  const auto channels = codec_->format().channels();
+  const bool checked = std::any_of(channels.begin(), channels.end(),
+                                   [](const ChannelFormat& each) { return each.crc.present(); });
+  return checked ? std::optional(codec_->payload_bits()) : std::nullopt;
 }
 
 // What only a capture can show, and what explains more than the bits do.

@@ -501,8 +501,9 @@ bool Decoder::emit_joined(std::size_t end, Picoseconds limit, bool last_of_captu
   const Picoseconds after = elapsed(edges.back().time, limit);
   for (std::size_t k = 0; k + 1 < held_.size(); ++k) {
     const auto span = edges.subspan(held_[k].begin);
-    const auto rises =
-        static_cast<std::size_t>(std::ranges::count(span, Level::high, &LevelChange::level));
+    const auto rises = static_cast<std::size_t>(
+        std::count_if(span.begin(), span.end(),
+                      [](const LevelChange& change) { return change.level == Level::high; }));
     const Cycle& first = held_[k].reading.cycle;
     if (!may_begin(first) || !may_be_request(rises, first)) continue;
     const CycleReading joined =

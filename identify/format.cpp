@@ -281,7 +281,7 @@ FormatFinding find_format(std::span<const Sample> samples) {
 
 std::optional<ChecksumError> find_checksum_error(const FrameFormat& format,
                                                  std::span<const Sample> samples) {
-  constexpr double least_share = 0.6;
+  constexpr double least_right = 0.6;
   constexpr std::size_t least_words = 4;
   std::optional<ChecksumError> best;
   ChannelLayout layout;
@@ -312,7 +312,7 @@ std::optional<ChecksumError> find_checksum_error(const FrameFormat& format,
     }
     if (words.size() < least_words || share_of(layout) >= 0.5) continue;
     const auto add = [&](std::string_view what, double share, const CrcSpec* crc) {
-      if (share < least_share || (best && share <= best->share)) return;
+      if (share < least_right || (best && share <= best->share)) return;
       best = ChecksumError{k, what, share, std::nullopt};
       if (crc == nullptr) return;
       best->format = format;

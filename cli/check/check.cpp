@@ -127,8 +127,11 @@ std::uint64_t counts_per_second(const Speed& speed, const std::optional<FrameFor
 }
 
 bool has_same_words(const FrameFormat& a, const FrameFormat& b) {
-  return std::ranges::equal(a.channels(), b.channels(), {}, &ChannelFormat::position_bits,
-                            &ChannelFormat::position_bits);
+  const auto same = [](const ChannelFormat& one, const ChannelFormat& other) {
+    return one.position_bits() == other.position_bits();
+  };
+  return std::equal(a.channels().begin(), a.channels().end(), b.channels().begin(),
+                    b.channels().end(), same);
 }
 
 // Whether a data sheet has words of these lengths; nothing where none names the lengths.
@@ -137,13 +140,13 @@ std::optional<bool> has_word_lengths(const FrameFormat& format, bool renishaw, b
     return has_same_words(each.frame_format(), format);
   };
   if (renishaw) {
-    return std::ranges::any_of(catalogue, [&](const CatalogueEntry& entry) {
+    return std::any_of(std::begin(catalogue), std::end(catalogue), [&](const auto& entry) {
       const bool asked = !fortis || entry.product.starts_with("FORTiS");
       return entry.vendor == "Renishaw" && asked && matches(entry);
     });
   }
   if (!is_safety_format(format)) return std::nullopt;
-  return std::ranges::any_of(safety_configurations, matches);
+  return std::any_of(std::begin(safety_configurations), std::end(safety_configurations), matches);
 }
 
 Speed read_speed(const std::string& text) {

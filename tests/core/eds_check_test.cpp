@@ -122,7 +122,7 @@ BISS_TEST(EdsCheck, PowersOfTwoThatAreTooLarge_AreNoByteOrderUnlessThatFillsTheL
           check_of(EdsPart::bp3, with(build_bank(good), EdsPart::bp3, symbol, count));
       BISS_EXPECT(found.only(
           symbol, fills ? EdsProblem::little_endian : EdsProblem::count_above_length, count))
-          << symbol << " 2^" << bits;
+          << symbol.data() << " 2^" << bits;
     }
   }
 }
@@ -151,9 +151,10 @@ BISS_TEST(EdsCheck, TimesThatAreNotUsed_AreFound) {
       return check_of(EdsPart::common,
                       with(test::one_channel, EdsPart::common, each.symbol, value));
     };
-    BISS_EXPECT_EQ(check(each.last_good).count, 0U) << each.symbol;
+    BISS_EXPECT_EQ(check(each.last_good).count, 0U) << each.symbol.data();
     const Findings found = check(each.first_bad);
-    BISS_EXPECT(found.only(each.symbol, EdsProblem::out_of_range, each.first_bad)) << each.symbol;
+    BISS_EXPECT(found.only(each.symbol, EdsProblem::out_of_range, each.first_bad))
+        << each.symbol.data();
     BISS_EXPECT(!contradicts(found.list[0]));
   }
   const EdsBank absent = with(test::one_channel, EdsPart::common, "TBUSY_MAX", 255);
