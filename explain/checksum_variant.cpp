@@ -86,7 +86,7 @@ std::string format_of(const ChecksumVariant& rule, const std::optional<FrameForm
 }  // namespace
 
 std::string_view text_of(Mistake mistake) {
-  constexpr std::array<std::string_view, mistake_count> texts{
+  constexpr std::array<std::string_view, mistake_count> words{
       "its bits are in reverse order",
       "it leaves out the last two data bits, nE and nW",
       "it includes CDS",
@@ -94,7 +94,7 @@ std::string_view text_of(Mistake mistake) {
       "it is computed with the lowest data bit first",
       "it is not inverted as BiSS requires, or has another start value",
       "it is the same in all frames"};
-  return texts[static_cast<std::size_t>(mistake)];
+  return words[static_cast<std::size_t>(mistake)];
 }
 
 bool ChecksumVariant::fits(BitView raw, BitView before) const {

@@ -155,7 +155,8 @@ std::span<const LevelChange> Observer::Line::between(Picoseconds from, Picosecon
   };
   const auto first = std::lower_bound(changes.begin(), changes.end(), from, is_earlier);
   const auto last = std::lower_bound(first, changes.end(), to, is_earlier);
-  return {first, last};
+  return std::span(changes).subspan(static_cast<std::size_t>(first - changes.begin()),
+                                    static_cast<std::size_t>(last - first));
 }
 
 Observer::Observer(const ObserverSetup& setup, std::span<const wire::Edge> beginning)

@@ -75,7 +75,7 @@ std::size_t find(const std::vector<bool>& bits, bool level, std::size_t from) {
 }  // namespace
 
 std::string_view text_of(RequestKind kind) {
-  constexpr std::array<std::string_view, kind_count> texts{
+  constexpr std::array<std::string_view, kind_count> words{
       "good",
       "a good frame reports an error (nE = 0)",
       "the sign of life of a good frame is not one more than before",
@@ -111,7 +111,7 @@ std::string_view text_of(RequestKind kind) {
       "the checksum is right by another rule",
       "each clock is a bit of a number",
       "the edges follow no rule"};
-  return texts[static_cast<std::size_t>(kind)];
+  return words[static_cast<std::size_t>(kind)];
 }
 
 Usual usual_of(std::span<const Cycle> cycles, const std::optional<FrameFormat>& format) {

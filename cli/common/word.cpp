@@ -116,13 +116,19 @@ Word in_order(Word word, const WordReading& reading) {
   return word;
 }
 
+// The first `count` bits, or all if it is 0 or more than there are.
+BitView first_bits(const BitView& all, std::uint64_t count) {
+  if (count == 0 || count >= all.size_bits()) return all;
+  return all.first(static_cast<std::size_t>(count));
+}
+
 enum class Fit : std::uint8_t { none, structure, checksum };
 
 // Stricter than the decoder: the word begins as the reading says, and has zeros where no frame is.
 Fit fit_of(const Word& word, const Word& line, const WordReading& place,
            const FrameCodec<>& codec) {
   const BitView all = word.view();
-  const std::size_t end = place.bits != 0 ? place.bits : all.size_bits();
+  const std::size_t end = first_bits(all, place.bits).size_bits();
   const std::size_t payload = codec.payload_bits();
   if (all.size_bits() < 2 || all.find(!all[0], 0) == all.size_bits()) return Fit::none;
   const bool begins = place.payload ? end >= payload && all.find(true, 0) >= end - payload &&
@@ -337,7 +343,7 @@ Word arrange(const Word& word, const WordReading& reading, const FrameFormat& fo
   const Word ordered = in_order(word, reading);
   const auto first = static_cast<std::size_t>(std::max<std::int64_t>(reading.first_bit, 0));
   BitView clocks = ordered.view().from(std::min(first, ordered.size_bits));
-  if (reading.bits != 0) clocks = clocks.first(reading.bits);
+  clocks = first_bits(clocks, reading.bits);
   const std::size_t payload = format.payload_bits();
   const bool whole = clocks.size_bits() >= payload;
   if (reading.payload && whole) clocks = clocks.from(clocks.size_bits() - payload);
