@@ -44,17 +44,21 @@ constexpr std::uint64_t encoded(const Field& field, bool gray, bool lsb, std::ui
   return field.placed(value);
 }
 
-constexpr std::uint64_t position_of(const ChannelFormat& format, std::uint64_t data) {
-  if (format.position.present()) {
-    return decoded(format.position, format.position_gray, format.position_lsb, data);
-  }
-  std::uint64_t position =
-      decoded(format.singleturn, format.singleturn_gray, format.singleturn_lsb, data);
+[[gnu::noinline, gnu::cold]] constexpr std::uint64_t coded_position_of(const ChannelFormat& format,
+                                                                       std::uint64_t data) {
+  const ChannelFormat& f = format;
+  if (f.position.present()) return decoded(f.position, f.position_gray, f.position_lsb, data);
+  const std::uint64_t turns = decoded(f.multiturn, f.multiturn_gray, f.multiturn_lsb, data);
+  const std::uint64_t singleturn = decoded(f.singleturn, f.singleturn_gray, f.singleturn_lsb, data);
   // A shift by 64 is undefined; a multiturn value leaves at most 63 bits to the singleturn.
-  if (format.multiturn.present()) {
-    position |= decoded(format.multiturn, format.multiturn_gray, format.multiturn_lsb, data)
-                << format.singleturn.bits;
-  }
+  return singleturn | (f.multiturn.present() ? turns << f.singleturn.bits : 0);
+}
+
+constexpr std::uint64_t position_of(const ChannelFormat& format, std::uint64_t data) {
+  if (format.coded()) return coded_position_of(format, data);
+  if (format.position.present()) return format.position.of(data);
+  std::uint64_t position = format.singleturn.of(data);
+  if (format.multiturn.present()) position |= format.multiturn.of(data) << format.singleturn.bits;
   return position;
 }
 
