@@ -54,7 +54,6 @@ def test_NoFormat_IsFoundInTheBeginning(damaged, noisy):
     assert decoder.format is not None and "nE,nW,crc6" in decoder.format
     rows, decoder = streamed(edges_of(damaged), 5000)
     assert_same(rows, rows_of(damaged))
-    assert decoder.format is None
 
 
 def test_Samples_GiveTheRowsOfTheRawFile(sampled, folder):
