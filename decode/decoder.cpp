@@ -380,8 +380,8 @@ void Decoder::deliver(const Cycle& cycle) {
       return std::max(time, -time) <= *cycle.period / usual_delay_share;
     };
     const bool early = is_near(off + *cycle.period);
-    if (!std::exchange(steady_delay_, usual_delay_ && is_near(off)) ||
-        !(early || is_near(off - *cycle.period))) {
+    const bool late = is_near(off - *cycle.period) && *cycle.line_delay >= *cycle.period;
+    if (!std::exchange(steady_delay_, usual_delay_ && is_near(off)) || !(early || late)) {
       usual_delay_ = cycle.line_delay;
       return hand_on(cycle);
     }
