@@ -387,8 +387,7 @@ void Decoder::deliver(const Cycle& cycle) {
     }
     // The encoder has counted a clock more or less than the master before it answered.
     Cycle counted = cycle;
-    counted.line_delay =
-        std::max(Picoseconds{}, *cycle.line_delay + (early ? *cycle.period : -*cycle.period));
+    counted.line_delay = *cycle.line_delay + (early ? *cycle.period : -*cycle.period);
     counted.ack_edge = early ? 0 : 2;
     return hand_on(counted);
   }

@@ -1,11 +1,10 @@
 #include "explain/checksum_variant.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 
 #include "biss/crc/engines.hpp"
+#include "biss/frame/codec.hpp"
 #include "biss/frame/format_text.hpp"
 
 namespace biss::explain {
@@ -13,56 +12,60 @@ namespace biss::explain {
 namespace {
 
 constexpr std::size_t mistake_count = 7;
-constexpr unsigned flag_bits = 2;
+constexpr std::uint8_t flag_bits = 2;
 // START and CDS.
 constexpr std::size_t before_data = 2;
 // Of the frames, the part that a rule must fit; some may be damaged.
 constexpr std::size_t fitting_percent = 85;
 constexpr std::size_t least_frames = 8;
 
-std::uint64_t reversed(std::uint64_t word, unsigned bits) {
-  std::uint64_t out = 0;
-  for (unsigned i = 0; i < bits; ++i) out |= ((word >> i) & 1U) << (bits - 1 - i);
-  return out;
+std::uint64_t data_of(const ChannelFormat& channel, BitView raw) {
+  return raw.word(before_data, channel.data_bits);
 }
 
-std::uint64_t data_of(const ChecksumVariant& rule, BitView raw) {
-  return raw.word(before_data, rule.data_bits);
+std::uint64_t received(const ChannelFormat& channel, BitView raw) {
+  return raw.word(before_data + channel.data_bits, channel.crc.width_bits);
 }
 
-std::uint64_t received(const ChecksumVariant& rule, BitView raw) {
-  return raw.word(before_data + rule.data_bits, rule.crc.width_bits);
+bool is_whole(const ChannelFormat& channel, BitView raw) {
+  return raw.size_bits() >= before_data + channel.total_bits();
 }
 
-// The suffix of `crc` in a format text; none for the others.
-std::string_view suffix_of(Mistake mistake) {
-  constexpr std::array<std::string_view, mistake_count> suffixes{
-      ":reversed", ":no-flags", ":cds", ":previous", ":lsb", "", ""};
-  return suffixes[static_cast<std::size_t>(mistake)];
-}
-
-// The usual checksums of frames whose format is not known.
-std::vector<ChecksumVariant> layouts(const std::optional<FrameFormat>& format, unsigned payload) {
-  std::vector<ChecksumVariant> all;
+// The channels that the frames may have, with the checksum that they should have.
+std::vector<ChannelFormat> layouts(const std::optional<FrameFormat>& format, unsigned payload) {
+  std::vector<ChannelFormat> all;
   if (format) {
     const ChannelFormat& channel = format->channel_list[0];
-    if (format->channel_count != 1 || !channel.crc.present()) return all;
-    all.push_back({.data_bits = channel.data_bits, .crc = channel.crc});
+    if (format->channel_count == 1 && channel.crc.present()) all.push_back(channel);
     return all;
   }
   constexpr std::array<std::uint8_t, 4> widths{6, 16, 5, 8};
   for (const std::uint8_t width : widths) {
     if (payload < width + 4U || payload > width + max_data_bits) continue;
-    all.push_back({.data_bits = payload - width,
-                   .crc = {.polynomial = default_polynomial(width), .width_bits = width}});
+    const auto data_bits = static_cast<std::uint8_t>(payload - width);
+    ChannelFormat& channel = all.emplace_back();
+    channel.data_bits = data_bits;
+    channel.position = {flag_bits, static_cast<std::uint8_t>(data_bits - flag_bits)};
+    channel.error = {.shift = 1, .present = true};
+    channel.warning.present = true;
+    channel.crc = {.polynomial = default_polynomial(width), .width_bits = width};
   }
   return all;
 }
 
+// The checksum with this error, if formats have a word for it.
+CrcSpec with_error(CrcSpec crc, Mistake mistake) {
+  crc.reversed = mistake == Mistake::reversed;
+  crc.without_flags = mistake == Mistake::no_flags;
+  crc.with_cds = mistake == Mistake::cds;
+  crc.of_previous = mistake == Mistake::previous;
+  return crc;
+}
+
 // Enough of them differ.
-bool vary(const ChecksumVariant& rule, std::span<const WrongFrame> frames) {
+bool vary(const ChannelFormat& channel, std::span<const WrongFrame> frames) {
   std::vector<std::uint64_t> data;
-  for (const WrongFrame& frame : frames) data.push_back(data_of(rule, frame.raw.view()));
+  for (const WrongFrame& frame : frames) data.push_back(data_of(channel, frame.raw.view()));
   std::sort(data.begin(), data.end());
   return std::unique(data.begin(), data.end()) - data.begin() >= std::ptrdiff_t{least_frames / 2};
 }
@@ -71,16 +74,6 @@ std::size_t fitting(const ChecksumVariant& rule, std::span<const WrongFrame> fra
   return static_cast<std::size_t>(std::count_if(
       frames.begin(), frames.end(),
       [&](const WrongFrame& frame) { return rule.fits(frame.raw.view(), frame.before.view()); }));
-}
-
-std::string format_of(const ChecksumVariant& rule, const std::optional<FrameFormat>& format) {
-  const std::string_view suffix = suffix_of(rule.mistake);
-  if (suffix.empty()) return {};
-  std::string text =
-      format ? std::string(format_text(*format).view())
-             : fmt::format("pos{},nE,nW,crc{}", rule.data_bits - flag_bits, rule.crc.width_bits);
-  if (rule.mistake == Mistake::lsb) return text.insert(text.find(','), suffix);
-  return text.insert(std::min(text.size(), text.find(';')), suffix);
 }
 
 }  // namespace
@@ -98,30 +91,28 @@ std::string_view text_of(Mistake mistake) {
 }
 
 bool ChecksumVariant::fits(BitView raw, BitView before) const {
-  const std::size_t size = before_data + data_bits + crc.width_bits;
-  if (raw.size_bits() < size) return false;
-  const CrcBitwise checksum(crc);
-  const std::uint64_t data = data_of(*this, raw);
-  const std::uint64_t seen = received(*this, raw);
+  const BitView covered = channel.crc.of_previous ? before : raw;
+  if (!is_whole(channel, raw) || !is_whole(channel, covered)) return false;
+  const std::uint64_t data = data_of(channel, covered);
+  const std::uint64_t seen = received(channel, raw);
+  const CrcBitwise usual(channel.crc);
   switch (mistake) {
-    case Mistake::reversed:
-      return reversed(seen, crc.width_bits) == checksum(data, data_bits);
-    case Mistake::no_flags:
-      return seen == checksum(data >> flag_bits, data_bits - flag_bits);
     case Mistake::cds:
       // A leading zero changes nothing.
-      return seen == (data_bits < max_data_bits
-                          ? checksum(data | std::uint64_t{raw[1]} << data_bits, data_bits + 1)
-                          : checksum(data, data_bits)) &&
-             raw[1];
+      if (!raw[1]) return false;
+      [[fallthrough]];
+    case Mistake::reversed:
+    case Mistake::no_flags:
     case Mistake::previous:
-      return before.size_bits() >= size && seen == checksum(data_of(*this, before), data_bits);
+      return seen == frame_detail::deviating_crc(channel, data, raw[1]);
     case Mistake::lsb:
-      return seen == checksum(reversed(data >> flag_bits, data_bits - flag_bits) << flag_bits |
-                                  (data & low_mask(flag_bits)),
-                              data_bits);
+      return seen ==
+             usual(frame_detail::bits_reversed(data >> flag_bits, channel.data_bits - flag_bits)
+                           << flag_bits |
+                       (data & low_mask(flag_bits)),
+                   channel.data_bits);
     case Mistake::other_start:
-      return (seen ^ checksum(data, data_bits)) == rest;
+      return (seen ^ usual(data, channel.data_bits)) == rest;
     case Mistake::constant:
       return seen == rest;
   }
@@ -133,26 +124,28 @@ std::optional<ChecksumVariant> find_variant(std::span<const WrongFrame> frames,
                                             unsigned payload_bits) {
   std::optional<ChecksumVariant> best;
   std::size_t most = 0;
-  for (ChecksumVariant rule : layouts(format, payload_bits)) {
-    const std::size_t size = before_data + rule.data_bits + rule.crc.width_bits;
+  for (const ChannelFormat& channel : layouts(format, payload_bits)) {
     std::vector<WrongFrame> whole;
     for (const WrongFrame& frame : frames) {
-      if (frame.raw.view().size_bits() >= size) whole.push_back(frame);
+      if (is_whole(channel, frame.raw.view())) whole.push_back(frame);
     }
-    if (whole.size() < least_frames || rule.data_bits <= flag_bits || !vary(rule, whole)) continue;
+    if (whole.size() < least_frames || channel.data_bits <= flag_bits || !vary(channel, whole)) {
+      continue;
+    }
     const BitView last = whole.back().raw.view();
     for (std::size_t m = 0; m < mistake_count; ++m) {
-      rule.mistake = static_cast<Mistake>(m);
+      ChecksumVariant rule{.mistake = static_cast<Mistake>(m), .channel = channel};
+      rule.channel.crc = with_error(channel.crc, rule.mistake);
       // These are formats of their own.
       if (!format && rule.mistake >= Mistake::other_start) continue;
-      rule.rest = static_cast<std::uint16_t>(received(rule, last));
+      rule.rest = static_cast<std::uint16_t>(received(channel, last));
       if (rule.mistake == Mistake::other_start) {
-        const std::uint64_t data = data_of(rule, last);
-        const CrcBitwise usual({.polynomial = default_polynomial(rule.crc.width_bits),
-                                .width_bits = rule.crc.width_bits});
+        const std::uint64_t data = data_of(channel, last);
+        const CrcBitwise usual({.polynomial = default_polynomial(channel.crc.width_bits),
+                                .width_bits = channel.crc.width_bits});
         // The checksum of BiSS is no mistake.
-        if (usual(data, rule.data_bits) == rule.rest) continue;
-        rule.rest ^= CrcBitwise(rule.crc)(data, rule.data_bits);
+        if (usual(data, channel.data_bits) == rule.rest) continue;
+        rule.rest ^= CrcBitwise(channel.crc)(data, channel.data_bits);
       }
       const std::size_t count = fitting(rule, whole);
       if (count <= most || 100 * count < fitting_percent * whole.size()) continue;
@@ -160,7 +153,11 @@ std::optional<ChecksumVariant> find_variant(std::span<const WrongFrame> frames,
       best = rule;
     }
   }
-  if (best) best->format = format_of(*best, format);
+  if (best && best->channel.crc.deviates()) {
+    FrameFormat reads = format.value_or(FrameFormat{.channel_list = {}, .channel_count = 1});
+    reads.channel_list[0] = best->channel;
+    best->format = std::string(format_text(reads).view());
+  }
   return best;
 }
 

@@ -26,9 +26,8 @@ enum class Mistake : std::uint8_t {
 /// A rule by which a checksum is right.
 struct ChecksumVariant {
   Mistake mistake{};
-  /// Data bits and checksum of the only channel.
-  unsigned data_bits = 0;
-  CrcSpec crc;
+  /// The only one; its checksum has the error, if formats have a word for it.
+  ChannelFormat channel{};
   /// What is left of the checksum, for `other_start` and `constant`.
   std::uint16_t rest = 0;
   /// A format that reads the positions; empty where none does.

@@ -97,7 +97,10 @@ class Diagnosis {
 
   std::vector<Finding> run() {
     if (evidence_.cycles == 0) {
-      return {{context_.reading.swapped ? Cause::ma_slo_swapped : Cause::not_biss, 0.98}};
+      // A line at rest shows nothing.
+      if (context_.reading.swapped) return {{Cause::ma_slo_swapped, 0.98}};
+      if (context_.other) return {{Cause::not_biss, 0.98}};
+      return {};
     }
     if (evidence_.rows.empty()) return {};
     note();

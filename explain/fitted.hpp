@@ -1,4 +1,5 @@
-// Printed by tests/explain/fit.py: how bits become likelihoods.
+// How bits become likelihoods. Scale and power are rounded from what tests/explain/fit.py printed for
+// development seeds; its priors are not used.
 #pragma once
 
 #include <array>

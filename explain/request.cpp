@@ -510,7 +510,8 @@ void Pricer::price_frame(const CycleEdges& edges, Prices& prices) {
     if (find(view_.bits, true, stop) == size) {
       Frame frame;
       // The bits of the checksum are no longer free.
-      if (usual_.checksum) price_checksum(base - usual_.checksum->crc.width_bits + 2, prices);
+      if (usual_.checksum)
+        price_checksum(base - usual_.checksum->channel.crc.width_bits + 2, prices);
       // A frame whose STOP is not seen may be longer.
       price_good(frame, size == stop ? base + 4 : base, prices);
     } else {

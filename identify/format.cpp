@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
-#include <set>
 
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/codec.hpp"
@@ -277,77 +275,6 @@ FormatFinding find_format(std::span<const Sample> samples) {
                               finding.candidates.front().fields.end(),
                               [](const Fields& each) { return each.position_moved == 0; });
   return finding;
-}
-
-std::optional<ChecksumError> find_checksum_error(const FrameFormat& format,
-                                                 std::span<const Sample> samples) {
-  constexpr double least_right = 0.6;
-  constexpr std::size_t least_words = 4;
-  std::optional<ChecksumError> best;
-  ChannelLayout layout;
-  for (std::size_t k = 0; k < format.channel_count; ++k) {
-    const ChannelFormat& channel = format.channel_list[k];
-    layout = {layout.end(), channel.data_bits, channel.crc};
-    if (!channel.crc.present()) continue;
-    const auto share_of = [&](const ChannelLayout& tried) {
-      const ChannelCheck check(tried);
-      const Sample* before = nullptr;
-      double right = 0;
-      double whole = 0;
-      for (const Sample& sample : samples) {
-        if (sample.bits.size_bits() < layout.end()) continue;
-        right += check.is_right(sample, std::exchange(before, &sample)) ? 1 : 0;
-        ++whole;
-      }
-      return whole == 0 ? 0 : right / whole;
-    };
-    std::set<std::uint64_t> words;
-    std::map<Polynomial, double> rests;
-    std::map<std::uint64_t, double> sent;
-    for (const Sample& sample : samples) {
-      if (sample.bits.size_bits() < layout.end()) continue;
-      words.insert(sample.bits.view().word(layout.begin, layout.data_bits));
-      ++rests[remainder(polynomial_of(sample, layout.all()), channel.crc.polynomial)];
-      ++sent[sample.bits.view().word(layout.data().end, channel.crc.width_bits)];
-    }
-    if (words.size() < least_words || share_of(layout) >= 0.5) continue;
-    const auto add = [&](std::string_view what, double share, const CrcSpec* crc) {
-      if (share < least_right || (best && share <= best->share)) return;
-      best = ChecksumError{k, what, share, std::nullopt};
-      if (crc == nullptr) return;
-      best->format = format;
-      best->format->channel_list[k].crc = *crc;
-    };
-    const auto attempt = [&](std::string_view what, auto change) {
-      ChannelLayout tried = layout;
-      change(tried);
-      add(what, share_of(tried), &tried.crc);
-    };
-    attempt("it is not inverted", [](auto& tried) { tried.crc.inverted = !tried.crc.inverted; });
-    attempt("its bits are reversed", [](auto& tried) { tried.crc.reversed = true; });
-    attempt("it covers CDS", [](auto& tried) { tried.crc.with_cds = true; });
-    attempt("it is that of the frame before", [](auto& tried) { tried.crc.of_previous = true; });
-    // The flags are the last bits.
-    const std::uint64_t flags = channel.flags_mask();
-    if (flags != 0 && flags == low_mask(static_cast<unsigned>(std::popcount(flags)))) {
-      attempt("it does not cover the flags", [&](auto& tried) {
-        tried.crc.without_flags = true;
-        tried.flags = static_cast<unsigned>(std::popcount(flags));
-      });
-    }
-    const auto most = [](const auto& counts) {
-      return *std::max_element(counts.begin(), counts.end(),
-                               [](const auto& a, const auto& b) { return a.second < b.second; });
-    };
-    const double whole = std::accumulate(sent.begin(), sent.end(), 0.0,
-                                         [](double sum, auto each) { return sum + each.second; });
-    add(most(sent).first == 0 ? "it is always 0" : "it never changes", most(sent).second / whole,
-        nullptr);
-    const CrcSpec other = spec_of(channel.crc.polynomial, layout.data_bits,
-                                  static_cast<std::uint32_t>(most(rests).first));
-    add("it has another start value", most(rests).second / whole, &other);
-  }
-  return best;
 }
 
 std::vector<FormatPart> find_parts(std::span<const Sample> samples) {

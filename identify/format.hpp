@@ -49,22 +49,6 @@ bool same_verdicts(FrameFormat a, FrameFormat b, std::span<const Sample> samples
 /// \param samples frames of one encoder in the order of their cycles
 FormatFinding find_format(std::span<const Sample> samples);
 
-/// A checksum that fits the frames in place of that of a format: an error of the encoder's maker.
-struct ChecksumError {
-  std::size_t channel = 0;
-  /// In words, such as `its bits are reversed`.
-  std::string_view what;
-  /// Of the frames, the share that has this checksum.
-  double share = 0;
-  /// Reads the frames; absent where formats have no word for the error.
-  std::optional<FrameFormat> format;
-};
-
-/// \return nothing where the checksums of the format are right in half of the frames, or no error
-///   explains them
-std::optional<ChecksumError> find_checksum_error(const FrameFormat& format,
-                                                 std::span<const Sample> samples);
-
 /// Frames of one length, one after the other.
 struct FormatPart {
   std::uint64_t from_cycle = 0;

@@ -451,7 +451,7 @@ void DecodedCapture::begin_steps(OnCycle on_cycle) {
   step_number_ = 0;
   step_wanted_ = true;
   deliver_ = [this](const decode::Cycle& cycle) {
-    step_wanted_ = step_wanted_ && on_step_(step_number_++, cycle);
+    step_wanted_ = step_wanted_ && hand_out(step_number_++, cycle, on_step_);
   };
   const decode::CleanCycleFinder finder(format_, timing_, margin_);
   if (!finder.may_find()) return;
@@ -501,13 +501,7 @@ bool DecodedCapture::read(const OnCycle& on_cycle) {
   deliver_ = [&](const decode::Cycle& cycle) {
     good += cycle.status == decode::CycleStatus::ok ? 1U : 0U;
     contradict += contradicts(cycle.status) ? 1U : 0U;
-    const std::uint64_t at = number++;
-    if (is_wanted(cycle)) {
-      wanted = wanted && on_cycle(at, cycle);
-    } else {
-      ++outside_;
-      wanted = wanted && !(range_.until && cycle.time > *range_.until);
-    }
+    wanted = wanted && hand_out(number++, cycle, on_cycle);
   };
   const auto go_on = [&] {
     if (progress.due()) {
@@ -559,6 +553,13 @@ DeviceTiming DecodedCapture::structure_timing() const {
   DeviceTiming timing = timing_;
   if (paused_timeout_) timing.timeout = *paused_timeout_;
   return timing;
+}
+
+bool DecodedCapture::hand_out(std::uint64_t number, const decode::Cycle& cycle,
+                              const OnCycle& on_cycle) {
+  if (is_wanted(cycle)) return on_cycle(number, cycle);
+  ++outside_;
+  return !(range_.until && cycle.time > *range_.until);
 }
 
 bool DecodedCapture::is_wanted(const decode::Cycle& cycle) const {

@@ -183,6 +183,8 @@ class DecodedCapture {
   Picoseconds interval();
 
  private:
+  // Hands the cycle out if it is wanted. False: no more cycle is.
+  bool hand_out(std::uint64_t number, const decode::Cycle& cycle, const OnCycle& on_cycle);
   bool open_next();
   bool open_words();
   bool read_words(const decode::CycleReader& reader, const OnCycle& on_cycle);

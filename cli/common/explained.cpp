@@ -66,7 +66,6 @@ bool CaptureObserver::read(const std::function<void(const decode::Cycle&)>& on_c
   capture_.watch(*this);
   Progress progress;
   capture_.begin_steps([&](std::uint64_t number, const decode::Cycle& cycle) {
-    if (!capture_.is_wanted(cycle)) return true;
     if (on_cycle) on_cycle(cycle);
     observer_.add(number, cycle);
     return true;

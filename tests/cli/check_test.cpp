@@ -297,13 +297,18 @@ TEST(CheckDocument, EveryRule_IsExplained) {
   }
 }
 
+// A line of BiSS Safety with a wrong bit in this one of 100 cycles.
+std::string with_flip(const Folder& folder, int cycle) {
+  const std::string capture = folder.path("line.vcd");
+  const Outcome made = run({"simulate", "-f", "fs-36-28", "--clock", "5MHz", "--cycles", "100",
+                            "--fault", fmt::format("flip@{},bit=12", cycle), "-o", capture});
+  EXPECT_EQ(made.status, 0) << made.err;
+  return capture;
+}
+
 TEST(CheckRange, FaultOutsideOfSinceAndUntil_IsNotJudged) {
   const Folder folder;
-  const std::string capture = folder.path("line.vcd");
-  ASSERT_EQ(run({"simulate", "-f", "fs-36-28", "--clock", "5MHz", "--cycles", "100", "--fault",
-                 "flip@3,bit=12", "-o", capture})
-                .status,
-            0);
+  const std::string capture = with_flip(folder, 3);
   EXPECT_EQ(run({"check", capture, "-f", "fs-36-28"}).status, 1);
   const Words later{"check", capture, "-f", "fs-36-28", "--since", "1ms"};
   EXPECT_EQ(run(later).status, 0) << run(later).err;
@@ -338,11 +343,7 @@ TEST(CheckWords, WordLengthThatNoDataSheetNames_Fails) {
 
 TEST(CheckSafety, FaultOfTheMonitor_FailsSafetyAndStaysWithLatch) {
   const Folder folder;
-  const std::string capture = folder.path("line.vcd");
-  ASSERT_EQ(run({"simulate", "-f", "fs-36-28", "--clock", "5MHz", "--cycles", "100", "--fault",
-                 "flip@50,bit=12", "-o", capture})
-                .status,
-            0);
+  const std::string capture = with_flip(folder, 50);
   const auto faults = [&](const Words& more) {
     Words words{"check", capture, "-f", "fs-36-28", "--to", "csv"};
     words.insert(words.end(), more.begin(), more.end());

@@ -524,21 +524,24 @@ TEST(ExplainVerb, CaptureWithoutARequest_Fails) {
       run({"explain", folder.file("idle.csv", "time_ns,MA,SLO\n0,1,1\n1000,1,0\n2000,1,1\n")});
   EXPECT_EQ(outcome.status, 1);
   EXPECT_THAT(outcome.err, HasSubstr("no request cycle"));
+  // A line at rest is not another protocol.
+  EXPECT_THAT(outcome.out, Not(HasSubstr("not_biss")));
 }
 
 TEST(ExplainRange, FaultOutsideOfSince_IsNotExplained) {
   const Folder folder;
-  const std::string capture = folder.path("line.vcd");
-  ASSERT_EQ(run({"simulate", "-f", "fs-36-28", "--clock", "5MHz", "--cycles", "100", "--fault",
-                 "flip@3,bit=12", "-o", capture})
-                .status,
-            0);
+  const std::string capture =
+      simulate_as(folder, "fs-36-28", {"--clock", "5MHz", "--fault", "flip@3,bit=12"});
   const std::vector<std::string> words{"explain", capture, "-f",     "fs-36-28",
                                        "--since", "1ms",   "--latch"};
   const Outcome later = run(words);
-  EXPECT_THAT(later.out, testing::HasSubstr("1. healthy")) << later.err;
-  EXPECT_THAT(later.out, testing::HasSubstr("safety")) << later.err;
-  EXPECT_THAT(later.out, testing::Not(testing::HasSubstr("100 request cycles")));
+  EXPECT_THAT(later.out, HasSubstr("1. healthy")) << later.err;
+  EXPECT_THAT(later.out, HasSubstr("safety")) << later.err;
+  EXPECT_THAT(later.out, Not(HasSubstr("200 request cycles")));
+  const Outcome after = run({"explain", capture, "-f", "fs-36-28", "--since", "100s"});
+  EXPECT_EQ(after.status, 1);
+  EXPECT_THAT(after.err, HasSubstr("no request cycle between --since and --until"));
+  EXPECT_THAT(after.out, Not(HasSubstr("1. ")));
 }
 
 }  // namespace explain_test
