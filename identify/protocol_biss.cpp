@@ -21,11 +21,10 @@ constexpr std::size_t edges_of_a_trial = 12'000;
 constexpr std::size_t fewest_clocks = 8;
 // Of clocks or pauses between clocks, what no SSI encoder sends: the longest word and its STOP.
 constexpr std::uint32_t longest_ssi_clocks = 36;
-// Bits of evidence for a checksum, the choice of its generator deducted: two frames that differ and a
-// usual checksum of 6 bits.
-constexpr double certain_bits = 8;
+// Bits that agree by chance once in four thousand captures.
+constexpr double certain_bits = 12;
 // The checksum of a type of the catalogue whose frame has just this length.
-constexpr double least_bits_of_a_type = 4;
+constexpr double least_bits_of_a_type = 5;
 
 // The cycles of a pair of lines, read without a format.
 struct Cycles {
@@ -173,17 +172,6 @@ double confidence_of_structure(const Structure& structure, std::size_t pulses, s
   return 0.93;
 }
 
-// The checksum that explains the frames best, by how many bits it is better than chance.
-Layout best_layout(const FrameSet& frames) {
-  constexpr double least_right = 0.6;
-  Layout best;
-  for (Layout& layout : find_layouts(frames, 4)) {
-    const bool fits = layout.checked() && layout.right_share >= least_right;
-    if (fits && layout.score > best.score) best = std::move(layout);
-  }
-  return best;
-}
-
 // An encoder of the catalogue has these channels.
 bool is_known(const Layout& layout) {
   return std::any_of(catalogue.begin(), catalogue.end(), [&](const CatalogueEntry& entry) {
@@ -196,6 +184,34 @@ bool is_known(const Layout& layout) {
   });
 }
 
+// The bits of a layout's checksums that agree: of a type of the catalogue in the frames that differ
+// and in the first one, else those that are more than chance.
+double agreeing_bits(const Layout& layout, unsigned length) {
+  if (!is_known(layout)) return layout.score;
+  constexpr std::size_t most = 3;
+  double bits = 0;
+  for (const ChannelLayout& channel : layout.channels) {
+    const auto frames = static_cast<double>(1 + std::min<std::size_t>(channel.rank, most));
+    bits += channel.crc.width_bits * frames;
+  }
+  // The frame of a type of the catalogue may end with its last clock.
+  const bool exact = layout.end() + 1 >= length;
+  return std::max(exact && bits >= least_bits_of_a_type ? certain_bits : bits, layout.score);
+}
+
+// The checksum that explains the frames best, and the bits for it.
+std::pair<Layout, double> best_layout(const FrameSet& frames) {
+  constexpr double least_right = 0.6;
+  constexpr std::size_t most_tried = 16;
+  std::pair<Layout, double> best;
+  for (Layout& layout : find_layouts(frames, most_tried)) {
+    if (!layout.checked() || layout.right_share < least_right) continue;
+    const double bits = agreeing_bits(layout, frames.length);
+    if (bits > best.second) best = {std::move(layout), bits};
+  }
+  return best;
+}
+
 BissTrial judge(const Cycles& cycles, std::size_t pulses) {
   constexpr std::size_t enough_frames = 256;
   BissTrial trial;
@@ -205,24 +221,22 @@ BissTrial judge(const Cycles& cycles, std::size_t pulses) {
   trial.guess.has_clock = true;
   Structure structure = structure_of(cycles, false);
   FrameSet frames(structure.samples, enough_frames);
-  Layout checksum = best_layout(frames);
+  auto [checksum, bits] = best_layout(frames);
   if (structure.share < 0.9) {
     // Without a checksum, an ACK that changes is no ACK.
     Structure any = structure_of(cycles, true);
     FrameSet other_frames(any.samples, enough_frames);
-    Layout other = best_layout(other_frames);
-    if (other.score >= std::max(certain_bits, checksum.score)) {
+    auto [other, other_bits] = best_layout(other_frames);
+    if (other_bits >= std::max(certain_bits, bits)) {
       structure = std::move(any);
       frames = std::move(other_frames);
       checksum = std::move(other);
+      bits = other_bits;
     }
   }
   if (structure.alike < 2 || structure.share < 0.4) return trial;
   trial.of_catalogue = is_known(checksum);
-  // The frame of a type of the catalogue may end with its last clock.
-  const bool exact = trial.of_catalogue && checksum.end() + 1 >= frames.length;
-  const bool certain =
-      checksum.score >= certain_bits || (exact && checksum.score >= least_bits_of_a_type);
+  const bool certain = bits >= certain_bits;
   const std::string evidence =
       checksum.channels.empty()
           ? "no checksum seen"

@@ -21,10 +21,11 @@ TEST_P(Confusion, OtherProtocols_AreNamedAndNeverTakenForBissC) {
   RecordProperty("seed", fmt::format("{}", GetParam()));
   for (const Row& row : result.rows) {
     if (row.protocol == Protocol::biss_c) {
-      EXPECT_GE(100 * row.right(), 99 * row.all) << result.wrong;
+      EXPECT_EQ(row.right(), row.all) << result.wrong;
+      EXPECT_GE(row.least_biss, 0.9) << result.wrong;
       continue;
     }
-    EXPECT_LE(row.taken_for_biss, 1U) << row.name << "\n" << result.wrong;
+    EXPECT_EQ(row.taken_for_biss, 0U) << row.name << "\n" << result.wrong;
     if (row.protocol == Protocol::noise || row.protocol == Protocol::unknown) continue;
     EXPECT_GE(10 * row.right(), 9 * row.all) << row.name << "\n" << result.wrong;
   }
