@@ -102,7 +102,7 @@ def ack_longer_than_master_waits(line):
     line.extra, line.byte_clocks, line.short = 0, False, {}
     line.follow = luck.random() < 0.4
     line.wait_longer()
-    line.patience = lambda: planned + 3 + int(sum(line.delays) / line.period)
+    line.start_wait = lambda: planned + 3 + int(sum(line.delays) / line.period)
     line.about["ack"] = ["vary", high]
     line.everywhere = "ack_longer_than_master_waits"
 
@@ -353,7 +353,7 @@ def limits_exceeded(line):
         busy = luck.uniform(3400, 12000 - min(line.period, 4000) / 2)
         line.ack = lambda: (None, busy)
         line.ack_most = math.ceil(busy / line.period)
-    line.patience = lambda: line.ack_most + 60 + int(2000 / line.period)
+    line.start_wait = lambda: line.ack_most + 60 + int(2000 / line.period)
     line.count = min(line.count, max(40, 14000 // (line.format.bits + line.ack_most + 5)))
     line.everywhere = "limits_exceeded"
     line.counts.add("limits_exceeded")
@@ -385,7 +385,7 @@ def wrong_checksum(line):
         line.unknown = "wrong_checksum"
     if kind == "no-flags":  # with nE = nW = 1 in all frames it is one remainder off
         line.flag_kinds["nW"] = luck.choice(("tenth", "third", "block"))
-    line.told = Format([Channel(items())])
+    line.given = Format([Channel(items())])
     line.about["checksum"] = kind
     line.moving()
     line.everywhere = "wrong_checksum"
@@ -400,13 +400,13 @@ def wrong_format(line):
     kind = luck.choice(("width", "width", "crc", "channels"))
     if kind == "width":
         other = bits + luck.choice((-8, -4, -2, -1, 1, 2, 4, 8))
-        line.told = Format([Channel(items(max(8, other)))])
+        line.given = Format([Channel(items(max(8, other)))])
     elif kind == "crc":
-        line.told = Format([Channel(items(bits), luck.choice((5, 8, 16)))])
+        line.given = Format([Channel(items(bits), luck.choice((5, 8, 16)))])
     else:
-        line.told = line.format
+        line.given = line.format
         line.format = Format([Channel(items(bits)), Channel(items(luck.randint(10, 20)))])
-    line.short, line.about["told"] = {}, kind
+    line.short, line.about["given"] = {}, kind
     line.moving()
     line.accept["without"] = None
     line.everywhere = "wrong_format"
@@ -459,7 +459,7 @@ def slo_inverted(line):
     if line.luck.random() < 0.3:  # the wires, so that the master sees it too
         line.follow = True
         line.master_inverted = True
-        line.patience = lambda: line.ack_most + line.luck.randint(20, 60)
+        line.start_wait = lambda: line.ack_most + line.luck.randint(20, 60)
     line.counts.add("slo_inverted")
 
 

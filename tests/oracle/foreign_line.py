@@ -18,7 +18,7 @@ class Line(Truth):
         self.causes, self.about, self.options, self.with_options = [], {}, [], []
         self.accept = {}
         self.format = draw_format(luck, wide)
-        self.told = None  # another format for -f than the true one
+        self.given = None  # another format for -f than the true one
         low, high = HEALTHY_PERIOD
         self.period = math.exp(luck.uniform(math.log(low), math.log(high)))
         if luck.random() < 0.3:
@@ -185,7 +185,7 @@ class Line(Truth):
         pauses, low = self.pauses(number)
         after = self.format_at(number).bits + 2
         cut = self.cut(number)
-        plan = Plan(sample=self.sample, pauses=pauses, pause_low=low, patience=self.patience())
+        plan = Plan(sample=self.sample, pauses=pauses, pause_low=low, start_wait=self.start_wait())
         if self.short.get(number) == 2:
             plan.clocks = 2
         elif self.short.get(number) == 5:
@@ -203,7 +203,7 @@ class Line(Truth):
         self.ready = self.master.request(time, plan)
         return self.master.requests[-1].rises
 
-    def patience(self):
+    def start_wait(self):
         return self.ack_most + 40 + int(2000 / self.period)
 
     def next_time(self, number, time, rises, least):

@@ -113,9 +113,9 @@ class Protocol:
         self.luck = luck
 
     def truth(self):
-        told = self.luck.choice(("pos26,nE,nW,crc6", "pos18,nE,nW,crc6", "mt12,st13,nE,nW,crc6"))
+        given = self.luck.choice(("pos26,nE,nW,crc6", "pos18,nE,nW,crc6", "mt12,st13,nE,nW,crc6"))
         accept = ["not_biss"] + (["noise_on_ma", "noise_on_slo"] if self.name == "noise" else [])
-        return {"causes": self.causes, "format": None, "without": [], "with": ["-f", told],
+        return {"causes": self.causes, "format": None, "without": [], "with": ["-f", given],
                 "accept": {mode: accept for mode in MODES}, "requests": 0, "damaged": [],
                 "ill": True, "marks": {}, "answered": 0.0, "parts": [], "about": {"protocol": self.name}}
 

@@ -311,7 +311,7 @@ class Master:
                     start = looked
             if start is not None and clock >= start + plan.after_start:
                 break
-            if start is None and clock >= plan.patience:
+            if start is None and clock >= plan.start_wait:
                 request.notes.add("gave_up")
                 break
         end = time
@@ -343,7 +343,7 @@ class Master:
 class Plan:
     """How the master sends one request."""
 
-    def __init__(self, clocks=None, after_start=0, patience=100, sample=0.0, pauses=None,
+    def __init__(self, clocks=None, after_start=0, start_wait=100, sample=0.0, pauses=None,
                  pause_low=False, cdm=0, hold=0.0):
-        self.clocks, self.after_start, self.patience, self.sample = clocks, after_start, patience, sample
+        self.clocks, self.after_start, self.start_wait, self.sample = clocks, after_start, start_wait, sample
         self.pauses, self.pause_low, self.cdm, self.hold = pauses or {}, pause_low, cdm, hold

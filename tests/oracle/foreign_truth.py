@@ -127,11 +127,11 @@ class Truth:
     def truth(self):
         whole = self.inside()
         first = whole[0].number if whole else 0
-        told = self.told or self.format
+        given = self.given or self.format
         options = list(self.options)
         if self.resolution:
             options += ["--resolution", f"{self.step:.3f}ns"]
-        with_format = self.with_options or (["-f", told.text()] if told.text() else None)
+        with_format = self.with_options or (["-f", given.text()] if given.text() else None)
         if with_format and self.timing and self.luck.random() < 0.5:
             with_format = with_format + self.timing
         damaged = sorted({n for marks in self.marks.values() for n in marks})
@@ -174,7 +174,7 @@ class Truth:
         return True
 
     def readable(self):
-        """Whether what is unusual in this format shows in the frames: nobody could know it else."""
+        """Whether what is unusual in this format shows in the frames: it cannot be known otherwise."""
         kept = self.frames(self.format)
         for index, channel in enumerate(self.format.channels):
             moved, rank = kept["moved"][index].count("1"), kept["rank"][index]
