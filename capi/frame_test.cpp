@@ -8,7 +8,6 @@
 #include <cstring>
 #include <memory>
 #include <string>
-#include <tuple>
 #include <vector>
 
 namespace biss::capi {
@@ -122,7 +121,12 @@ TEST(CFrame, EncodedFrame_DecodesToItself) {
   EXPECT_TRUE(read.cds && read.stop_seen);
   EXPECT_EQ(read.lead_clocks, 3U);
   EXPECT_EQ(read.ack_clocks, 17U);
-  EXPECT_TRUE(biss_frame_trusted(&read));
+  // The second channel has no nE. Without this word, both are trusted.
+  EXPECT_TRUE(read.no_error_flag);
+  EXPECT_FALSE(biss_frame_trusted(&read));
+  biss_frame with_word = read;
+  with_word.no_error_flag = false;
+  EXPECT_TRUE(biss_frame_trusted(&with_word));
 }
 
 // Each way in which the bits can be no frame.
@@ -431,14 +435,18 @@ TEST(CCrc, WhatIsNoChecksum_IsRefused) {
     change(crc);
     EXPECT_EQ(biss_crc_of(&crc, 0, 8, &value), BISS_BAD_CRC);
   };
-  for (const auto& [polynomial, start, width] :
-       {std::tuple{0x43U, 0U, 5U}, std::tuple{0x42U, 0U, 6U}, std::tuple{0U, 0U, 6U},
-        std::tuple{7U, 0U, 2U}, std::tuple{0x20001U, 0U, 17U}, std::tuple{0x43U, 0x40U, 6U},
-        std::tuple{0x43U, 0U, 6U + (1U << 8U)}}) {
-    refused([&](biss_crc& crc) {
-      crc.polynomial = polynomial;
-      crc.start = start;
-      crc.width_bits = width;
+  struct Wrong {
+    std::uint32_t polynomial;
+    std::uint32_t start;
+    std::uint32_t width;
+  };
+  for (const Wrong& each :
+       {Wrong{0x43, 0, 5}, Wrong{0x42, 0, 6}, Wrong{0, 0, 6}, Wrong{7, 0, 2}, Wrong{0x20001, 0, 17},
+        Wrong{0x43, 0x40, 6}, Wrong{0x43, 0, 6 + (1U << 8U)}}) {
+    refused([&each](biss_crc& crc) {
+      crc.polynomial = each.polynomial;
+      crc.start = each.start;
+      crc.width_bits = each.width;
     });
   }
   refused([](biss_crc& crc) { crc = biss_crc_defaults(9); });

@@ -298,7 +298,14 @@ class Diagnosis {
       if (other) at(notes_, Cause::wrong_format) -= 12;
     }
     if (evidence_.count(RequestKind::other_length) == 0) at(notes_, Cause::format_changes) += never;
-    if (refused && context_.given) at(notes_, Cause::format_changes) += never;
+    if (refused && context_.given) {
+      at(notes_, Cause::format_changes) += never;
+      // Noise that spoils nearly all checksums spoils ACK, START and STOP as well.
+      if (share(evidence_.answered) > 0.9) {
+        at(notes_, Cause::noise_on_slo) += 60;
+        at(notes_, Cause::noise_on_ma) += 60;
+      }
+    }
   }
 
   // The fields are those of the format, and the checksum is a usual one done wrong.

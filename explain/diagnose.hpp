@@ -59,7 +59,8 @@ struct Finding {
 /// The kinds of requests that a cause predicts.
 std::vector<RequestKind> kinds_of(Cause cause);
 
-/// The likely causes, the likeliest first; at least one. Unlikely ones are left out.
+/// The likely causes, the likeliest first; unlikely ones are left out. None if the capture has no
+/// whole request.
 std::vector<Finding> diagnose(const Evidence& evidence, const Context& context);
 
 }  // namespace biss::explain

@@ -257,9 +257,17 @@ const Evidence& Observer::finish(Picoseconds end_time) {
   return evidence_;
 }
 
+// Without a format the decoder cannot tell that the capture ends within a request.
+bool Observer::is_cut_at_end(const Cycle& cycle, Picoseconds end_of_capture) const {
+  const Picoseconds end = decode::shifted(cycle.time, cycle.clocked);
+  return evidence_.cycles != 0 && cycle.rising_edges < evidence_.usual.clocks &&
+         decode::elapsed(end, end_of_capture) < 2 * evidence_.usual.period;
+}
+
 void Observer::process(const Waiting& waiting, std::optional<Picoseconds> next, bool last) {
   const auto& [number, cycle] = waiting;
   if (is_cut(cycle.status)) return;
+  if (last && next && is_cut_at_end(cycle, *next)) return;
   ++evidence_.cycles;
   if (is_good(cycle.status)) ++evidence_.good;
   plausibility_.push(number, cycle);

@@ -164,6 +164,7 @@ class Observer {
   };
 
   Picoseconds needed_from() const;
+  bool is_cut_at_end(const decode::Cycle& cycle, Picoseconds end_of_capture) const;
   void process(const Waiting& waiting, std::optional<Picoseconds> next, bool last);
   void note_unusual(std::uint64_t number, const decode::Cycle& cycle, const Prices& prices);
   void note_frame(std::uint64_t number, const decode::Cycle& cycle);

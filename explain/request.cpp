@@ -154,8 +154,8 @@ Usual usual_of(std::span<const Cycle> cycles, const std::optional<FrameFormat>& 
   if (format) {
     usual.payload_bits = format->payload_bits();
   } else if (!ends.empty()) {
-    // The last 1 of a frame is a bit before STOP, or further up.
-    const auto high = ends.begin() + static_cast<std::ptrdiff_t>(ends.size() * 19 / 20);
+    // The last 1 of a frame is a bit before STOP, or further up. One frame may be damaged.
+    const auto high = ends.size() > 1 ? ends.end() - 2 : ends.begin();
     std::nth_element(ends.begin(), high, ends.end());
     usual.payload_bits = static_cast<unsigned>(std::max<std::int64_t>(*high - 2, 1));
   }

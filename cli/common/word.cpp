@@ -107,10 +107,8 @@ Word in_order(Word word, const WordReading& reading) {
     left = end;
   }
   for (std::uint8_t& byte : word.bytes) {
-    unsigned bits = byte;
-    for (unsigned i = 0; reading.bit_order == "lsb" && i < 8; ++i) {
-      bits = (bits & ~(0x80U >> i)) | (byte >> i & 1U) << (7U - i);
-    }
+    const std::uint64_t bits =
+        reading.bit_order == "lsb" ? frame_detail::bits_reversed(byte, 8) : byte;
     byte = static_cast<std::uint8_t>(reading.invert ? ~bits : bits);
   }
   return word;

@@ -108,11 +108,10 @@ tl::expected<std::vector<LoggedWord>, std::string> read_word_log(const WordArgum
     }
   }
   if (possible.empty()) {
-    return wrong(
-        lines[farthest],
-        fmt::format(
-            "'{}' is no word in the digits of the others; correct the line, or begin it with #",
-            lines[farthest].text.substr(0, 40)));
+    return wrong(lines[farthest],
+                 fmt::format("'{}' is no word{}; correct the line, or begin it with #",
+                             lines[farthest].text.substr(0, 40),
+                             farthest == 0 ? "" : " in the digits of the others"));
   }
   std::vector<LoggedWord> log;
   for (std::size_t i = 0; i < lines.size(); ++i) {

@@ -156,9 +156,12 @@ class CompareRun {
       out.entry("differs", found.empty() ? "nothing" : found.front().property,
                 found.empty() ? std::string() : fmt::format("effect {:.2f}", found.front().effect));
     }
-    const explain::Finding cause = diagnose(bad_.link->evidence, bad_.link->context).front();
-    out.entry("cause", fmt::format("{} {:.2f}", name_of(cause.cause), cause.likelihood),
-              remedy_of(cause.cause));
+    const auto causes = diagnose(bad_.link->evidence, bad_.link->context);
+    if (!causes.empty()) {
+      const explain::Finding& cause = causes.front();
+      out.entry("cause", fmt::format("{} {:.2f}", name_of(cause.cause), cause.likelihood),
+                remedy_of(cause.cause));
+    }
     return out.text();
   }
 
