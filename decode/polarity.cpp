@@ -84,6 +84,9 @@ Lines find_polarity(const Lines& lines, std::span<const wire::Edge> beginning,
   };
   if (low) try_other(true, lines.slo_inverted);
   if (best.is_mostly_good() || lines.slo_inverted) return best.lines;
+  // The parts of requests with pauses read no worse inverted.
+  const bool joins = !reader.checked_payload_bits() && !reader.knows_timeout();
+  if (joins && find_paused_timeout(best.lines, edges)) return best.lines;
   if (low) try_other(true, true);
   if (!best.is_mostly_good()) try_other(lines.ma_inverted, true);
   return best.lines;
@@ -93,7 +96,7 @@ std::optional<Timeout> find_paused_timeout(const Lines& lines,
                                            std::span<const wire::Edge> beginning) {
   const std::vector<wire::Edge> edges = first_edges(lines, beginning);
   const Reading as_is = read(lines, edges, CycleReader(std::nullopt, {}));
-  if (5 * as_is.good >= 2 * as_is.cycles || as_is.longest_period.count == 0) return std::nullopt;
+  if (5 * as_is.good >= 4 * as_is.cycles || as_is.longest_period.count == 0) return std::nullopt;
   const wire::Level low = lines.slo_inverted ? wire::Level::high : wire::Level::low;
   // From the last edge of MA to the rise of SLO in a gap of MA.
   std::vector<Picoseconds> releases;
@@ -109,8 +112,8 @@ std::optional<Timeout> find_paused_timeout(const Lines& lines,
     last_ma = rise = edge.time;
   }
   if (releases.empty()) return std::nullopt;
-  // Some rises come with the last clock before a pause.
-  const auto most = releases.begin() + static_cast<std::ptrdiff_t>(releases.size() * 4 / 5);
+  // Most rises may come with the last clock before a pause.
+  const auto most = releases.begin() + static_cast<std::ptrdiff_t>(releases.size() * 19 / 20);
   std::nth_element(releases.begin(), most, releases.end());
   DeviceTiming timing;
   timing.timeout.time = *most;

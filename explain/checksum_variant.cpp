@@ -11,7 +11,7 @@ namespace biss::explain {
 
 namespace {
 
-constexpr std::size_t mistake_count = 7;
+constexpr std::size_t mistake_count = 8;
 constexpr std::uint8_t flag_bits = 2;
 // START and CDS.
 constexpr std::size_t before_data = 2;
@@ -84,7 +84,8 @@ std::string_view text_of(Mistake mistake) {
       "it leaves out the last two data bits, nE and nW",
       "it includes CDS",
       "it is that of the frame before",
-      "it is computed with the lowest data bit first",
+      "it is computed with the lowest position bit first",
+      "it is computed with the last data bit first",
       "it is not inverted as BiSS requires, or has another start value",
       "it is the same in all frames"};
   return words[static_cast<std::size_t>(mistake)];
@@ -111,6 +112,9 @@ bool ChecksumVariant::fits(BitView raw, BitView before) const {
                            << flag_bits |
                        (data & low_mask(flag_bits)),
                    channel.data_bits);
+    case Mistake::all_lsb:
+      return seen ==
+             usual(frame_detail::bits_reversed(data, channel.data_bits), channel.data_bits);
     case Mistake::other_start:
       return (seen ^ usual(data, channel.data_bits)) == rest;
     case Mistake::constant:

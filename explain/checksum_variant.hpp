@@ -18,7 +18,8 @@ enum class Mistake : std::uint8_t {
   no_flags,     ///< without nE and nW
   cds,          ///< CDS is included
   previous,     ///< that of the frame before
-  lsb,          ///< of the data with the lowest bit first
+  lsb,          ///< of the position with the lowest bit first, then nE and nW
+  all_lsb,      ///< of all data with the lowest bit first
   other_start,  ///< not inverted, or another start value
   constant,     ///< the same in all frames
 };

@@ -51,7 +51,8 @@ const std::vector<Model>& models() {
       {C::wrong_checksum, {{K::other_checksum}}},
       {C::format_changes, {{K::other_length}}},
       {C::ma_slo_swapped, {{K::silent}}},
-      {C::slo_inverted, {{K::inverted}}},
+      // A master that takes SLO for inverted asks while the encoder is busy.
+      {C::slo_inverted, {{K::inverted}, {K::busy}, {K::hurried}, {K::stuck}}},
       {C::ma_inverted, {{K::half_early}, {K::stop_repeats}}},
       {C::clock_too_fast_for_cable, {{K::smeared}, {K::delay_part}, {K::flip}, {K::slo_pulse}}},
       {C::ack_longer_than_master_waits, {{K::cut_in_ack}, {K::cut_late}}},
@@ -106,7 +107,10 @@ class Diagnosis {
     note();
     Bits bits{};
     for (const Model& model : models()) {
-      at(bits, model.cause) = notes_[static_cast<std::size_t>(model.cause)] + length(model.parts);
+      // Only where SLO is read inverted is it the master who asks while the encoder is busy.
+      const bool named = model.cause == Cause::slo_inverted && !context_.reading.slo_inverted;
+      at(bits, model.cause) = notes_[static_cast<std::size_t>(model.cause)] +
+                              length(named ? std::vector{model.parts.front()} : model.parts);
     }
     if (is_other_protocol()) {
       at(bits, Cause::not_biss) =
@@ -291,6 +295,8 @@ class Diagnosis {
         at(notes_, Cause::wrong_checksum) -= 25;
       } else if (refused) {
         at(notes_, Cause::wrong_format) -= 25;
+        // The checksum is right, in another place or by another rule of BiSS C.
+        if (!found->format.deviates()) at(notes_, Cause::wrong_checksum) += never;
       }
     } else if (evidence_.usual.no_checksum_fits) {
       const bool other =
@@ -335,11 +341,16 @@ class Diagnosis {
     const bool open = share(evidence_.answered) < 0.02;
     if (!reading.swapped) at(notes_, Cause::ma_slo_swapped) += open ? 6 : never;
     if (!reading.slo_inverted && evidence_.count(RequestKind::inverted) == 0) {
-      at(notes_, Cause::slo_inverted) += 30;
+      at(notes_, Cause::slo_inverted) += never;
     }
     const std::uint64_t half =
         evidence_.count(RequestKind::half_early) + evidence_.count(RequestKind::stop_repeats);
-    if (!reading.ma_inverted && half == 0) at(notes_, Cause::ma_inverted) += 30;
+    // Without a format, only that each request ends with the same bit twice shows that it has no STOP.
+    const auto& last = evidence_.last_bits;
+    const std::uint64_t twice = std::min(last[0], last[3]);
+    const bool no_stop = evidence_.has_format || (6 * twice > evidence_.answered &&
+                                                  20 * (last[1] + last[2]) < evidence_.answered);
+    if (!reading.ma_inverted && (half == 0 || !no_stop)) at(notes_, Cause::ma_inverted) += 30;
   }
 
   void note_delay() {
@@ -359,7 +370,7 @@ class Diagnosis {
         late >= 1 && evidence_.extra_clocks.count() != 0 && evidence_.extra_clocks.median() == late;
     double price = 0;
     if (too_long) price = 20;
-    if (sends_more && margin < 0.15) price = std::max(price, 12.0);
+    if (sends_more && margin < 0.15) price = std::max(price, 4.0);
     if (context_.compensated == false && (margin < 0.25 || periods > 0.25)) price = 25;
     if (price == 0) return;
     add_to_others(Cause::clock_too_fast_for_cable, price);
@@ -371,7 +382,7 @@ class Diagnosis {
     if (samples < coarse_samples) {
       add_to_others(Cause::sampling_too_slow, 15 + 2 * static_cast<double>(evidence_.cycles));
     } else {
-      at(notes_, Cause::sampling_too_slow) += samples < coarse_samples + 1 ? 10 : never;
+      at(notes_, Cause::sampling_too_slow) += samples < coarse_samples + 0.5 ? 40 : never;
     }
   }
 

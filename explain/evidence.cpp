@@ -56,7 +56,9 @@ constexpr Rule limit_rules[] = {Rule::ack_shortest,   Rule::ack_longest,  Rule::
 std::vector<Cycle> cycles_of(const ObserverSetup& setup, std::span<const wire::Edge> beginning) {
   const std::vector<wire::Edge> edges = decode::first_edges(setup.lines, beginning);
   std::vector<Cycle> cycles;
-  decode::Decoder decoder(decode::CycleReader(setup.format, setup.timing, setup.margin),
+  DeviceTiming timing = setup.timing;
+  timing.timeout = setup.timeout;
+  decode::Decoder decoder(decode::CycleReader(setup.format, timing, setup.margin),
                           [&](const Cycle& cycle) {
                             if (!is_cut(cycle.status)) cycles.push_back(cycle);
                           });
@@ -85,20 +87,24 @@ void SampleGrid::push(wire::Edge edge, wire::LineIndex ma) {
 bool SampleGrid::varies_by(Picoseconds step) const {
   bool varies = false;
   for (const auto& levels : ma_levels_) {
-    std::array<std::size_t, 8> lengths{};
+    std::array<std::size_t, 16> lengths{};
     std::size_t all = 0;
     for (const Picoseconds level : levels) {
       const std::int64_t steps = clocks_in(level, step);
-      if (steps >= 8) continue;
+      if (steps >= 16) continue;
       ++lengths[static_cast<std::size_t>(steps)];
       ++all;
     }
     const auto occurs = [&](std::size_t steps) {
       return lengths[steps] >= 3 && 400 * lengths[steps] > all;
     };
-    if ((occurs(1) && occurs(2)) || (occurs(2) && occurs(3))) varies = true;
+    std::size_t most = 0;
+    for (std::size_t steps = 1; steps + 1 < lengths.size(); ++steps) {
+      most = std::max(most, lengths[steps - 1] + lengths[steps] + lengths[steps + 1]);
+      if (occurs(steps) && occurs(steps + 1)) varies = true;
+    }
     // Levels of many different lengths are data, for example of a UART.
-    if (25 * (lengths[4] + lengths[5] + lengths[6] + lengths[7]) >= all + 1) return false;
+    if (25 * (all - most) >= all + 1) return false;
   }
   return varies;
 }
@@ -355,6 +361,7 @@ void Observer::note_frame(std::uint64_t number, const Cycle& cycle) {
   if (cycle.ack && cycle.line_delay) ++evidence_.answered;
   if (is_good(cycle.status)) ++evidence_.passed;
   const BitView raw = cycle.raw.view();
+  if (raw.size_bits() > 3) ++evidence_.last_bits[raw.word(raw.size_bits() - 2, 2)];
   const std::size_t stop = 2 + std::size_t{evidence_.usual.payload_bits};
   const bool short_of_bits =
       (cycle.status == CycleStatus::ack_range || cycle.status == CycleStatus::unchecked) &&

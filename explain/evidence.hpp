@@ -86,6 +86,8 @@ struct Evidence {
   std::uint64_t last_bit_low = 0;
   std::uint64_t stops_high = 0;
   std::uint64_t likely_positions = 0;
+  /// Of requests with ACK and START: the last two bits that the master has clocked.
+  std::array<std::uint64_t, 4> last_bits{};
   /// Of requests that end before the last bit of the format.
   std::uint64_t truncated = 0;
   std::uint64_t truncated_low = 0;
@@ -126,6 +128,8 @@ struct Evidence {
 struct ObserverSetup {
   std::optional<FrameFormat> format;
   DeviceTiming timing;
+  /// By which the cycles are read, pauses of MA included.
+  Timeout timeout{};
   /// Cycles should come with Cycle::signal.
   decode::MarginSetup margin;
   decode::Lines lines;

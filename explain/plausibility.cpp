@@ -47,24 +47,34 @@ bool Plausibility::push(std::uint64_t number, const decode::Cycle& cycle) {
   if (!before) return false;
   const unsigned turn_bits = channel_.multiturn.bits;
   const unsigned in_turn = bits - turn_bits;
+  const std::int64_t whole = way(*before, position, bits);
+  const auto judge = [&](std::int64_t moved) {
+    const auto length = static_cast<std::uint64_t>(moved < 0 ? -moved : moved);
+    const auto nanoseconds = static_cast<double>(
+        std::max<std::int64_t>(decode::elapsed(since, cycle.time).count / 1000, 1));
+    const double speed = std::min(static_cast<double>(length) * 1e6 / nanoseconds, 1e18);
+    judge_step({whole, length, static_cast<std::uint64_t>(speed), number, cycle.time});
+  };
+  if (turn_bits == 0 || in_turn == 0 || in_turn > 62) {
+    judge(whole);
+    return false;
+  }
   const std::int64_t moved =
-      turn_bits == 0 ? way(*before, position, bits)
-                     : way(*before & low_mask(in_turn), position & low_mask(in_turn), in_turn);
-  const auto length = static_cast<std::uint64_t>(moved < 0 ? -moved : moved);
-  const auto nanoseconds = static_cast<double>(
-      std::max<std::int64_t>(decode::elapsed(since, cycle.time).count / 1000, 1));
-  const double speed = std::min(static_cast<double>(length) * 1e6 / nanoseconds, 1e18);
-  judge_step({moved, length, static_cast<std::uint64_t>(speed), number, cycle.time});
-  if (turn_bits == 0 || in_turn == 0 || in_turn > 62) return false;
+      way(*before & low_mask(in_turn), position & low_mask(in_turn), in_turn);
+  const std::int64_t place = static_cast<std::int64_t>(*before & low_mask(in_turn)) + moved;
+  const std::int64_t due = place < 0 ? -1 : place >> in_turn;
+  const std::int64_t missing = due - way(*before >> in_turn, position >> in_turn, turn_bits);
+  // The axis has jumped, or makes many turns between two frames.
+  const bool jumped = missing > 1 || missing < -1;
+  judge(jumped ? whole : moved);
   // A fast axis may have made more than half a turn.
   if (4 * (moved < 0 ? -moved : moved) > (std::int64_t{1} << in_turn)) {
     fast_ = true;
     late_by_ = 0;
     return false;
   }
-  const std::int64_t place = static_cast<std::int64_t>(*before & low_mask(in_turn)) + moved;
-  const std::int64_t due = place < 0 ? -1 : place >> in_turn;
-  late_by_ += due - way(*before >> in_turn, position >> in_turn, turn_bits);
+  if (jumped) return false;
+  late_by_ += missing;
   fast_ = fast_ || late_by_ > 1 || late_by_ < -1;
   in_a_row_ = late_by_ == 0 ? 0 : in_a_row_ + 1;
   // The turns were wrong when the capture began, or have come to stay.
@@ -84,6 +94,7 @@ void Plausibility::judge_step(const Step& step) {
   if (++known_ < steps_.size()) return;
   const Step& judged = steps_[2];
   if (judged.length < few_counts) return;
+  if (channel_.multiturn.bits == 0) judge_turn(steps_[3], judged);
   const auto bits = static_cast<std::size_t>(std::bit_width(judged.speed));
   const std::int64_t left = judged.way + steps_[1].way;
   const std::uint64_t taken_back = judged.length - judged.length / times;
@@ -92,6 +103,25 @@ void Plausibility::judge_step(const Step& step) {
     spikes_[bits].add(judged.cycle, judged.time);
   } else if (judged.speed / times > std::max(steps_[3].speed, steps_[1].speed)) {
     apart_[bits].add(judged.cycle, judged.time);
+  }
+}
+
+// Turns that follow late let the position fall back at each zero of the singleturn, and then go on.
+// A position that only starts anew never jumps ahead.
+void Plausibility::judge_turn(const Step& before, const Step& judged) {
+  const std::int64_t jump = judged.way - before.way;
+  const auto size = static_cast<std::uint64_t>(jump < 0 ? -jump : jump);
+  const std::uint64_t power = std::bit_floor(size + size / 3);
+  const std::uint64_t off = size < power ? power - size : size - power;
+  constexpr std::uint64_t steps_in_turn = 6;
+  if (before.way == 0 || size < steps_in_turn * before.length || times * off > power) return;
+  const bool up = before.way > 0;
+  if (up == (jump < 0)) {
+    fall_ = {power, up, judged.cycle, judged.time};
+  } else if (fall_ && fall_->size == power && fall_->up == up) {
+    turns_.add({judged.cycle - fall_->cycle, fall_->cycle, judged.cycle - 1, fall_->time});
+    longest_ = std::max(longest_, judged.cycle - fall_->cycle);
+    fall_.reset();
   }
 }
 

@@ -20,7 +20,8 @@ class Plausibility {
   /// The next cycle. \return its turns are not those that its singleturn shows
   bool push(std::uint64_t number, const decode::Cycle& cycle);
 
-  /// Frames whose turns do not belong to their singleturn.
+  /// Frames whose turns do not belong to their singleturn. Without turns in the format: those in which
+  /// the position has fallen back by a power of two, and goes on from there.
   Sightings turns() const { return fast_ ? Sightings{} : turns_; }
   /// The longest time in a row for which they do not.
   std::uint64_t longest() const { return fast_ ? 0 : longest_; }
@@ -37,7 +38,16 @@ class Plausibility {
     Picoseconds time{};
   };
 
+  // Since the position fell back by a power of two, against the motion.
+  struct Fall {
+    std::uint64_t size = 0;
+    bool up = false;
+    std::uint64_t cycle = 0;
+    Picoseconds time{};
+  };
+
   void judge_step(const Step& step);
+  void judge_turn(const Step& before, const Step& judged);
 
   ChannelFormat channel_{};
   std::optional<std::uint64_t> last_;
@@ -49,6 +59,7 @@ class Plausibility {
   std::uint64_t in_a_row_ = 0;
   std::uint64_t longest_ = 0;
   Sightings turns_;
+  std::optional<Fall> fall_;
   // The last steps, the newest one first.
   std::array<Step, 4> steps_{};
   std::size_t known_ = 0;

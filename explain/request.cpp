@@ -201,11 +201,15 @@ bool Pricer::is_plain(const Cycle& cycle) const {
       4 * *cycle.period > 5 * (period + doubt)) {
     return false;
   }
+  // From STOP on, SLO is low until MA rests.
+  const std::size_t stop = usual_.payload_bits + std::size_t{2};
   if (!cycle.frame) {
     if (usual_.checksum) return false;
     const BitView raw = cycle.raw.view();
-    const std::size_t stop = usual_.payload_bits + std::size_t{2};
     if (raw.size_bits() <= stop || raw.find(true, stop) != raw.size_bits()) return false;
+  } else if (cycle.rising_edges > cycle.frame->ack_clocks + stop + 2 &&
+             (!cycle.release || *cycle.release < Picoseconds{})) {
+    return false;
   }
   if (!cycle.signal) return true;
   if (cycle.signal->ma_pulses + cycle.signal->slo_pulses != 0) return false;
@@ -333,7 +337,16 @@ void Pricer::count_pulses(const CycleEdges& edges) {
   }
   for (std::size_t i = 1; i < view_.rises.size(); ++i) {
     const Picoseconds gap = decode::elapsed(view_.rises[i - 1], view_.rises[i]);
-    if (100 * gap > pause_percent * view_.period + 100 * resolution_) ++view_.pauses;
+    if (100 * gap <= pause_percent * view_.period + 100 * resolution_) continue;
+    ++view_.pauses;
+    // The encoder's timeout ends within the pause, and SLO rises.
+    const Picoseconds moved = usual_.delay + view_.period / 4 + resolution_;
+    const Picoseconds from = decode::shifted(view_.rises[i - 1], moved);
+    const Picoseconds to = decode::shifted(view_.rises[i], usual_.delay - view_.period / 4);
+    view_.gave_up = view_.gave_up ||
+                    std::any_of(edges.slo.begin(), edges.slo.end(), [&](const LevelChange& change) {
+                      return from < change.time && change.time < to;
+                    });
   }
   for (std::size_t i = 1; i < edges.slo.size(); ++i) {
     if (is_short(edges.slo[i - 1].time, edges.slo[i].time)) ++view_.slo_pulses;
@@ -512,8 +525,11 @@ void Pricer::price_frame(const CycleEdges& edges, Prices& prices) {
       // The bits of the checksum are no longer free.
       if (usual_.checksum)
         price_checksum(base - usual_.checksum->channel.crc.width_bits + 2, prices);
-      // A frame whose STOP is not seen may be longer.
+      // A frame whose STOP is not seen may be longer, or its last bit is there in place of STOP.
       price_good(frame, size == stop ? base + 4 : base, prices);
+      if (size == stop && view_.bits[size - 1] == view_.bits[size - 2]) {
+        set(prices, RequestKind::stop_repeats, base);
+      }
     } else {
       price_length(prices);
       set(prices, RequestKind::flip, base + count_price(size));
@@ -523,7 +539,11 @@ void Pricer::price_frame(const CycleEdges& edges, Prices& prices) {
     return;
   }
   const auto frame = judge(view_.bits, start);
-  if (frame.ok()) return price_good(*frame, base, prices);
+  if (frame.ok()) {
+    // Another channel follows, whose first bit is 0.
+    if (ones != 0) set(prices, RequestKind::stop_high, base - one_price * static_cast<float>(ones) + 2);
+    return price_good(*frame, base, prices);
+  }
   price_moved(edges, prices);
   if (frame.error().cause != FrameError::stop_bit) price_length(prices);
   price_wrong(frame.error().cause, base, one_price * static_cast<float>(ones), prices);
@@ -549,7 +569,10 @@ void Pricer::price_good(const Frame& frame, float base, Prices& prices) {
 // All bits are there and something about them is wrong.
 void Pricer::price_wrong(FrameError error, float base, float after, Prices& prices) {
   const auto payload = static_cast<float>(usual_.payload_bits);
-  const float edges = flip_edge_price * static_cast<float>(view_.off_grid) + after;
+  const auto pulses = static_cast<float>(view_.ma_pulses);
+  const auto off = static_cast<float>(view_.off_grid);
+  // A pulse on MA is no work of SLO.
+  const float edges = flip_edge_price * off + 10 * pulses + after;
   const float ack = ack_price(view_.ack_clocks());
   const std::size_t start = view_.start;
   if (error == FrameError::stop_bit) {
@@ -558,9 +581,11 @@ void Pricer::price_wrong(FrameError error, float base, float after, Prices& pric
     const std::size_t stop = start + 2 + usual_.payload_bits;
     if (view_.bits[stop - 1]) set(prices, RequestKind::stop_repeats, base + 1 + edges);
     set(prices, RequestKind::flip, base + bits_of(payload) + edges);
+    remember(start);
   } else if (error == FrameError::cds) {
     set(prices, RequestKind::cds_high, base + 1);
     set(prices, RequestKind::flip, base + bits_of(payload) + edges);
+    remember(start);
   } else {
     // The flip of one bit that mends a channel, else all its bits.
     float flips = 0;
@@ -592,6 +617,12 @@ void Pricer::price_wrong(FrameError error, float base, float after, Prices& pric
     view_.likely = data_price(view_.bits, start) < near;
     set(prices, RequestKind::flip, std::min(single, ack + payload + 2) + edges);
     if (thorough_) set(prices, RequestKind::slip, slip_price() + edges);
+    if (view_.gave_up && view_.ma_pulses == 0) {
+      set(prices, RequestKind::restart, ack + payload / 2 + 4);
+    }
+    if (view_.ma_pulses != 0) {
+      set(prices, RequestKind::ma_pulse, ack + payload + 6 + 2 * (pulses + off) + after);
+    }
     price_tails(prices);
     if (usual_.checksum) {
       price_checksum(base + 2, prices);

@@ -111,6 +111,8 @@ class Pricer {
     unsigned ma_pulses = 0;
     unsigned slo_pulses = 0;
     unsigned pauses = 0;
+    // SLO changes in a pause.
+    bool gave_up = false;
     // Changes of SLO that are not where a bit begins.
     unsigned off_grid = 0;
     Picoseconds smear{};

@@ -35,7 +35,9 @@ struct Cycles {
 
 Cycles read_cycles(const Lines& lines, std::span<const wire::Edge> edges) {
   Cycles cycles{.lines = lines, .requests = {}};
-  decode::Decoder decoder(decode::CycleReader(std::nullopt, {}), [&](const Cycle& cycle) {
+  DeviceTiming timing;
+  timing.timeout = decode::find_paused_timeout(lines, edges).value_or(timing.timeout);
+  decode::Decoder decoder(decode::CycleReader(std::nullopt, timing), [&](const Cycle& cycle) {
     const bool cut = cycle.status == decode::CycleStatus::cut_start ||
                      cycle.status == decode::CycleStatus::cut_end;
     if (cut || cycle.rising_edges < fewest_clocks) return;

@@ -51,6 +51,7 @@ CaptureObserver::CaptureObserver(DecodedCapture& capture, const decode::Lines& l
     : capture_(capture),
       observer_({.format = capture.format(),
                  .timing = capture.timing(),
+                 .timeout = capture.reader().timing().timeout,
                  .margin = capture.margin(),
                  .lines = lines},
                 capture.beginning()) {

@@ -94,6 +94,7 @@ class ExplainRun {
     const auto* finding = capture_.finding();
     const bool moves = finding != nullptr && !finding->still;
     if (!capture_.format() && !context_.given && moves && !context_.candidates.empty() &&
+        finding->candidates.front().confidence > 0.05 &&
         context_.candidates.front().channel_list[0].crc.present()) {
       capture_.judge_by(context_.candidates.front());
       context_.format = capture_.format();

@@ -344,7 +344,8 @@ def limits_exceeded(line):
         line.duty = luck.choice((0.28, 0.34, 0.66, 0.72))
     if kind.endswith("ack"):
         line.period = min(line.period, 2500)
-        busy = luck.uniform(43000, 80000) + line.period if kind == "ack" else luck.uniform(18500, 34000)
+        busy = luck.uniform(43000, 80000) if kind == "ack" else luck.uniform(18500, 34000)
+        busy += 2 * line.period  # the encoder counts from LAT
         line.ack = lambda: (None, busy)
         line.ack_most = math.ceil(busy / line.period)
     elif not kind.startswith("sheet"):
