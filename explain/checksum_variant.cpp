@@ -113,8 +113,7 @@ bool ChecksumVariant::fits(BitView raw, BitView before) const {
                        (data & low_mask(flag_bits)),
                    channel.data_bits);
     case Mistake::all_lsb:
-      return seen ==
-             usual(frame_detail::bits_reversed(data, channel.data_bits), channel.data_bits);
+      return seen == usual(frame_detail::bits_reversed(data, channel.data_bits), channel.data_bits);
     case Mistake::other_start:
       return (seen ^ usual(data, channel.data_bits)) == rest;
     case Mistake::constant:

@@ -109,8 +109,8 @@ class Diagnosis {
     for (const Model& model : models()) {
       // Only where SLO is read inverted is it the master who asks while the encoder is busy.
       const bool named = model.cause == Cause::slo_inverted && !context_.reading.slo_inverted;
-      at(bits, model.cause) = notes_[static_cast<std::size_t>(model.cause)] +
-                              length(named ? std::vector{model.parts.front()} : model.parts);
+      at(bits, model.cause) =
+          note_on(model.cause) + length(named ? std::vector{model.parts.front()} : model.parts);
     }
     if (is_other_protocol()) {
       at(bits, Cause::not_biss) =
@@ -177,11 +177,10 @@ class Diagnosis {
       if (other.cause == first || other.cause == Cause::not_biss || other.parts.empty()) continue;
       std::uint64_t explained = 0;
       for (const Part& part : other.parts) explained += evidence_.count(part.kind);
-      if (explained < 2) continue;
+      if (explained < 2 && demanded_[static_cast<std::size_t>(other.cause)] <= 0) continue;
       std::vector<Part> both = model.parts;
       both.insert(both.end(), other.parts.begin(), other.parts.end());
-      const double together = notes_[static_cast<std::size_t>(first)] +
-                              notes_[static_cast<std::size_t>(other.cause)] + length(both);
+      const double together = note_on(first) + note_on(other.cause) - all_demanded_ + length(both);
       if (together >= best) continue;
       best = together;
       second = &other;
@@ -210,10 +209,15 @@ class Diagnosis {
                ? 0
                : static_cast<double>(count) / static_cast<double>(evidence_.cycles);
   }
-  void add_to_others(Cause cause, double price) {
-    for (std::size_t c = 0; c < cause_count; ++c) {
-      if (static_cast<Cause>(c) != cause) notes_[c] += price;
-    }
+  // The capture shows this cause: to leave it out costs so much.
+  void demand(Cause cause, double price) {
+    at(demanded_, cause) += price;
+    all_demanded_ += price;
+  }
+  // What an account with this cause alone costs besides its requests.
+  double note_on(Cause cause) const {
+    const auto c = static_cast<std::size_t>(cause);
+    return notes_[c] + all_demanded_ - demanded_[c];
   }
 
   // The whole capture shows this cause, if no request does.
@@ -241,7 +245,7 @@ class Diagnosis {
     if (evidence_.limits.empty()) {
       at(notes_, Cause::limits_exceeded) += never;
     } else {
-      at(notes_, Cause::healthy) += 20;
+      demand(Cause::limits_exceeded, 30);
       accept(Cause::limits_exceeded);
       at(notes_, Cause::limits_exceeded) -= cause_price;
     }
@@ -294,14 +298,12 @@ class Diagnosis {
       } else if (differs_in_maker_error(found->format)) {
         at(notes_, Cause::wrong_checksum) -= 25;
       } else if (refused) {
-        at(notes_, Cause::wrong_format) -= 25;
+        demand(Cause::wrong_format, 60);
         // The checksum is right, in another place or by another rule of BiSS C.
         if (!found->format.deviates()) at(notes_, Cause::wrong_checksum) += never;
       }
     } else if (evidence_.usual.no_checksum_fits) {
-      const bool other =
-          !context_.candidates.empty() && context_.candidates.front().channel_list[0].crc.present();
-      if (other) at(notes_, Cause::wrong_format) -= 12;
+      if (has_checksum()) at(notes_, Cause::wrong_format) -= 12;
     }
     if (evidence_.count(RequestKind::other_length) == 0) at(notes_, Cause::format_changes) += never;
     if (refused && context_.given) {
@@ -312,6 +314,12 @@ class Diagnosis {
         at(notes_, Cause::noise_on_ma) += 60;
       }
     }
+  }
+
+  // The likeliest format that the frames show, though not a sure one, has a checksum.
+  bool has_checksum() const {
+    return !context_.candidates.empty() &&
+           context_.candidates.front().channel_list[0].crc.present();
   }
 
   // The fields are those of the format, and the checksum is a usual one done wrong.
@@ -331,7 +339,7 @@ class Diagnosis {
     const bool reads = 2 * evidence_.answered > evidence_.cycles || evidence_.cycles == 0;
     const auto judge = [&](Cause cause, bool changed) {
       if (!changed || !reads) return;
-      add_to_others(cause, 30);
+      demand(cause, 30);
       accept(cause);
     };
     judge(Cause::ma_slo_swapped, reading.swapped);
@@ -348,9 +356,12 @@ class Diagnosis {
     // Without a format, only that each request ends with the same bit twice shows that it has no STOP.
     const auto& last = evidence_.last_bits;
     const std::uint64_t twice = std::min(last[0], last[3]);
-    const bool no_stop = evidence_.has_format || (6 * twice > evidence_.answered &&
-                                                  20 * (last[1] + last[2]) < evidence_.answered);
-    if (!reading.ma_inverted && (half == 0 || !no_stop)) at(notes_, Cause::ma_inverted) += 30;
+    const bool judged = evidence_.has_format && !context_.assumed;
+    const bool no_stop = judged || (has_checksum() && 6 * twice > evidence_.answered &&
+                                    20 * (last[1] + last[2]) < evidence_.answered);
+    if (!reading.ma_inverted && (half == 0 || !no_stop)) {
+      at(notes_, Cause::ma_inverted) += no_stop ? 30 : never;
+    }
   }
 
   void note_delay() {
@@ -373,14 +384,14 @@ class Diagnosis {
     if (sends_more && margin < 0.15) price = std::max(price, 4.0);
     if (context_.compensated == false && (margin < 0.25 || periods > 0.25)) price = 25;
     if (price == 0) return;
-    add_to_others(Cause::clock_too_fast_for_cable, price);
+    demand(Cause::clock_too_fast_for_cable, price);
     accept(Cause::clock_too_fast_for_cable);
   }
 
   void note_sampling() {
     const double samples = samples_per_period();
     if (samples < coarse_samples) {
-      add_to_others(Cause::sampling_too_slow, 15 + 2 * static_cast<double>(evidence_.cycles));
+      demand(Cause::sampling_too_slow, 15 + 2 * static_cast<double>(evidence_.cycles));
     } else {
       at(notes_, Cause::sampling_too_slow) += samples < coarse_samples + 0.5 ? 40 : never;
     }
@@ -441,6 +452,8 @@ class Diagnosis {
   const Evidence& evidence_;
   const Context& context_;
   Bits notes_{};
+  Bits demanded_{};
+  double all_demanded_ = 0;
   std::array<bool, cause_count> unseen_{};
 };
 

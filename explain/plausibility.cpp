@@ -45,17 +45,20 @@ bool Plausibility::push(std::uint64_t number, const decode::Cycle& cycle) {
   last_ = position;
   const Picoseconds since = std::exchange(last_time_, cycle.time);
   if (!before) return false;
+  // After a rest, the axis may have made any number of turns.
+  const Picoseconds interval = decode::elapsed(since, cycle.time);
+  const bool rested = interval > 3 * std::exchange(interval_, interval);
   const unsigned turn_bits = channel_.multiturn.bits;
   const unsigned in_turn = bits - turn_bits;
   const std::int64_t whole = way(*before, position, bits);
   const auto judge = [&](std::int64_t moved) {
     const auto length = static_cast<std::uint64_t>(moved < 0 ? -moved : moved);
-    const auto nanoseconds = static_cast<double>(
-        std::max<std::int64_t>(decode::elapsed(since, cycle.time).count / 1000, 1));
+    const auto nanoseconds = static_cast<double>(std::max<std::int64_t>(interval.count / 1000, 1));
     const double speed = std::min(static_cast<double>(length) * 1e6 / nanoseconds, 1e18);
     judge_step({whole, length, static_cast<std::uint64_t>(speed), number, cycle.time});
   };
-  if (turn_bits == 0 || in_turn == 0 || in_turn > 62) {
+  if (rested) late_by_ = 0;
+  if (turn_bits == 0 || in_turn == 0 || in_turn > 62 || rested) {
     judge(whole);
     return false;
   }
@@ -69,10 +72,11 @@ bool Plausibility::push(std::uint64_t number, const decode::Cycle& cycle) {
   judge(jumped ? whole : moved);
   // A fast axis may have made more than half a turn.
   if (4 * (moved < 0 ? -moved : moved) > (std::int64_t{1} << in_turn)) {
-    fast_ = true;
+    ++fast_steps_;
     late_by_ = 0;
     return false;
   }
+  ++slow_steps_;
   if (jumped) return false;
   late_by_ += missing;
   fast_ = fast_ || late_by_ > 1 || late_by_ < -1;

@@ -22,9 +22,9 @@ class Plausibility {
 
   /// Frames whose turns do not belong to their singleturn. Without turns in the format: those in which
   /// the position has fallen back by a power of two, and goes on from there.
-  Sightings turns() const { return fast_ ? Sightings{} : turns_; }
+  Sightings turns() const { return is_fast() ? Sightings{} : turns_; }
   /// The longest time in a row for which they do not.
-  std::uint64_t longest() const { return fast_ ? 0 : longest_; }
+  std::uint64_t longest() const { return is_fast() ? 0 : longest_; }
   /// Steps that are much longer than the fastest motion of the capture. After the last cycle.
   Sightings steps() const;
 
@@ -46,16 +46,20 @@ class Plausibility {
     Picoseconds time{};
   };
 
+  bool is_fast() const { return fast_ || 2 * fast_steps_ > slow_steps_; }
   void judge_step(const Step& step);
   void judge_turn(const Step& before, const Step& judged);
 
   ChannelFormat channel_{};
   std::optional<std::uint64_t> last_;
   Picoseconds last_time_{};
+  Picoseconds interval_{INT64_MAX / 4};
   // By how many turns the counter is late.
   std::int64_t late_by_ = 0;
-  // The axis makes more than half a turn between two frames.
+  // The axis makes whole turns between two frames, or more than a quarter of one.
   bool fast_ = false;
+  std::uint64_t fast_steps_ = 0;
+  std::uint64_t slow_steps_ = 0;
   std::uint64_t in_a_row_ = 0;
   std::uint64_t longest_ = 0;
   Sightings turns_;

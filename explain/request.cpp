@@ -228,6 +228,7 @@ void Pricer::learn(const Cycle& cycle) {
     shortest_rest_ = std::min(*rest, shortest_rest_.value_or(*rest));
   }
   last_edge_ = decode::shifted(cycle.time, cycle.clocked);
+  was_part_ = false;
   fewest_clocks_ = std::min(fewest_clocks_, cycle.rising_edges);
   ++frames_;
   std::uint16_t ack = 0;
@@ -266,13 +267,18 @@ void Pricer::look(const CycleEdges& edges, Picoseconds delay) {
   view_.bits.clear();
   std::size_t next = 0;
   Level level = edges.slo_before;
+  unsigned pulses = 0;
   for (const Picoseconds rise : view_.rises) {
     const Picoseconds sample = decode::shifted(rise, delay + half);
+    const std::size_t first = next;
     while (next < edges.slo.size() && edges.slo[next].time <= sample) {
       level = edges.slo[next++].level;
     }
+    // Between two bits of a good frame, SLO changes once at most.
+    pulses += static_cast<unsigned>(next - first) / 2;
     view_.bits.push_back(!is_low(level));
   }
+  view_.pulses_in_bits = pulses;
   view_.ack = find(view_.bits, false, 0);
   view_.start = find(view_.bits, true, view_.ack);
   view_.off_grid = 0;
@@ -396,6 +402,7 @@ Prices Pricer::read(const CycleEdges& edges, bool thorough) {
     if (good < impossible) set(prices, RequestKind::other_ack, std::exchange(good, impossible));
   }
   last_edge_ = decode::shifted(edges.cycle.time, edges.cycle.clocked);
+  was_part_ = prices[static_cast<std::size_t>(RequestKind::restart)] < impossible;
   if (!low && view_.start + 2 < view_.clocks()) {
     ++frames_;
     ++acks_[std::min(view_.ack_clocks(), acks_.size() - 1)];
@@ -420,6 +427,8 @@ void Pricer::price_low(const CycleEdges& edges, Prices& prices) const {
   } else {
     if (edges.slo.size() == 1) set(prices, RequestKind::busy, soon ? 10 : 4);
     if (hurried) set(prices, RequestKind::hurried, (soon ? 1.0F : 4.0F) + 2 * (more - 1));
+    // The rest of a request that MA has left before.
+    if (soon && was_part_) set(prices, RequestKind::restart, 1 + 2 * (more - 1));
   }
   // ACK is high, and SLO goes back to the level at which it rests.
   const std::size_t ack = find(view_.bits, true, 0);
@@ -501,7 +510,9 @@ void Pricer::price_frame(const CycleEdges& edges, Prices& prices) {
     return price_moved(edges, prices);
   }
   if (start >= size) {
-    set(prices, RequestKind::cut_in_ack, 2 + edge_price * static_cast<float>(view_.off_grid));
+    const float price = 2 + edge_price * static_cast<float>(view_.off_grid);
+    set(prices, RequestKind::cut_in_ack, price);
+    if (is_part(edges)) set(prices, RequestKind::restart, price);
     return price_tails(prices);
   }
   const std::size_t stop = start + 2 + usual_.payload_bits;
@@ -541,7 +552,8 @@ void Pricer::price_frame(const CycleEdges& edges, Prices& prices) {
   const auto frame = judge(view_.bits, start);
   if (frame.ok()) {
     // Another channel follows, whose first bit is 0.
-    if (ones != 0) set(prices, RequestKind::stop_high, base - one_price * static_cast<float>(ones) + 2);
+    if (ones != 0)
+      set(prices, RequestKind::stop_high, base - one_price * static_cast<float>(ones) + 2);
     return price_good(*frame, base, prices);
   }
   price_moved(edges, prices);
@@ -557,13 +569,17 @@ void Pricer::price_good(const Frame& frame, float base, Prices& prices) {
                10 * static_cast<float>(view_.ma_pulses);
   set(prices, trusted ? RequestKind::ok : RequestKind::error_flag, good);
   if (view_.pauses != 0) set(prices, RequestKind::paused, base + 1 + edge_price * off);
-  const auto pulses = static_cast<float>(view_.slo_pulses);
-  if (view_.slo_pulses != 0) set(prices, RequestKind::slo_pulse, base + 4 + 4 * pulses);
+  const auto pulses = static_cast<float>(std::max(view_.slo_pulses, view_.pulses_in_bits));
+  const float moved = std::max(off - 2 * pulses, 0.0F);
+  if (pulses != 0) set(prices, RequestKind::slo_pulse, base + 4 + 4 * pulses + edge_price * moved);
   if (view_.ma_pulses != 0) {
     set(prices, RequestKind::ma_pulse,
         base + 4 + 2 * static_cast<float>(view_.ma_pulses) + 2 * off);
   }
-  if (off > 0) set(prices, RequestKind::smeared, base + 3 + 4 * off + 6 * pulses);
+  if (off > 0) {
+    const auto shortest = static_cast<float>(view_.slo_pulses);
+    set(prices, RequestKind::smeared, base + 3 + 4 * off + 6 * shortest);
+  }
 }
 
 // All bits are there and something about them is wrong.
@@ -575,6 +591,12 @@ void Pricer::price_wrong(FrameError error, float base, float after, Prices& pric
   const float edges = flip_edge_price * off + 10 * pulses + after;
   const float ack = ack_price(view_.ack_clocks());
   const std::size_t start = view_.start;
+  // By the whole payload as the last one that was refused, or by a position that is a likely one.
+  float refused = std::min(payload + 1, frame_change(refused_, usual_.payload_bits));
+  if (usual_.no_checksum_fits) {
+    const ChannelFormat& channel = codec_->format().channel_list[0];
+    refused = std::min(refused, data_price(view_.bits, start) + channel.crc.width_bits);
+  }
   if (error == FrameError::stop_bit) {
     // Another channel follows.
     set(prices, RequestKind::stop_high, base - after + 1);
@@ -633,9 +655,7 @@ void Pricer::price_wrong(FrameError error, float base, float after, Prices& pric
       remember(start);
     }
   }
-  set(prices, RequestKind::refused,
-      ack + after + std::min(payload + 1, frame_change(refused_, usual_.payload_bits)) + 1 +
-          edge_price * static_cast<float>(view_.off_grid));
+  set(prices, RequestKind::refused, ack + after + refused + 1 + edge_price * off);
   refused_.assign(view_.bits.begin() + static_cast<std::ptrdiff_t>(start), view_.bits.end());
 }
 
@@ -677,6 +697,16 @@ float Pricer::slip_price() const {
   return best + ack_price(view_.ack_clocks()) + (last_low || stop_high ? -1.0F : 5.0F);
 }
 
+// Before or after it, MA rests for a much shorter time than before good frames.
+bool Pricer::is_part(const CycleEdges& edges) const {
+  if (!shortest_rest_) return false;
+  const Picoseconds next =
+      decode::elapsed(decode::shifted(edges.cycle.time, edges.cycle.clocked), edges.limit);
+  const auto rest = rest_before(edges.cycle);
+  return (!edges.last_of_capture && 2 * next < *shortest_rest_) ||
+         (rest && 2 * *rest < *shortest_rest_);
+}
+
 // MA stopped before the last bit.
 void Pricer::price_cut(const CycleEdges& edges, Prices& prices) const {
   const std::size_t begin = view_.start + 2;
@@ -691,12 +721,7 @@ void Pricer::price_cut(const CycleEdges& edges, Prices& prices) const {
   if (codec_)
     set(prices, RequestKind::refused,
         ack_price(view_.ack_clocks()) + data + 1 + off + (view_.bits.back() ? 12.0F : -1.0F));
-  const Picoseconds next =
-      decode::elapsed(decode::shifted(edges.cycle.time, edges.cycle.clocked), edges.limit);
-  const auto rest = rest_before(edges.cycle);
-  const bool soon = !edges.last_of_capture && shortest_rest_ && 2 * next < *shortest_rest_;
-  const bool after = rest && shortest_rest_ && 2 * *rest < *shortest_rest_;
-  if (soon || after) set(prices, RequestKind::restart, price - 1);
+  if (is_part(edges)) set(prices, RequestKind::restart, price - 1);
   if (edges.cycle.cdm == true) set(prices, RequestKind::ma_held, price - 3);
 }
 
@@ -740,7 +765,12 @@ void Pricer::price_moved(const CycleEdges& edges, Prices& prices) {
                           : view_.clocks() > stop && find(view_.bits, true, stop) == view_.clocks();
     const double whole = std::abs(periods - std::round(periods));
     const bool half = std::abs(std::abs(periods) - 0.5) < 0.15;
-    if (good) {
+    const bool repeats = !good && codec_ && view_.clocks() > stop && view_.bits[stop] &&
+                         view_.bits[stop - 1] &&
+                         judge(view_.bits, view_.start).error().cause == FrameError::stop_bit;
+    if (half && repeats) {
+      set(prices, RequestKind::half_early, base + 3);
+    } else if (good) {
       if (whole < 0.2) set(prices, RequestKind::delay_clocks, base + 7);
       if (periods > -0.9 && whole >= 0.1) set(prices, RequestKind::delay_part, base + 7);
       if (half) set(prices, RequestKind::half_early, base + 2);

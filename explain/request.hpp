@@ -110,6 +110,7 @@ class Pricer {
     Picoseconds period{};
     unsigned ma_pulses = 0;
     unsigned slo_pulses = 0;
+    unsigned pulses_in_bits = 0;
     unsigned pauses = 0;
     // SLO changes in a pause.
     bool gave_up = false;
@@ -139,6 +140,7 @@ class Pricer {
   void price_length(Prices& prices);
   void price_checksum(float price, Prices& prices);
   void remember(std::size_t start);
+  bool is_part(const decode::CycleEdges& edges) const;
   float slip_price() const;
   float ack_price(std::size_t clocks) const;
   float data_price(const Bits& bits, std::size_t start) const;
@@ -168,6 +170,8 @@ class Pricer {
   Bits other_;
   Bits last_;
   std::optional<Picoseconds> last_edge_;
+  // The last request may be a part of one.
+  bool was_part_ = false;
 };
 
 }  // namespace biss::explain

@@ -57,7 +57,8 @@ double position_width_cost(unsigned bits) {
     std::array<double, max_data_bits + 1> counts{};
     double all = 0;
     for (const CatalogueEntry& entry : catalogue) {
-      for (const ChannelFormat& channel : entry.frame_format().channels()) {
+      const FrameFormat format = entry.frame_format();
+      for (const ChannelFormat& channel : format.channels()) {
         ++counts[channel.position_bits()];
         ++all;
       }

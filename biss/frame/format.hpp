@@ -100,9 +100,11 @@ struct FrameFormat {
   bool cds0 = false;
 
   constexpr bool operator==(const FrameFormat&) const = default;
-  constexpr std::span<const ChannelFormat> channels() const {
+  constexpr std::span<const ChannelFormat> channels() const& {
     return std::span<const ChannelFormat>(channel_list).first(channel_count);
   }
+  /// They would be gone with the format.
+  void channels() const&& = delete;
   /// Bits of all channels, CRCs included, without START, CDS and STOP.
   constexpr unsigned payload_bits() const {
     unsigned sum = 0;

@@ -39,9 +39,11 @@ struct BasicFrame {
   std::uint16_t lead_clocks = 0;
   std::uint16_t ack_clocks = 0;
 
-  constexpr std::span<const Channel> channels() const {
+  constexpr std::span<const Channel> channels() const& {
     return std::span<const Channel>(channel_list).first(channel_count);
   }
+  /// They would be gone with the frame.
+  void channels() const&& = delete;
   /// The position may be used: structure and CRC are good (otherwise there is no frame) and no
   /// channel reports an error. The all-zero "no data" word has a valid CRC; only nE shows it.
   constexpr bool trusted() const {
