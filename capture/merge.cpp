@@ -16,6 +16,7 @@ MergedSource::MergedSource(std::vector<NamedSource> sources) {
     }
     inputs_.push_back({std::move(named.source), first_line, {}, false});
   }
+  levels_.assign(lines_.size(), no_level);
 }
 
 // Sees to it that every source that has not ended has edges ahead; false when one failed.
@@ -40,6 +41,8 @@ void MergedSource::end(Input& input) {
   if (input.source->sample_period() == Picoseconds{}) return;
   const Picoseconds time = input.source->end_time();
   for (wire::LineIndex line = 0; line < input.source->lines().size(); ++line) {
+    constexpr auto unknown = static_cast<std::uint8_t>(wire::Level::unknown);
+    if (levels_[input.first_line + line] == unknown) continue;
     input.unknown.push_back({time, line, wire::Level::unknown});
   }
   input.ahead = input.unknown;
@@ -70,6 +73,7 @@ Result<std::span<const wire::Edge>, CaptureError> MergedSource::next_block() {
     wire::Edge edge = input->ahead.front();
     input->ahead = input->ahead.subspan(1);
     edge.line += input->first_line;
+    levels_[edge.line] = static_cast<std::uint8_t>(edge.level);
     block_.push_back(edge);
     last_ = edge.time;
   }

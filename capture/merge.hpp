@@ -57,12 +57,13 @@ class MergedSource final : public EdgeSource {
   static constexpr std::size_t block_edges = 8'192;
 
   bool fill();
-  static void end(Input& input);
+  void end(Input& input);
   Input* earliest();
   Picoseconds read_to() const;
 
   std::vector<Input> inputs_;
   std::vector<std::string> lines_;
+  std::vector<std::uint8_t> levels_;  // of the edges delivered, or no_level
   std::vector<wire::Edge> block_;
   Picoseconds last_{std::numeric_limits<std::int64_t>::min()};  // of the edges delivered
   bool failed_ = false;

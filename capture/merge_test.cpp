@@ -5,6 +5,7 @@
 
 #include <string>
 
+#include "capture/sampled_csv.hpp"
 #include "capture/samples.hpp"
 #include "capture/test_capture.hpp"
 
@@ -107,6 +108,22 @@ TEST(Merge, SamplesThatEndTogether_KeepTheirLevels) {
   EXPECT_THAT(read_all(merge_samples(bits, bits)).edges,
               ElementsAre(edge(0, 0, '1'), edge(0, 1, '1'), edge(1'000, 0, '0'),
                           edge(1'000, 1, '0'), edge(2'000, 0, '1'), edge(2'000, 1, '1')));
+}
+
+// The first channel has a sample that is no number, last of all: one edge says so, not two.
+TEST(Merge, SamplesWhoseLastLevelIsUnknown_EndWithoutAnotherEdge) {
+  const auto volts = [](std::string_view rows) {
+    const std::string text = "Time [s],Channel 0\n" + std::string(rows);
+    const AnalogOptions at_one_volt{.threshold = Threshold{millivolts(1'000), {}},
+                                    .differentials = {}};
+    return *open_sampled_csv(memory_bytes(text), at_one_volt);
+  };
+  std::vector<NamedSource> sources;
+  sources.push_back({volts("0,0.1\n1e-6,nan\n"), "a"});
+  sources.push_back({volts("0,0.1\n1e-6,0.1\n2e-6,0.1\n3e-6,0.1\n"), "b"});
+  const Read read = read_all(std::make_unique<MergedSource>(std::move(sources)));
+  EXPECT_THAT(read.edges, ElementsAre(edge(0, 0, '0'), edge(0, 1, '0'), edge(1'000'000, 0, 'x')));
+  EXPECT_EQ(read.end_time, microseconds(3));
 }
 
 // What the other one has read ahead does not count.
