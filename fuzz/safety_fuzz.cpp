@@ -100,10 +100,9 @@ const Monitor& tested_monitor(std::size_t number) {
   std::mt19937_64 random(number % setup_count);
   const std::size_t k = number % formats.size();
   const FrameFormat format = *parse_format(formats[k]);
-  std::optional<SafetySetup> setup;
-  while (!setup || check_safety(format, UnratedSafetySetup(*setup)))
-    setup = random_setup(random, k);
-  monitor = std::make_unique<Monitor>(Plan(format, UnratedSafetySetup(*setup)));
+  std::optional<UnratedSafetySetup> setup;
+  while (!setup || check_safety(format, *setup)) setup.emplace(random_setup(random, k));
+  monitor = std::make_unique<Monitor>(Plan(format, *setup));
   require(monitor->state() == SafetyState::untested);
   require(monitor->self_test({format, *setup}));
   return *monitor;
