@@ -276,6 +276,62 @@ TEST(CleanCycles, SloFallsAsTheRequestBehindAShortPauseBegins_IsNotReadIntoTheOn
   }
 }
 
+// Each edge of MA before a change of SLO at the same time, as a file of samples delivers them.
+std::vector<wire::Edge> ma_first(const TestLine& line) {
+  std::vector<wire::Edge> edges = line.edges();
+  std::stable_sort(edges.begin(), edges.end(), [](const wire::Edge& a, const wire::Edge& b) {
+    return a.time != b.time ? a.time < b.time : a.line < b.line;
+  });
+  return edges;
+}
+
+// SLO falls just before a request and rises at the very time at which it begins: that rise is part of
+// the request, and no pulse ends in the one before, whichever edge a capture delivers first.
+TEST(CleanCycles, SloRisesAsTheNextRequestBegins_EndsNoPulseOfTheOneBefore) {
+  std::mt19937_64 random(13'009);
+  TestLine line;
+  for (int i = 0; i < 10; ++i) {
+    const Picoseconds begin = line.request({}, random());
+    TestLine::add_pulse(line.slo, begin - nanoseconds(30), nanoseconds(30));
+  }
+  const Picoseconds end = line.last_time() + milliseconds(1);
+  const Reading setup{.format = "pos26,nE,nW,crc6", .timing = {}, .margin = {.signal = true}};
+  for (const auto& edges : {line.edges(), ma_first(line)}) {
+    for (const Cycle& cycle : decode(edges, end, setup.format, {}, setup.margin)) {
+      EXPECT_EQ(cycle.signal.value().slo_pulses, 0U);
+    }
+    expect_same(edges, end, setup, random);
+  }
+}
+
+// The next request comes within the line delay of the last bits. A change of SLO at the very time at
+// which it begins counts for none of LineSignal::Changes of the request before.
+TEST(CleanCycles, SloChangesAsAnEarlyRequestBegins_IsNoChangeOfTheOneBefore) {
+  std::mt19937_64 random(13'010);
+  const Reading setup{.format = "pos26,nE,nW,crc6", .timing = {}, .margin = {.signal = true}};
+  TestLine line;
+  const Picoseconds late = nanoseconds(40);
+  for (int i = 0; i < 10; ++i) {
+    line.request({.line_delay = microseconds(3)}, random());
+    const Picoseconds last_edge = line.ma.back().time;
+    auto change = line.slo.begin();
+    while (change->time < last_edge + nanoseconds(1'500)) ++change;
+    change->time += late;
+    line.now = change->time;
+    line.slo.erase(change + 1, line.slo.end());
+    if (line.slo.back().level == wire::Level::low) line.slo.pop_back();
+    line.request({}, random());
+  }
+  const Picoseconds end = line.last_time() + milliseconds(1);
+  for (const auto& edges : {line.edges(), ma_first(line)}) {
+    for (const Cycle& cycle : decode(edges, end, setup.format, {}, setup.margin)) {
+      if (!cycle.signal || !cycle.signal->changes) continue;
+      EXPECT_LT(cycle.signal->changes->latest, microseconds(3) + late);
+    }
+    expect_same(edges, end, setup, random);
+  }
+}
+
 // Captures may have times up to 106 days before and after zero: their distance has more than 63 bits.
 TEST(CleanCycles, RequestsFarApart_SameRowsAsEdgeByEdge) {
   std::mt19937_64 random(13'008);

@@ -64,6 +64,7 @@ LineSignal CycleReader::signal(const CycleSpan& span, const LineHistory& slo,
                                const Cycle& cycle) const {
   LineSignal signal = measure_signal({.ma = span.ma,
                                       .limit = span.limit,
+                                      .slo_end = slo_end_,
                                       .period = clock_.period,
                                       .duty_per_mille = cycle.duty_per_mille.value_or(500),
                                       .resolution = margin_.resolution},
@@ -75,7 +76,7 @@ LineSignal CycleReader::signal(const CycleSpan& span, const LineHistory& slo,
   // Without a format, the last change may be the end of the timeout.
   if (!answer_->stop || clock_.first_irregular <= stop) return signal;
   const auto seen = std::span<const Picoseconds>(clock_.rises).first(std::min(stop + 1, rises));
-  signal.changes = measure_changes(seen, slo, answer_->fall, signal.pulse_max);
+  signal.changes = measure_changes(seen, slo, slo_end_, answer_->fall, signal.pulse_max);
   signal.changes->sampled = answer_->delay;
   return signal;
 }

@@ -40,10 +40,14 @@ void measure_ma(const SignalSpan& span, LineSignal& signal) {
   if (last) signal.ma_shortest = std::min(signal.ma_shortest.value_or(*last), *last);
 }
 
+std::size_t end_of_slo(const SignalSpan& span, const LineHistory& slo) {
+  return std::min(span.slo_end, slo.after(span.limit));
+}
+
 void count_slo_pulses(const SignalSpan& span, const LineHistory& slo, LineSignal& signal) {
+  const std::size_t end = end_of_slo(span, slo);
   bool after_pulse = false;
-  for (std::size_t i = slo.after(span.ma.front().time) + 1;
-       i < slo.size() && slo[i].time <= span.limit; ++i) {
+  for (std::size_t i = slo.after(span.ma.front().time) + 1; i < end; ++i) {
     const bool known = slo[i].level != Level::unknown && slo[i - 1].level != Level::unknown;
     const bool is_short = known && certainly_shorter(elapsed(slo[i - 1].time, slo[i].time),
                                                      signal.pulse_max, span.resolution);
@@ -60,15 +64,15 @@ void measure_ready(const SignalSpan& span, const LineHistory& slo, LineSignal& s
     const auto rise = slo.taken_at(i);
     if (rise) signal.ready = elapsed(*rise, begin);
   } else if (level == Level::low) {
-    while (i < slo.size() && slo[i].time <= span.limit && slo[i].level != Level::high) ++i;
-    const bool rises = i < slo.size() && slo[i].time <= span.limit;
-    signal.ready = -elapsed(begin, rises ? slo[i].time : std::max(begin, span.limit));
+    const std::size_t end = end_of_slo(span, slo);
+    while (i < end && slo[i].level != Level::high) ++i;
+    signal.ready = -elapsed(begin, i < end ? slo[i].time : std::max(begin, span.limit));
   }
 }
 
-bool is_in_pulse(const LineHistory& slo, std::size_t i, Picoseconds pulse_max) {
+bool is_in_pulse(const LineHistory& slo, std::size_t i, std::size_t end, Picoseconds pulse_max) {
   const bool ends = i != 0 && elapsed(slo[i - 1].time, slo[i].time) < pulse_max;
-  return ends || (i + 1 < slo.size() && elapsed(slo[i].time, slo[i + 1].time) < pulse_max);
+  return ends || (i + 1 < end && elapsed(slo[i].time, slo[i + 1].time) < pulse_max);
 }
 
 }  // namespace
@@ -85,16 +89,16 @@ LineSignal measure_signal(const SignalSpan& span, const LineHistory& slo) {
 }
 
 LineSignal::Changes measure_changes(std::span<const Picoseconds> rises, const LineHistory& slo,
-                                    Picoseconds fall, Picoseconds pulse_max) {
+                                    std::size_t slo_end, Picoseconds fall, Picoseconds pulse_max) {
   const Picoseconds first = fall - rises[1];
   LineSignal::Changes changes{first, first, first};
   const Picoseconds half =
       elapsed(rises[1], rises.back()) / std::max<std::int64_t>(2, 2 * (std::ssize(rises) - 2));
   std::size_t rise = 1;
-  for (std::size_t i = slo.after(fall); i < slo.size(); ++i) {
+  for (std::size_t i = slo.after(fall); i < slo_end; ++i) {
     while (rise < rises.size() && shifted(rises[rise], first + half) < slo[i].time) ++rise;
     if (rise == rises.size()) break;
-    if (is_in_pulse(slo, i, pulse_max)) continue;
+    if (is_in_pulse(slo, i, slo_end, pulse_max)) continue;
     const Picoseconds seen = slo[i].time - rises[rise];
     if (seen < first - half) continue;
     changes.earliest = std::min(changes.earliest, seen);

@@ -42,6 +42,9 @@ struct SignalSpan {
   std::span<const LevelChange> ma;
   /// SLO belongs to the request up to here.
   Picoseconds limit{};
+  /// Of the changes of SLO, the first that is not of this request, where that is earlier: what comes
+  /// at the very time of the next request is part of that one.
+  std::size_t slo_end = SIZE_MAX;
   Picoseconds period{};
   std::uint32_t duty_per_mille = 500;
   Picoseconds resolution{};
@@ -50,9 +53,10 @@ struct SignalSpan {
 /// All but `changes` and `frame_clocks`. \pre span.ma is not empty, span.period is positive
 LineSignal measure_signal(const SignalSpan& span, const LineHistory& slo);
 
-/// \param rises of MA up to STOP, all a period apart, at least two
-/// \param fall  of SLO, for ACK
+/// \param rises   of MA up to STOP, all a period apart, at least two
+/// \param slo_end of the changes of SLO, the first that is not of this request
+/// \param fall    of SLO, for ACK
 LineSignal::Changes measure_changes(std::span<const Picoseconds> rises, const LineHistory& slo,
-                                    Picoseconds fall, Picoseconds pulse_max);
+                                    std::size_t slo_end, Picoseconds fall, Picoseconds pulse_max);
 
 }  // namespace biss::decode
