@@ -211,9 +211,11 @@ bool CleanCycleFinder::measure_signal(const CleanLines& lines, std::int64_t high
   const std::uint32_t high = std::min(*cycle.duty_per_mille, 1000U);
   signal.pulse_max = *cycle.period * std::int64_t{std::min(high, 1000U - high)} / 2000;
   const auto shortest = [](std::span<const std::int64_t> times) {
-    std::int64_t least = INT64_MAX;
-    for (std::size_t i = 1; i < times.size(); ++i) least = std::min(least, times[i] - times[i - 1]);
-    return Picoseconds{least};
+    Picoseconds least{INT64_MAX};
+    for (std::size_t i = 1; i < times.size(); ++i) {
+      least = std::min(least, elapsed(Picoseconds{times[i - 1]}, Picoseconds{times[i]}));
+    }
+    return least;
   };
   signal.ma_shortest = shortest(lines.ma.first(measured_.edges));
   if (*signal.ma_shortest < signal.pulse_max) return false;
@@ -239,7 +241,7 @@ LineSignal::Changes CleanCycleFinder::measure_changes(const CleanLines& lines,
   LineSignal::Changes changes{Picoseconds{first}, Picoseconds{first}, Picoseconds{measured_.delay}};
   std::size_t rise = 1;
   for (std::size_t i = 1; i < measured_.changes; ++i) {
-    const std::int64_t change = lines.slo[i] - lines.ma[0];
+    const std::int64_t change = elapsed(Picoseconds{lines.ma[0]}, Picoseconds{lines.slo[i]}).count;
     while (rise < rises && rise_at(rise) + first + half < change) ++rise;
     if (rise == rises) break;
     const Picoseconds seen{change - rise_at(rise)};

@@ -332,6 +332,18 @@ TEST(CleanCycles, SloChangesAsAnEarlyRequestBegins_IsNoChangeOfTheOneBefore) {
   }
 }
 
+// What comes before `begin` is 104 days before zero, and the rest `more` later.
+void move_apart(TestLine& line, Picoseconds begin, std::uint64_t more) {
+  for (auto* const changes : {&line.ma, &line.slo}) {
+    for (LevelChange& change : *changes) {
+      std::uint64_t time =
+          static_cast<std::uint64_t>(change.time.count) - std::uint64_t{9'000'000'000'000'000'000};
+      if (change.time >= begin) time += more;
+      change.time = Picoseconds{static_cast<std::int64_t>(time)};
+    }
+  }
+}
+
 // Captures may have times up to 106 days before and after zero: their distance has more than 63 bits.
 TEST(CleanCycles, RequestsFarApart_SameRowsAsEdgeByEdge) {
   std::mt19937_64 random(13'008);
@@ -345,17 +357,38 @@ TEST(CleanCycles, RequestsFarApart_SameRowsAsEdgeByEdge) {
     const std::uint64_t gap = (std::uint64_t{4'190'000'000} << 32U) + seen_us * 1'000'000U;
     const std::uint64_t more =
         gap - static_cast<std::uint64_t>((begin - line.ma[later - 1].time).count);
-    for (auto* const changes : {&line.ma, &line.slo}) {
-      for (LevelChange& change : *changes) {
-        std::uint64_t time = static_cast<std::uint64_t>(change.time.count) -
-                             std::uint64_t{9'000'000'000'000'000'000};
-        if (change.time >= begin) time += more;
-        change.time = Picoseconds{static_cast<std::int64_t>(time)};
-      }
-    }
+    move_apart(line, begin, more);
     const Reading setup{.format = "pos26,nE,nW,crc6", .timing = {}, .margin = {}};
     expect_same(line.edges(), line.last_time() + milliseconds(1), setup, random);
   }
+}
+
+// The last request before the long time has a wrong checksum: it may wait for the one after it.
+TEST(CleanCycles, WrongFrameLongBeforeTheNextRequest_SameRowsAsEdgeByEdge) {
+  std::mt19937_64 random(13'011);
+  TestLine line;
+  for (int i = 0; i < 20; ++i) line.request({}, random());
+  TestLine::add_pulse(line.slo, line.ma[line.begins[9] + 30].time, nanoseconds(1'000));
+  move_apart(line, line.ma[line.begins[10]].time, std::uint64_t{18'000'000'000'000'000'000U});
+  const Reading setup{.format = "pos26,nE,nW,crc6", .timing = {}, .margin = {}};
+  const Picoseconds end = line.last_time() + milliseconds(1);
+  EXPECT_EQ(edge_by_edge(line.edges(), end, setup).size(), 20U);
+  expect_same(line.edges(), end, setup, random);
+}
+
+// SLO changes once more, long after a clean request and just before the next one.
+TEST(CleanCycles, SloChangesLongAfterARequest_SameSignalAsEdgeByEdge) {
+  std::mt19937_64 random(13'012);
+  TestLine line;
+  for (int i = 0; i < 20; ++i) {
+    const Picoseconds begin = line.request({}, random());
+    TestLine::add_pulse(line.slo, begin - nanoseconds(1'500), nanoseconds(1'000));
+  }
+  move_apart(line, line.ma[line.begins[10]].time - nanoseconds(2'000),
+             std::uint64_t{18'000'000'000'000'000'000U});
+  const Reading setup{.format = "pos26,nE,nW,crc6", .timing = {}, .margin = {.signal = true}};
+  const Picoseconds end = line.last_time() + milliseconds(1);
+  EXPECT_GE(expect_same(line.edges(), end, setup, random), 18U);
 }
 
 // Where both lines jitter, the sampling point is found by an even clock, and `marginal` shows it.

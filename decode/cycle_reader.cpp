@@ -233,7 +233,7 @@ void CycleReader::measure_duty(std::span<const LevelChange> ma, Cycle& cycle) co
   for (std::size_t i = 1; i + 1 < ma.size(); ++i) {
     if (ma[i].level != Level::high) continue;
     if (irregular(elapsed(ma[i - 1].time, ma[i + 1].time), clock_.period)) continue;
-    high += ma[i + 1].time - ma[i].time;
+    high += elapsed(ma[i].time, ma[i + 1].time);
     ++highs;
   }
   if (highs == 0) return;

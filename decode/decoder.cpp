@@ -434,7 +434,8 @@ void Decoder::emit(const CycleReading& reading) {
   const bool last_of_capture = next == ma_.size();
   const Picoseconds limit = last_of_capture ? std::max(end_time_, last) : ma_[next].time;
   if (is_right(reading)) deliver_held();
-  const bool waits = !last_of_capture && !is_right(reading) && may_wait(cycle, limit - last);
+  const bool waits =
+      !last_of_capture && !is_right(reading) && may_wait(cycle, elapsed(last, limit));
   if (waits || !held_.empty()) {
     held_.push_back({reading, held_edges_.size()});
     held_edges_.insert(held_edges_.end(), ma_.begin(),
