@@ -140,7 +140,7 @@ class FieldSearch {
     }
   }
 
-  // It counts on in most frames.
+  // It counts on in most frames; with the checksum of a safety word, some may be lost or come again.
   bool counts(const Field& life) const {
     double seen = 0;
     double follow = 0;
@@ -151,7 +151,8 @@ class FieldSearch {
       ++seen;
       follow += next == expected || (expected == 0 && next == 1) ? 1 : 0;
     }
-    return follow > 3 && follow > 0.7 * seen;
+    const bool safety = layout_.crc.width_bits == 16 && life.bits == safety_counter_bits;
+    return follow > 3 && follow > (safety ? 0.3 : 0.7) * seen;
   }
 
   void divide(const Field& life, bool last) {

@@ -90,15 +90,20 @@ class ExplainRun {
   // False when reading failed.
   bool find(std::vector<Finding>& findings) {
     context_ = explain_context(capture_, options_.capture, options_.margin);
-    // Frames are judged by the likeliest format, if none is sure.
+    // Frames are judged by the likeliest format with a usual checksum, if none is sure.
     const auto* finding = capture_.finding();
     const bool moves = finding != nullptr && !finding->still;
     if (!capture_.format() && !context_.given && moves && !context_.candidates.empty() &&
-        finding->candidates.front().confidence > 0.05 &&
-        context_.candidates.front().channel_list[0].crc.present()) {
-      capture_.judge_by(context_.candidates.front());
-      context_.format = capture_.format();
-      context_.assumed = true;
+        finding->candidates.front().confidence > 0.05) {
+      const FrameFormat& likeliest = context_.candidates.front();
+      const CrcSpec& crc = likeliest.channel_list[0].crc;
+      const CrcSpec usual{.polynomial = default_polynomial(crc.width_bits),
+                          .width_bits = crc.width_bits};
+      if (crc.present() && crc == usual) {
+        capture_.judge_by(likeliest);
+        context_.format = capture_.format();
+        context_.assumed = true;
+      }
     }
     // A master refuses a checksum with an error of the encoder's maker, though `decode` reads it.
     if (auto usual = capture_.format(); usual && !context_.given && usual->deviates()) {

@@ -200,6 +200,42 @@ std::string simulate_as(const Folder& folder, const std::string& of, const Words
   return capture;
 }
 
+// `frames` requests of `clocks` clocks of 1 µs, 80 µs apart; after the clocks of `pauses` MA rests.
+std::string answered(const Folder& folder, const std::string& of, int frames, int clocks,
+                     const std::function<std::int64_t(int frame, int clock)>& pause,
+                     const Words& more = {}) {
+  std::string ma = "time_ns,MA\n0,1\n";
+  std::int64_t now = 50'000;
+  for (int frame = 0; frame < frames; ++frame) {
+    for (int clock = 0; clock < clocks; ++clock) {
+      ma += fmt::format("{},0\n{},1\n", now, now + 500);
+      now += 1000 + (clock + 1 < clocks ? pause(frame, clock) : 0);
+    }
+    now += 80'000;
+  }
+  const std::string capture = folder.path("answered.csv");
+  Words words{"simulate",  "-f",          of,   "--ma-from", folder.file("ma.csv", ma),
+              "--timeout", "static:20us", "-o", capture};
+  words.insert(words.end(), more.begin(), more.end());
+  const Outcome made = run(words);
+  EXPECT_EQ(made.status, 0) << made.err;
+  return capture;
+}
+
+std::int64_t no_pause(int, int) { return 0; }
+
+std::vector<json> explained(const std::string& capture, const std::string& of,
+                            const Words& more = {}) {
+  Words words{"explain", capture, "--to", "jsonl"};
+  if (!of.empty()) words.insert(words.end(), {"-f", of});
+  words.insert(words.end(), more.begin(), more.end());
+  const Outcome outcome = run(words);
+  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  return rows_in(outcome.out);
+}
+
+std::string text_in(const json& row, const char* key) { return row.at(key).get<std::string>(); }
+
 TEST(ExplainVerb, StopIsABitOfAFurtherChannel_IsAWrongFormatAndNoWrongChecksum) {
   const Folder folder;
   const auto rows = explain({simulate_as(folder, "pos26,nE,nW,crc6+pos12,nE,nW,crc6", {})});
@@ -210,9 +246,24 @@ TEST(ExplainVerb, StopIsABitOfAFurtherChannel_IsAWrongFormatAndNoWrongChecksum) 
   EXPECT_THAT(rows[0].at("evidence").get<std::string>(), HasSubstr("STOP is 1 after right"));
 }
 
+// The first bit of the second channel is 0 in all frames, as STOP is.
+TEST(ExplainVerb, FurtherChannelThatBeginsWith0_IsAWrongFormat) {
+  const Folder folder;
+  std::string positions;
+  for (int i = 0; i < 100; ++i) positions += fmt::format("{}\n", 100'000 + 7 * i);
+  const auto rows =
+      explained(answered(folder, "pos26,nE,nW,crc6+pos20,nE,nW,crc6", 100, 72, no_pause,
+                         {"--positions", folder.file("positions.txt", positions)}),
+                "pos26,nE,nW,crc6");
+  EXPECT_EQ(rows.at(0).at("cause"), "wrong_format") << rows[0];
+}
+
 TEST(ExplainVerb, EncoderThatSeesMaInverted_IsNamedByTheStopItDoesNotSend) {
   const Folder folder;
-  const auto rows = explain({simulate_as(folder, format, {"--fault", "swap_ma:1"})});
+  const std::string capture =
+      simulate_as(folder, format, {"--fault", "swap_ma:1", "--motion", "random"});
+  EXPECT_EQ(explained(capture, "").at(0).at("cause"), "ma_inverted");
+  const auto rows = explain({capture});
   EXPECT_EQ(rows.at(0).at("cause"), "ma_inverted") << rows[0];
   EXPECT_THAT(rows[0].at("evidence").get<std::string>(),
               AllOf(HasSubstr("STOP is 1 after right checksums"), HasSubstr("misses the last"),
@@ -270,42 +321,6 @@ TEST(ExplainVerb, RequestsTooSoon_AreNamedAsInTheHintOfDecode) {
 
 // ---- Lines of other people, made again from their description
 
-// `frames` requests of `clocks` clocks of 1 µs, 80 µs apart; after the clocks of `pauses` MA rests.
-std::string answered(const Folder& folder, const std::string& of, int frames, int clocks,
-                     const std::function<std::int64_t(int frame, int clock)>& pause,
-                     const Words& more = {}) {
-  std::string ma = "time_ns,MA\n0,1\n";
-  std::int64_t now = 50'000;
-  for (int frame = 0; frame < frames; ++frame) {
-    for (int clock = 0; clock < clocks; ++clock) {
-      ma += fmt::format("{},0\n{},1\n", now, now + 500);
-      now += 1000 + (clock + 1 < clocks ? pause(frame, clock) : 0);
-    }
-    now += 80'000;
-  }
-  const std::string capture = folder.path("answered.csv");
-  Words words{"simulate",  "-f",          of,   "--ma-from", folder.file("ma.csv", ma),
-              "--timeout", "static:20us", "-o", capture};
-  words.insert(words.end(), more.begin(), more.end());
-  const Outcome made = run(words);
-  EXPECT_EQ(made.status, 0) << made.err;
-  return capture;
-}
-
-std::int64_t no_pause(int, int) { return 0; }
-
-std::vector<json> explained(const std::string& capture, const std::string& of,
-                            const Words& more = {}) {
-  Words words{"explain", capture, "--to", "jsonl"};
-  if (!of.empty()) words.insert(words.end(), {"-f", of});
-  words.insert(words.end(), more.begin(), more.end());
-  const Outcome outcome = run(words);
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
-  return rows_in(outcome.out);
-}
-
-std::string text_in(const json& row, const char* key) { return row.at(key).get<std::string>(); }
-
 TEST(ExplainVerb, ReversedChecksum_IsNamedWithTheFormatThatReadsIt) {
   const Folder folder;
   const auto capture = simulate_as(folder, "pos22,nE,nW,crc6:reversed", {"--motion", "ramp"});
@@ -336,6 +351,27 @@ TEST(ExplainVerb, PauseAfterEachByte_IsThatOfTheMaster) {
   for (const char* board : {"Arduino", "Teensy", "ESP32", "STM32"}) {
     EXPECT_THAT(text_in(rows[0], "remedy"), HasSubstr(board));
   }
+}
+
+// Without a format and a timeout, the first bytes alone read as requests of another protocol.
+TEST(ExplainVerb, PauseAfterEachByteWithoutAFormat_IsThatOfTheMaster) {
+  const Folder folder;
+  for (const int step : {8, 16}) {
+    const auto rows =
+        explained(answered(folder, "pos18,nE,nW,crc6", 60, 48,
+                           [&](int, int clock) { return clock % step == step - 1 ? 2000 : 0; }),
+                  "");
+    EXPECT_EQ(rows.at(0).at("cause"), "master_pauses_clock") << step << rows[0];
+  }
+}
+
+TEST(ExplainVerb, PauseInWhichTheEncoderGivesUp_IsThatOfTheMaster) {
+  const Folder folder;
+  const auto rows = explained(
+      answered(folder, "pos18,nE,nW,crc6", 120, 32,
+               [](int frame, int clock) { return frame % 4 == 1 && clock == 22 ? 30'000 : 0; }),
+      "pos18,nE,nW,crc6");
+  EXPECT_EQ(rows.at(0).at("cause"), "master_pauses_clock") << rows[0];
 }
 
 TEST(ExplainVerb, PauseInEveryTenthFrame_IsThatOfTheMaster) {
@@ -383,6 +419,53 @@ TEST(ExplainVerb, TurnsThatFollowTheZeroLate_AreImplausible) {
                               "mt12,st13,nE,nW,crc6");
   ASSERT_EQ(rows.at(0).at("cause"), "position_implausible") << rows[0];
   EXPECT_THAT(text_in(rows[0], "evidence"), HasSubstr("one turn for up to 4 frames"));
+}
+
+// The same turns and singleturn, read as one position: it falls back by a turn, and jumps ahead.
+TEST(ExplainVerb, TurnsThatFollowLateWithoutAFormat_AreImplausible) {
+  const Folder folder;
+  std::string positions;
+  for (int i = 0; i < 200; ++i) {
+    const int position = 7 * 8192 + 7902 + 410 * i;
+    const int turns = (position - 3 * 410) / 8192;
+    positions += fmt::format("{}\n", turns * 8192 + position % 8192);
+  }
+  const auto rows = explained(answered(folder, "pos25,nE,nW,crc6", 200, 39, no_pause,
+                                       {"--positions", folder.file("positions.txt", positions)}),
+                              "pos25,nE,nW,crc6");
+  EXPECT_EQ(rows.at(0).at("cause"), "position_implausible") << rows[0];
+  // A rotary encoder of 13 bits in a field of 25 falls back as well, and does not jump ahead.
+  positions.clear();
+  for (int i = 0; i < 200; ++i) positions += fmt::format("{}\n", 410 * i % 8192);
+  const auto whole = explained(answered(folder, "pos25,nE,nW,crc6", 200, 39, no_pause,
+                                        {"--positions", folder.file("positions.txt", positions)}),
+                               "pos25,nE,nW,crc6");
+  EXPECT_EQ(whole.at(0).at("cause"), "healthy") << whole[0];
+}
+
+// A position of turns and singleturn that one damaged frame in twenty lets jump by many turns.
+TEST(ExplainVerb, JumpOfManyTurns_IsImplausible) {
+  const Folder folder;
+  std::string positions;
+  for (int i = 0; i < 200; ++i) {
+    const int turns = i % 20 == 7 ? 900 : 7;
+    positions += fmt::format("{}\n", turns * 8192 + 100 + 10 * i);
+  }
+  const auto rows = explained(answered(folder, "mt12,st13,nE,nW,crc6", 200, 39, no_pause,
+                                       {"--positions", folder.file("positions.txt", positions)}),
+                              "mt12,st13,nE,nW,crc6");
+  EXPECT_EQ(rows.at(0).at("cause"), "position_implausible") << rows[0];
+}
+
+TEST(ExplainVerb, LimitBesideAnotherCause_IsNamedAsTheSecond) {
+  const Folder folder;
+  const auto rows =
+      explained(simulate_as(folder, "resolute-26",
+                            {"--clock", "1MHz", "--duty", "30%", "--fault", "nE:0.3"}),
+                "resolute-26");
+  ASSERT_GE(rows.size(), 2U) << rows.at(0);
+  EXPECT_EQ(rows[0].at("cause"), "encoder_error") << rows[0];
+  EXPECT_EQ(rows[1].at("cause"), "limits_exceeded") << rows[1];
 }
 
 TEST(ExplainVerb, LimitThatCheckFails_IsNotHealthy) {
