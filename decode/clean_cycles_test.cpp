@@ -391,6 +391,26 @@ TEST(CleanCycles, SloChangesLongAfterARequest_SameSignalAsEdgeByEdge) {
   EXPECT_GE(expect_same(line.edges(), end, setup, random), 18U);
 }
 
+// Whether a frame without STOP waits for its clock depends on the request just before it, also where
+// that one is read edge by edge in the same run: here it has more clocks than the one before.
+TEST(CleanCycles, PauseBeforeStopAfterALongerRequest_SameRowsAsEdgeByEdge) {
+  std::mt19937_64 random(13'013);
+  const Reading setup{.format = "pos26,nE,nW,crc6", .timing = {}, .margin = {.signal = true}};
+  TestLine line;
+  for (int i = 0; i < 10; ++i) {
+    line.request({.ack_clocks = 1}, random());
+    const Picoseconds begin = line.request({.ack_clocks = 13}, random());
+    TestLine::add_pulse(line.slo, begin + nanoseconds(200), nanoseconds(30));
+    const auto stop = static_cast<std::int64_t>(bits_of(setup.format, 0, 13).size_bits()) - 1;
+    line.request({.ack_clocks = 13, .pauses = {stop}, .pause = microseconds(10)}, random());
+  }
+  const Picoseconds end = line.last_time() + milliseconds(1);
+  EXPECT_EQ(edge_by_edge(line.edges(), end, setup).size(), 30U);
+  std::size_t clean = 0;
+  for (int trial = 0; trial < 4; ++trial) clean += expect_same(line.edges(), end, setup, random);
+  EXPECT_GT(clean, 0U);
+}
+
 // Where both lines jitter, the sampling point is found by an even clock, and `marginal` shows it.
 TEST(CleanCycles, JitterOfBothLines_SameSamplingPoints) {
   std::mt19937_64 random(13'005);

@@ -84,13 +84,6 @@ void Decoder::push(const PairRun& run, RunPlace from, RunPlace to,
   for (const CleanCycle& cycle : clean) {
     // One without a checksum may be a part.
     if (reader_.knows_timeout() && !reader_.checked_payload_bits()) break;
-    // The clock of STOP may come after a pause.
-    const Picoseconds last_edge = shifted(cycle.reading.cycle.time, cycle.reading.cycle.clocked);
-    if (lacks_stop(cycle.reading.cycle) &&
-        may_wait(cycle.reading.cycle,
-                 elapsed(last_edge, Picoseconds{run.ma.times[cycle.ma_end]}))) {
-      continue;
-    }
     if (at != cycle.begin() || !waits()) {
       // The edge that begins the cycle shows whether everything before it is read.
       const RunPlace begun{cycle.ma_begin + 1, cycle.slo_begin};
@@ -98,10 +91,20 @@ void Decoder::push(const PairRun& run, RunPlace from, RunPlace to,
       at = begun;
       if (!waits_since_this_edge()) continue;
     }
+    // All before it is read: only now is it known what may go on. The clock of STOP may come after a
+    // pause.
+    if (may_join(cycle.reading, Picoseconds{run.ma.times[cycle.ma_end]})) continue;
     emit_clean(cycle, run);
     at = cycle.end();
   }
   push_mixed(run, at, to);
+}
+
+// Whether a clean cycle may be a part of another one: with those that are held, or with the next.
+bool Decoder::may_join(const CycleReading& reading, Picoseconds next) const {
+  if (is_right(reading)) return false;
+  const Picoseconds last_edge = shifted(reading.cycle.time, reading.cycle.clocked);
+  return !held_.empty() || may_wait(reading.cycle, elapsed(last_edge, next));
 }
 
 // In the order of their times; of two at one time, that of SLO first.

@@ -96,6 +96,7 @@ class Decoder {
   };
 
   void push_mixed(const PairRun& run, RunPlace from, RunPlace to);
+  bool may_join(const CycleReading& reading, Picoseconds next) const;
   void emit_clean(const CleanCycle& clean, const PairRun& run);
   bool waits() const;
   bool waits_since_this_edge() const;
