@@ -459,10 +459,9 @@ TEST(ExplainVerb, JumpOfManyTurns_IsImplausible) {
 
 TEST(ExplainVerb, LimitBesideAnotherCause_IsNamedAsTheSecond) {
   const Folder folder;
-  const auto rows =
-      explained(simulate_as(folder, "resolute-26",
-                            {"--clock", "1MHz", "--duty", "30%", "--fault", "nE:0.3"}),
-                "resolute-26");
+  const auto rows = explained(
+      simulate_as(folder, "resolute-26", {"--clock", "1MHz", "--duty", "30%", "--fault", "nE:0.3"}),
+      "resolute-26");
   ASSERT_GE(rows.size(), 2U) << rows.at(0);
   EXPECT_EQ(rows[0].at("cause"), "encoder_error") << rows[0];
   EXPECT_EQ(rows[1].at("cause"), "limits_exceeded") << rows[1];
