@@ -361,7 +361,9 @@ void Observer::note_frame(std::uint64_t number, const Cycle& cycle) {
   if (cycle.ack && cycle.line_delay) ++evidence_.answered;
   if (is_good(cycle.status)) ++evidence_.passed;
   const BitView raw = cycle.raw.view();
-  if (raw.size_bits() > 3) ++evidence_.last_bits[raw.word(raw.size_bits() - 2, 2)];
+  if (raw.size_bits() > 3) {
+    ++evidence_.last_bits[static_cast<std::size_t>(raw.word(raw.size_bits() - 2, 2))];
+  }
   const std::size_t stop = 2 + std::size_t{evidence_.usual.payload_bits};
   const bool short_of_bits =
       (cycle.status == CycleStatus::ack_range || cycle.status == CycleStatus::unchecked) &&

@@ -577,7 +577,7 @@ class LayoutSearch {
     };
     double same = 0;
     for (const auto& each : patterns_) same += word(each) == word(patterns_[0]) ? each.frames : 0;
-    return same > 0.9 * all_;
+    return same > 0.5 * all_;
   }
 
   // Which bits differ from a frame that is right, or all of them.

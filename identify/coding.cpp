@@ -280,7 +280,9 @@ double flag_cost(std::span<const std::uint8_t> active) {
   const std::array costs{changes.ones == 0 ? 0.2 : HUGE_VAL, changes.ones == count ? 5 : HUGE_VAL,
                          3.5 + data_weight * runs, 4.5 + data_weight * rare,
                          7.5 + data_weight * any};
-  return cost_of_any(costs);
+  // A flag that is active in most frames may have the other polarity.
+  const bool most = 2 * changes.ones > count && changes.ones < count;
+  return cost_of_any(costs) + (most ? 1 : 0);
 }
 
 double padding_cost(std::span<const std::uint8_t> bits) {

@@ -116,6 +116,7 @@ class FieldSearch {
     std::sort(best.begin(), best.end());
     if (best.size() > most_coded) best.resize(most_coded);
     for (const auto& [cost, place] : best) add_rare_codings(place);
+    doubt_counters();
     std::stable_sort(all_.begin(), all_.end(),
                      [](const Fields& a, const Fields& b) { return a.cost < b.cost; });
     return std::move(all_);
@@ -140,6 +141,31 @@ class FieldSearch {
     }
   }
 
+  // Bits that count the frames may be a position at constant speed, unless they are as a safety word
+  // has them.
+  void doubt_counters() {
+    double with = HUGE_VAL;
+    double without = HUGE_VAL;
+    const auto is_doubtful = [this](const Fields& each) {
+      const Field& life = each.channel.life_counter;
+      return life.present() && !is_safety(life);
+    };
+    for (const Fields& each : all_) {
+      double& least = is_doubtful(each) ? with : without;
+      if (is_doubtful(each) || !each.channel.life_counter.present()) {
+        least = std::min(least, each.cost);
+      }
+    }
+    if (with == HUGE_VAL || without == HUGE_VAL || with >= without - 1) return;
+    for (Fields& each : all_) {
+      if (is_doubtful(each)) each.cost += without - 1 - with;
+    }
+  }
+
+  bool is_safety(const Field& life) const {
+    return layout_.crc.width_bits == 16 && life.bits == safety_counter_bits;
+  }
+
   // It counts on in most frames; with the checksum of a safety word, some may be lost or come again.
   bool counts(const Field& life) const {
     double seen = 0;
@@ -151,8 +177,7 @@ class FieldSearch {
       ++seen;
       follow += next == expected || (expected == 0 && next == 1) ? 1 : 0;
     }
-    const bool safety = layout_.crc.width_bits == 16 && life.bits == safety_counter_bits;
-    return follow > 3 && follow > (safety ? 0.3 : 0.7) * seen;
+    return follow > 3 && follow > (is_safety(life) ? 0.3 : 0.7) * seen;
   }
 
   void divide(const Field& life, bool last) {
