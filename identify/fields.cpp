@@ -141,14 +141,15 @@ class FieldSearch {
     }
   }
 
-  // Bits that count the frames may be a position at constant speed, unless they are as a safety word
-  // has them.
+  // Bits that count the frames may be a position at constant speed, unless they are where a safety
+  // word has them.
   void doubt_counters() {
     double with = HUGE_VAL;
     double without = HUGE_VAL;
     const auto is_doubtful = [this](const Fields& each) {
       const Field& life = each.channel.life_counter;
-      return life.present() && !is_safety(life);
+      const bool usual = life.bits == safety_counter_bits && life.shift == 0;
+      return life.present() && !usual && !is_safety(life);
     };
     for (const Fields& each : all_) {
       double& least = is_doubtful(each) ? with : without;
