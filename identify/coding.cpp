@@ -25,6 +25,7 @@ constexpr std::array<Curve, Timeline::predictors> curves{
 double log2_gamma(double x) { return std::lgamma(x) / std::log(2.0); }
 
 std::int64_t as_signed(std::uint64_t value, unsigned bits) {
+  if (bits == 0) return 0;
   const unsigned unused = 64 - bits;
   return static_cast<std::int64_t>(value << unused) >> unused;
 }
