@@ -296,17 +296,17 @@ double padding_cost(std::span<const std::uint8_t> bits) {
 double counter_cost(std::span<const std::uint64_t> values, std::span<const std::uint64_t> cycles,
                     unsigned bits) {
   std::array<double, 2> exceptions{};
+  std::array<double, 2> exception_bits{};
   double choices = 0;
   // A frame that is lost or comes again costs fewer bits than any value.
   constexpr std::uint64_t few = 4;
-  constexpr double near_bits = 3;
-  double saved = 0;
+  constexpr unsigned near_bits = 3;
   for (std::size_t i = 1; i < values.size(); ++i) {
     const std::uint64_t steps = cycles[i] - cycles[i - 1];
     // Where a request is not answered, an encoder need not count.
     choices += steps == 1 ? 0 : 1;
     const std::uint64_t step = (values[i] - values[i - 1]) & low_mask(bits);
-    if (step != 1 && step <= few && bits > near_bits) saved += bits - near_bits;
+    const unsigned exception = step <= few ? std::min(bits, near_bits) : bits;
     for (const bool without_zero : {false, true}) {
       const std::uint64_t values_of = low_mask(bits) + (without_zero ? 0U : 1U);
       const auto next = [&](std::uint64_t by) {
@@ -316,13 +316,14 @@ double counter_cost(std::span<const std::uint64_t> values, std::span<const std::
       const bool follows = values[i - 1] >= (without_zero ? 1U : 0U) &&
                            (values[i] == next(1) || values[i] == next(steps));
       exceptions[without_zero ? 1 : 0] += follows ? 0 : 1;
+      exception_bits[without_zero ? 1 : 0] += follows ? 0 : exception;
     }
   }
-  const double least = std::min(exceptions[0], exceptions[1]);
+  const std::size_t best = exceptions[1] < exceptions[0] ? 1 : 0;
   const auto count = static_cast<double>(values.size() - 1);
   return bits + 1 +
          data_weight *
-             (choices + std::max(least * bits - saved, 0.0) + events_cost(least, count, 0.3, 3));
+             (choices + exception_bits[best] + events_cost(exceptions[best], count, 0.3, 3));
 }
 
 double word_cost(std::span<const std::uint64_t> words, unsigned bits) {
