@@ -51,8 +51,9 @@ std::vector<Count> counts_of(std::span<const std::int64_t> values) {
 }
 
 unsigned size_of(std::int64_t value) {
-  return static_cast<unsigned>(
-      std::bit_width(static_cast<std::uint64_t>(value < 0 ? -value : value)));
+  // Subtracted without a sign: the smallest value has no negative.
+  const auto bits = static_cast<std::uint64_t>(value);
+  return static_cast<unsigned>(std::bit_width(value < 0 ? 0 - bits : bits));
 }
 
 // A dictionary that learns: the values that came before come again (a Dirichlet process).
