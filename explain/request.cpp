@@ -97,7 +97,7 @@ std::string_view text_of(RequestKind kind) {
       "START comes too late for the clocks of the master",
       "MA stops before the last bit of the frame",
       "MA stops before the last bit of the frame, and goes on soon",
-      "MA stays low from within a request on",
+      "MA stops within a request: it stays low, or a request beside it is missing",
       "SLO stays high from a bit on to STOP",
       "SLO stays low from a bit on to STOP",
       "a pulse on SLO",
@@ -227,6 +227,18 @@ void Pricer::learn(const Cycle& cycle) {
   if (const auto rest = rest_before(cycle)) {
     shortest_rest_ = std::min(*rest, shortest_rest_.value_or(*rest));
   }
+  // From a good frame to a good frame.
+  if (last_request_ && was_good_) {
+    const Picoseconds interval = decode::elapsed(*last_request_, cycle.time);
+    if (5 * interval < 4 * interval_ || intervals_ == 0) {
+      interval_ = interval;
+      intervals_ = regular_ = 0;
+    }
+    ++intervals_;
+    if (4 * interval <= 5 * interval_) ++regular_;
+  }
+  last_request_ = cycle.time;
+  was_good_ = true;
   last_edge_ = decode::shifted(cycle.time, cycle.clocked);
   was_part_ = false;
   fewest_clocks_ = std::min(fewest_clocks_, cycle.rising_edges);
@@ -401,6 +413,8 @@ Prices Pricer::read(const CycleEdges& edges, bool thorough) {
     float& good = prices[static_cast<std::size_t>(RequestKind::ok)];
     if (good < impossible) set(prices, RequestKind::other_ack, std::exchange(good, impossible));
   }
+  last_request_ = edges.cycle.time;
+  was_good_ = false;
   last_edge_ = decode::shifted(edges.cycle.time, edges.cycle.clocked);
   was_part_ = prices[static_cast<std::size_t>(RequestKind::restart)] < impossible;
   if (!low && view_.start + 2 < view_.clocks()) {
@@ -498,8 +512,7 @@ void Pricer::price_frame(const CycleEdges& edges, Prices& prices) {
   const std::size_t start = view_.start;
   // Reduced frames have LAT and ACK alone, short ones no channel.
   const bool reduced = size == 2 && view_.ack == 1;
-  const bool brief = start < size && size - start == 3 && !view_.bits.back() && view_.ack == 1;
-  if ((reduced || brief) && view_.off_grid == 0) set(prices, RequestKind::short_frame, 1);
+  if ((reduced || is_brief()) && view_.off_grid == 0) set(prices, RequestKind::short_frame, 1);
   if (view_.ack != 1 || edges.cycle.early) {
     // The encoder answers from some clock on.
     if (view_.ack > 1 && view_.ack < size) {
@@ -513,6 +526,7 @@ void Pricer::price_frame(const CycleEdges& edges, Prices& prices) {
     const float price = 2 + edge_price * static_cast<float>(view_.off_grid);
     set(prices, RequestKind::cut_in_ack, price);
     if (is_part(edges)) set(prices, RequestKind::restart, price);
+    if (is_held(edges)) set(prices, RequestKind::ma_held, price - 1);
     return price_tails(prices);
   }
   const std::size_t stop = start + 2 + usual_.payload_bits;
@@ -707,6 +721,30 @@ bool Pricer::is_part(const CycleEdges& edges) const {
          (rest && 2 * *rest < *shortest_rest_);
 }
 
+// MA stays low after it, or the requests before or after it are missing.
+bool Pricer::is_held(const CycleEdges& edges) const {
+  if (edges.cycle.cdm == true) return true;
+  // Only where requests come at a rate. A master that waits for START sends all its clocks.
+  constexpr std::uint32_t least_regular = 8;
+  if (regular_ < least_regular || 4 * regular_ < 3 * intervals_) return false;
+  if (view_.clocks() >= fewest_clocks_ || view_.ack_clocks() > longest_ack_) return false;
+  const Picoseconds long_time = 8 * interval_ / 5;
+  return (!edges.last_of_capture && decode::elapsed(edges.cycle.time, edges.limit) > long_time) ||
+         (last_request_ && decode::elapsed(*last_request_, edges.cycle.time) > long_time);
+}
+
+// START and CDS, and SLO stays low from STOP on: a frame without a channel, whose ACK is one clock.
+// A master that compensates the line delay sends the clocks of the delay as well.
+bool Pricer::is_brief() const {
+  const std::size_t start = view_.start;
+  const std::size_t size = view_.clocks();
+  if (view_.ack != 1 || start != 2 || size < start + 3) return false;
+  const std::int64_t period = std::max<std::int64_t>(view_.period.count, 1);
+  const auto late =
+      static_cast<std::size_t>(std::max<std::int64_t>(usual_.delay.count, 0) / period);
+  return size <= start + 4 + late && find(view_.bits, true, start + 2) == size;
+}
+
 // MA stopped before the last bit.
 void Pricer::price_cut(const CycleEdges& edges, Prices& prices) const {
   const std::size_t begin = view_.start + 2;
@@ -722,7 +760,7 @@ void Pricer::price_cut(const CycleEdges& edges, Prices& prices) const {
     set(prices, RequestKind::refused,
         ack_price(view_.ack_clocks()) + data + 1 + off + (view_.bits.back() ? 12.0F : -1.0F));
   if (is_part(edges)) set(prices, RequestKind::restart, price - 1);
-  if (edges.cycle.cdm == true) set(prices, RequestKind::ma_held, price - 3);
+  if (is_held(edges)) set(prices, RequestKind::ma_held, price - 3);
 }
 
 // SLO does not change any more from a bit on.

@@ -39,7 +39,7 @@ enum class RequestKind : std::uint8_t {
   cut_late,        ///< START came later than in any good frame, and bits are missing
   cut_in_data,     ///< START came in time, and MA stopped before the last bit
   restart,         ///< as before, and the next clocks come soon
-  ma_held,         ///< MA stopped within the request and stayed low
+  ma_held,         ///< MA stopped within the request and stayed low, or one beside it is missing
   ones,            ///< SLO stayed high from a bit on to the end, STOP included
   zeros,           ///< SLO stayed low from a bit on to the end
   slo_pulse,       ///< a pulse on SLO, the frame otherwise good
@@ -141,6 +141,8 @@ class Pricer {
   void price_checksum(float price, Prices& prices);
   void remember(std::size_t start);
   bool is_part(const decode::CycleEdges& edges) const;
+  bool is_held(const decode::CycleEdges& edges) const;
+  bool is_brief() const;
   float slip_price() const;
   float ack_price(std::size_t clocks) const;
   float data_price(const Bits& bits, std::size_t start) const;
@@ -170,6 +172,12 @@ class Pricer {
   Bits other_;
   Bits last_;
   std::optional<Picoseconds> last_edge_;
+  std::optional<Picoseconds> last_request_;
+  bool was_good_ = false;
+  // From a good frame to the next one: the shortest, how many there were, and how many like it.
+  Picoseconds interval_{};
+  std::uint32_t intervals_ = 0;
+  std::uint32_t regular_ = 0;
   // The last request may be a part of one.
   bool was_part_ = false;
 };
