@@ -305,7 +305,12 @@ class Diagnosis {
     } else if (evidence_.usual.no_checksum_fits) {
       if (has_checksum()) at(notes_, Cause::wrong_format) -= 12;
     }
-    if (evidence_.count(RequestKind::other_length) == 0) at(notes_, Cause::format_changes) += never;
+    // A frame of another length has STOP; one that the master cuts ends with a bit of either level.
+    const auto other = static_cast<double>(evidence_.count(RequestKind::other_length));
+    const auto high = static_cast<double>(evidence_.truncated - evidence_.truncated_low);
+    const bool most = 3 * other > 2 * static_cast<double>(evidence_.answered);
+    if (other == 0 || (most && !evidence_.has_format)) at(notes_, Cause::format_changes) += never;
+    if (10 * high > other) at(notes_, Cause::format_changes) += 4 * high;
     if (refused && context_.given) {
       at(notes_, Cause::format_changes) += never;
       // Noise that spoils nearly all checksums spoils ACK, START and STOP as well.

@@ -98,7 +98,9 @@ void Plausibility::judge_step(const Step& step) {
   if (++known_ < steps_.size()) return;
   const Step& judged = steps_[2];
   if (judged.length < few_counts) return;
-  if (channel_.multiturn.bits == 0) judge_turn(steps_[3], judged);
+  // The step before may be the fall itself.
+  const bool after_fall = fall_ && fall_->cycle == steps_[3].cycle;
+  judge_turn(after_fall ? fall_->pace : steps_[3], judged);
   const auto bits = static_cast<std::size_t>(std::bit_width(judged.speed));
   const std::int64_t left = judged.way + steps_[1].way;
   const std::uint64_t taken_back = judged.length - judged.length / times;
@@ -121,10 +123,10 @@ void Plausibility::judge_turn(const Step& before, const Step& judged) {
   if (before.way == 0 || size < steps_in_turn * before.length || times * off > power) return;
   const bool up = before.way > 0;
   if (up == (jump < 0)) {
-    fall_ = {power, up, judged.cycle, judged.time};
+    fall_ = {power, up, judged.cycle, judged.time, before};
   } else if (fall_ && fall_->size == power && fall_->up == up) {
-    turns_.add({judged.cycle - fall_->cycle, fall_->cycle, judged.cycle - 1, fall_->time});
-    longest_ = std::max(longest_, judged.cycle - fall_->cycle);
+    falls_.add({judged.cycle - fall_->cycle, fall_->cycle, judged.cycle - 1, fall_->time});
+    longest_fall_ = std::max(longest_fall_, judged.cycle - fall_->cycle);
     fall_.reset();
   }
 }

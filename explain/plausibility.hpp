@@ -20,11 +20,11 @@ class Plausibility {
   /// The next cycle. \return its turns are not those that its singleturn shows
   bool push(std::uint64_t number, const decode::Cycle& cycle);
 
-  /// Frames whose turns do not belong to their singleturn. Without turns in the format: those in which
-  /// the position has fallen back by a power of two, and goes on from there.
-  Sightings turns() const { return is_fast() ? Sightings{} : turns_; }
+  /// Frames whose turns do not belong to their singleturn: by the turns of the format, or because the
+  /// position has fallen back by a power of two, and goes on from there.
+  Sightings turns() const { return shows_falls() ? falls_ : turns_; }
   /// The longest time in a row for which they do not.
-  std::uint64_t longest() const { return is_fast() ? 0 : longest_; }
+  std::uint64_t longest() const { return shows_falls() ? longest_fall_ : longest_; }
   /// Steps that are much longer than the fastest motion of the capture. After the last cycle.
   Sightings steps() const;
 
@@ -44,9 +44,12 @@ class Plausibility {
     bool up = false;
     std::uint64_t cycle = 0;
     Picoseconds time{};
+    // The step before.
+    Step pace;
   };
 
   bool is_fast() const { return fast_ || 2 * fast_steps_ > slow_steps_; }
+  bool shows_falls() const { return is_fast() || falls_.count > turns_.count; }
   void judge_step(const Step& step);
   void judge_turn(const Step& before, const Step& judged);
 
@@ -64,6 +67,8 @@ class Plausibility {
   std::uint64_t longest_ = 0;
   Sightings turns_;
   std::optional<Fall> fall_;
+  Sightings falls_;
+  std::uint64_t longest_fall_ = 0;
   // The last steps, the newest one first.
   std::array<Step, 4> steps_{};
   std::size_t known_ = 0;

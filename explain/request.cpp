@@ -154,9 +154,19 @@ Usual usual_of(std::span<const Cycle> cycles, const std::optional<FrameFormat>& 
   if (format) {
     usual.payload_bits = format->payload_bits();
   } else if (!ends.empty()) {
-    // The last 1 of a frame is a bit before STOP, or further up. One frame may be damaged.
-    const auto high = ends.size() > 1 ? ends.end() - 2 : ends.begin();
-    std::nth_element(ends.begin(), high, ends.end());
+    // The last 1 of a frame is a bit before STOP, or further up: the last place that is not of a few
+    // damaged frames.
+    std::sort(ends.begin(), ends.end());
+    auto high = ends.size() > 1 ? ends.end() - 2 : ends.begin();
+    const auto least = std::max<std::ptrdiff_t>(2, std::ssize(ends) / 12);
+    for (auto end = ends.end(); end != ends.begin();) {
+      const auto begin = std::lower_bound(ends.begin(), end, *(end - 1));
+      if (end - begin >= least) {
+        high = begin;
+        break;
+      }
+      end = begin;
+    }
     usual.payload_bits = static_cast<unsigned>(std::max<std::int64_t>(*high - 2, 1));
   }
   usual.checksum = find_variant(wrong, format, usual.payload_bits);
@@ -854,8 +864,9 @@ void Pricer::price_length(Prices& prices) {
     }
   }
   const float data = again ? frame_change(other_, bits) : static_cast<float>(bits);
+  const bool late = longest_ack_ != 0 && view_.ack_clocks() > longest_ack_;
   set(prices, RequestKind::other_length,
-      ack_price(view_.ack_clocks()) + data + (again ? 0.3F : 10.0F));
+      ack_price(view_.ack_clocks()) + data + (again ? 0.3F : 10.0F) + (late ? 4.0F : 0.0F));
   other_.assign(view_.bits.begin() + static_cast<std::ptrdiff_t>(start), view_.bits.end());
 }
 
