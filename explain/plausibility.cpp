@@ -38,6 +38,7 @@ bool Plausibility::push(std::uint64_t number, const decode::Cycle& cycle) {
     last_.reset();
     known_ = 0;
     late_by_ = 0;
+    fall_.reset();
     return false;
   }
   const std::uint64_t position = cycle.frame->channel_list[0].position;
@@ -57,7 +58,10 @@ bool Plausibility::push(std::uint64_t number, const decode::Cycle& cycle) {
     const double speed = std::min(static_cast<double>(length) * 1e6 / nanoseconds, 1e18);
     judge_step({whole, length, static_cast<std::uint64_t>(speed), number, cycle.time});
   };
-  if (rested) late_by_ = 0;
+  if (rested) {
+    late_by_ = 0;
+    fall_.reset();
+  }
   if (turn_bits == 0 || in_turn == 0 || in_turn > 62 || rested) {
     judge(whole);
     return false;

@@ -72,6 +72,37 @@ std::size_t find(const std::vector<bool>& bits, bool level, std::size_t from) {
       bits.begin());
 }
 
+// Parts of requests, between which MA pauses for longer than the decoder waits: most rests are alike
+// and short, what comes after a longer one begins with ACK at the same line delay, and hardly one of
+// the others has ACK and START there.
+std::optional<Picoseconds> find_groups(std::span<const Cycle> cycles, const Usual& usual) {
+  std::vector<Picoseconds> rests;
+  for (std::size_t i = 1; i < cycles.size(); ++i) {
+    const Picoseconds end = decode::shifted(cycles[i - 1].time, cycles[i - 1].clocked);
+    rests.push_back(decode::elapsed(end, cycles[i].time));
+  }
+  constexpr std::size_t least_groups = 8;
+  if (rests.size() < 2 * least_groups) return std::nullopt;
+  std::vector<Picoseconds> sorted = rests;
+  const auto middle = sorted.begin() + std::ssize(sorted) / 2;
+  std::nth_element(sorted.begin(), middle, sorted.end());
+  // First in a group, and not: all, and those that are answered.
+  std::array<std::size_t, 2> all{};
+  std::array<std::size_t, 2> answered{};
+  for (std::size_t i = 0; i < rests.size(); ++i) {
+    const std::size_t k = 2 * rests[i] > 3 * *middle ? 0 : 1;
+    ++all[k];
+    const Cycle& cycle = cycles[i + 1];
+    const auto seen = cycle.line_delay;
+    if (!seen || cycle.early || (k == 1 && !cycle.ack)) continue;
+    const Picoseconds off = *seen - usual.delay;
+    if (3 * std::max(off, -off) <= usual.period) ++answered[k];
+  }
+  const bool found = all[0] >= least_groups && 3 * all[0] < 2 * all[1] &&
+                     10 * answered[0] >= 9 * all[0] && 10 * answered[1] <= 4 * all[1];
+  return found ? std::optional(*middle) : std::nullopt;
+}
+
 }  // namespace
 
 std::string_view text_of(RequestKind kind) {
@@ -151,6 +182,7 @@ Usual usual_of(std::span<const Cycle> cycles, const std::optional<FrameFormat>& 
     usual.delay = picoseconds(each.median());
     break;
   }
+  usual.rest_in_group = find_groups(cycles, usual);
   if (format) {
     usual.payload_bits = format->payload_bits();
   } else if (!ends.empty()) {
@@ -743,16 +775,17 @@ bool Pricer::is_held(const CycleEdges& edges) const {
          (last_request_ && decode::elapsed(*last_request_, edges.cycle.time) > long_time);
 }
 
-// START and CDS, and SLO stays low from STOP on: a frame without a channel, whose ACK is one clock.
-// A master that compensates the line delay sends the clocks of the delay as well.
+// START, CDS and STOP: a frame without a channel.
+// Where ACK is one clock, a master that compensates the line delay sends the clocks of it as well.
 bool Pricer::is_brief() const {
   const std::size_t start = view_.start;
   const std::size_t size = view_.clocks();
-  if (view_.ack != 1 || start != 2 || size < start + 3) return false;
+  if (view_.ack != 1 || size < start + 3) return false;
+  if (size == start + 3) return !view_.bits.back();
   const std::int64_t period = std::max<std::int64_t>(view_.period.count, 1);
   const auto late =
       static_cast<std::size_t>(std::max<std::int64_t>(usual_.delay.count, 0) / period);
-  return size <= start + 4 + late && find(view_.bits, true, start + 2) == size;
+  return start == 2 && size <= start + 4 + late && find(view_.bits, true, start + 2) == size;
 }
 
 // MA stopped before the last bit.

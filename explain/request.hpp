@@ -77,6 +77,9 @@ struct Usual {
   std::optional<ChecksumVariant> checksum;
   /// Hardly a frame has the right checksum, and no rule fits.
   bool no_checksum_fits = false;
+  /// Where requests come in groups, each of which begins as a request of BiSS C does: the usual rest
+  /// in a group.
+  std::optional<Picoseconds> rest_in_group;
 };
 /// \param cycles from the beginning of the capture
 Usual usual_of(std::span<const decode::Cycle> cycles, const std::optional<FrameFormat>& format);

@@ -271,8 +271,15 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
       return add_plausibility(evidence, parts);
     case Cause::limits_exceeded:
       return add_limits(evidence, parts);
-    case Cause::format_changes:
     case Cause::master_pauses_clock:
+      if (evidence.usual.rest_in_group) {
+        parts.add(
+            "the requests come in groups, with rests of {} between them; each group begins with "
+            "ACK, as one request with pauses does",
+            time_words(evidence.usual.rest_in_group->count));
+      }
+      return;
+    case Cause::format_changes:
       return;
   }
 }
