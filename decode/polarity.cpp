@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "decode/times.hpp"
 
@@ -57,6 +58,31 @@ bool rests_low(wire::LineIndex ma, std::span<const wire::Edge> edges, Picosecond
   return low > 0;
 }
 
+// Whether SLO is high at the end of most long gaps of MA, as it rests between requests unless it is
+// inverted.
+bool slo_rests_high(const Lines& lines, std::span<const wire::Edge> edges) {
+  // The gaps, and whether SLO is high at their ends.
+  std::vector<std::pair<Picoseconds, bool>> gaps;
+  Picoseconds longest{};
+  std::optional<Picoseconds> last;
+  bool high = true;
+  for (const wire::Edge& edge : edges) {
+    if (edge.line != lines.ma) {
+      high = edge.level != wire::Level::low;
+      continue;
+    }
+    if (last) gaps.emplace_back(elapsed(*last, edge.time), high);
+    if (last) longest = std::max(longest, gaps.back().first);
+    last = edge.time;
+  }
+  std::size_t highs = 0;
+  std::size_t lows = 0;
+  for (const auto& [gap, is_high] : gaps) {
+    if (4 * gap >= longest) ++(is_high ? highs : lows);
+  }
+  return highs > 3 * lows;
+}
+
 }  // namespace
 
 std::vector<wire::Edge> first_edges(const Lines& lines, std::span<const wire::Edge> edges) {
@@ -87,6 +113,7 @@ Lines find_polarity(const Lines& lines, std::span<const wire::Edge> beginning,
   // The parts of requests with pauses read no worse inverted.
   const bool joins = !reader.checked_payload_bits() && !reader.knows_timeout();
   if (joins && find_paused_timeout(best.lines, edges)) return best.lines;
+  if (slo_rests_high(lines, edges)) return best.lines;
   if (low) try_other(true, true);
   if (!best.is_mostly_good()) try_other(lines.ma_inverted, true);
   return best.lines;

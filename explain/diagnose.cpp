@@ -418,7 +418,7 @@ class Diagnosis {
     if (!context_.other || context_.other->confidence < 0.5) return false;
     if (50 * evidence_.slo_edges < evidence_.ma_edges) return false;
     if (share(evidence_.passed) > 0.2 && evidence_.has_format) return false;
-    return evidence_.answered * 10 < evidence_.cycles * 6 || context_.other->confidence > 0.85;
+    return evidence_.answered * 10 < evidence_.cycles * 4 || context_.other->confidence > 0.85;
   }
 
   void note_other() {

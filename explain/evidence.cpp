@@ -167,11 +167,13 @@ std::span<const LevelChange> Observer::Line::between(Picoseconds from, Picosecon
 
 Observer::Observer(const ObserverSetup& setup, std::span<const wire::Edge> beginning)
     : setup_(setup),
-      plausibility_(setup.format),
       check_({.format = setup.format,
               .timing = setup.timing,
               .compensated = setup.margin.compensated,
               .resolution = setup.margin.resolution}) {
+  for (std::size_t k = 0; setup.format && k < setup.format->channel_count; ++k) {
+    plausibility_.emplace_back(*setup.format, k);
+  }
   SampleGrid grid;
   for (const wire::Edge& edge : beginning) {
     if (edge.line == setup.lines.ma || edge.line == setup.lines.slo)
@@ -245,9 +247,12 @@ const Evidence& Observer::finish(Picoseconds end_time) {
     if (result.verdict == decode::Verdict::fail && !pauses)
       evidence_.limits.push_back({rule, result});
   }
-  evidence_.late_turns = plausibility_.longest();
-  evidence_.steps = plausibility_.steps();
-  Sightings implausible = plausibility_.turns();
+  Sightings implausible;
+  for (const Plausibility& each : plausibility_) {
+    evidence_.late_turns = std::max(evidence_.late_turns, each.longest());
+    evidence_.steps.add(each.steps());
+    implausible.add(each.turns());
+  }
   implausible.add(evidence_.steps);
   move_good(RequestKind::implausible, implausible);
   if (plain_ != 0) {
@@ -276,7 +281,7 @@ void Observer::process(const Waiting& waiting, std::optional<Picoseconds> next, 
   if (last && next && is_cut_at_end(cycle, *next)) return;
   ++evidence_.cycles;
   if (is_good(cycle.status)) ++evidence_.good;
-  plausibility_.push(number, cycle);
+  for (Plausibility& each : plausibility_) each.push(number, cycle);
   note_frame(number, cycle);
   if (pricer_->is_plain(cycle)) {
     note_times(cycle, true);

@@ -180,7 +180,7 @@ class Observer {
   ObserverSetup setup_;
   Evidence evidence_;
   std::optional<Pricer> pricer_;
-  Plausibility plausibility_;
+  std::vector<Plausibility> plausibility_;
   decode::Check check_;
   Line ma_;
   Line slo_;

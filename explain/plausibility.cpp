@@ -28,24 +28,23 @@ std::int64_t way(std::uint64_t from, std::uint64_t to, unsigned bits) {
 
 }  // namespace
 
-Plausibility::Plausibility(const std::optional<FrameFormat>& format) {
-  if (format) channel_ = format->channel_list[0];
-}
+Plausibility::Plausibility(const FrameFormat& format, std::size_t channel)
+    : number_(channel), channel_(format.channel_list[channel]) {}
 
-bool Plausibility::push(std::uint64_t number, const decode::Cycle& cycle) {
+void Plausibility::push(std::uint64_t number, const decode::Cycle& cycle) {
   const unsigned bits = channel_.position_bits();
-  if (!cycle.frame || bits == 0 || !cycle.frame->channel_list[0].nE) {
+  if (!cycle.frame || bits == 0 || !cycle.frame->channel_list[number_].nE) {
     last_.reset();
     known_ = 0;
     late_by_ = 0;
     fall_.reset();
-    return false;
+    return;
   }
-  const std::uint64_t position = cycle.frame->channel_list[0].position;
+  const std::uint64_t position = cycle.frame->channel_list[number_].position;
   const auto before = last_;
   last_ = position;
   const Picoseconds since = std::exchange(last_time_, cycle.time);
-  if (!before) return false;
+  if (!before) return;
   // After a rest, the axis may have made any number of turns.
   const Picoseconds interval = decode::elapsed(since, cycle.time);
   const bool rested = interval > 3 * std::exchange(interval_, interval);
@@ -64,7 +63,7 @@ bool Plausibility::push(std::uint64_t number, const decode::Cycle& cycle) {
   }
   if (turn_bits == 0 || in_turn == 0 || in_turn > 62 || rested) {
     judge(whole);
-    return false;
+    return;
   }
   const std::int64_t moved =
       way(*before & low_mask(in_turn), position & low_mask(in_turn), in_turn);
@@ -78,20 +77,19 @@ bool Plausibility::push(std::uint64_t number, const decode::Cycle& cycle) {
   if (4 * (moved < 0 ? -moved : moved) > (std::int64_t{1} << in_turn)) {
     ++fast_steps_;
     late_by_ = 0;
-    return false;
+    return;
   }
   ++slow_steps_;
-  if (jumped) return false;
+  if (jumped) return;
   late_by_ += missing;
   fast_ = fast_ || late_by_ > 1 || late_by_ < -1;
   in_a_row_ = late_by_ == 0 ? 0 : in_a_row_ + 1;
   // The turns were wrong when the capture began, or have come to stay.
   constexpr std::uint64_t most_frames = 1000;
   if (in_a_row_ > most_frames) late_by_ = 0;
-  if (late_by_ == 0) return false;
+  if (late_by_ == 0) return;
   longest_ = std::max(longest_, in_a_row_);
   turns_.add(number, cycle.time);
-  return true;
 }
 
 // Judges the last step but two.

@@ -3,9 +3,9 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <span>
 
 #include "biss/frame/format.hpp"
 #include "decode/cycle.hpp"
@@ -15,10 +15,11 @@ namespace biss::explain {
 
 class Plausibility {
  public:
-  explicit Plausibility(const std::optional<FrameFormat>& format);
+  /// Judges the positions of one channel.
+  Plausibility(const FrameFormat& format, std::size_t channel);
 
-  /// The next cycle. \return its turns are not those that its singleturn shows
-  bool push(std::uint64_t number, const decode::Cycle& cycle);
+  /// The next cycle.
+  void push(std::uint64_t number, const decode::Cycle& cycle);
 
   /// Frames whose turns do not belong to their singleturn: by the turns of the format, or because the
   /// position has fallen back by a power of two, and goes on from there.
@@ -53,7 +54,8 @@ class Plausibility {
   void judge_step(const Step& step);
   void judge_turn(const Step& before, const Step& judged);
 
-  ChannelFormat channel_{};
+  std::size_t number_;
+  ChannelFormat channel_;
   std::optional<std::uint64_t> last_;
   Picoseconds last_time_{};
   Picoseconds interval_{INT64_MAX / 4};

@@ -75,7 +75,7 @@ std::size_t find(const std::vector<bool>& bits, bool level, std::size_t from) {
 // Parts of requests, between which MA pauses for longer than the decoder waits: most rests are alike
 // and short, what comes after a longer one begins with ACK at the same line delay, and hardly one of
 // the others has ACK and START there.
-std::optional<Picoseconds> find_groups(std::span<const Cycle> cycles, const Usual& usual) {
+std::optional<Picoseconds> find_groups(std::span<const Cycle> cycles, Picoseconds period) {
   std::vector<Picoseconds> rests;
   for (std::size_t i = 1; i < cycles.size(); ++i) {
     const Picoseconds end = decode::shifted(cycles[i - 1].time, cycles[i - 1].clocked);
@@ -86,17 +86,24 @@ std::optional<Picoseconds> find_groups(std::span<const Cycle> cycles, const Usua
   std::vector<Picoseconds> sorted = rests;
   const auto middle = sorted.begin() + std::ssize(sorted) / 2;
   std::nth_element(sorted.begin(), middle, sorted.end());
+  const auto is_first = [&](std::size_t i) { return 2 * rests[i] > 3 * *middle; };
+  decode::Distribution delays;
+  for (std::size_t i = 0; i < rests.size(); ++i) {
+    const auto delay = cycles[i + 1].line_delay;
+    if (is_first(i) && delay) delays.add(delay->count);
+  }
+  if (delays.count() == 0) return std::nullopt;
+  const Picoseconds usual_delay{delays.median()};
   // First in a group, and not: all, and those that are answered.
   std::array<std::size_t, 2> all{};
   std::array<std::size_t, 2> answered{};
   for (std::size_t i = 0; i < rests.size(); ++i) {
-    const std::size_t k = 2 * rests[i] > 3 * *middle ? 0 : 1;
+    const std::size_t k = is_first(i) ? 0 : 1;
     ++all[k];
     const Cycle& cycle = cycles[i + 1];
-    const auto seen = cycle.line_delay;
-    if (!seen || cycle.early || (k == 1 && !cycle.ack)) continue;
-    const Picoseconds off = *seen - usual.delay;
-    if (3 * std::max(off, -off) <= usual.period) ++answered[k];
+    if (!cycle.line_delay || cycle.early || (k == 1 && !cycle.ack)) continue;
+    const Picoseconds off = *cycle.line_delay - usual_delay;
+    if (3 * std::max(off, -off) <= period) ++answered[k];
   }
   const bool found = all[0] >= least_groups && 3 * all[0] < 2 * all[1] &&
                      10 * answered[0] >= 9 * all[0] && 10 * answered[1] <= 4 * all[1];
@@ -182,7 +189,7 @@ Usual usual_of(std::span<const Cycle> cycles, const std::optional<FrameFormat>& 
     usual.delay = picoseconds(each.median());
     break;
   }
-  usual.rest_in_group = find_groups(cycles, usual);
+  usual.rest_in_group = find_groups(cycles, usual.period);
   if (format) {
     usual.payload_bits = format->payload_bits();
   } else if (!ends.empty()) {
