@@ -294,30 +294,36 @@ double padding_cost(std::span<const std::uint8_t> bits) {
   return 6 + data_weight * runs_cost(changes, 0.5, 0.5);
 }
 
-double counter_cost(std::span<const std::uint64_t> values, std::span<const std::uint64_t> cycles,
-                    unsigned bits) {
+double counter_cost(std::span<const CounterValue> values, unsigned bits) {
   std::array<double, 2> exceptions{};
   std::array<double, 2> exception_bits{};
   double choices = 0;
   // A frame that is lost or comes again costs fewer bits than any value.
   constexpr std::uint64_t few = 4;
   constexpr unsigned near_bits = 3;
+  // The last value that followed at its cycle: what comes late does not change what is next.
+  std::array<std::size_t, 2> last{};
   for (std::size_t i = 1; i < values.size(); ++i) {
-    const std::uint64_t steps = cycles[i] - cycles[i - 1];
+    const CounterValue& now = values[i];
+    const std::uint64_t steps = now.cycle - values[i - 1].cycle;
     // Where a request is not answered, an encoder need not count.
-    choices += steps == 1 ? 0 : 1;
-    const std::uint64_t step = (values[i] - values[i - 1]) & low_mask(bits);
+    choices += steps <= now.repeats_before + 1 ? 0 : 1;
+    const std::uint64_t step = (now.value - values[i - 1].value) & low_mask(bits);
     const unsigned exception = step <= few ? std::min(bits, near_bits) : bits;
     for (const bool without_zero : {false, true}) {
-      const std::uint64_t values_of = low_mask(bits) + (without_zero ? 0U : 1U);
-      const auto next = [&](std::uint64_t by) {
-        const std::uint64_t first = without_zero ? 1 : 0;
-        return (values[i - 1] - first + by) % values_of + first;
+      const std::size_t k = without_zero ? 1 : 0;
+      const std::uint64_t first = without_zero ? 1 : 0;
+      const std::uint64_t values_of = low_mask(bits) + 1 - first;
+      const auto is_after = [&](const CounterValue& before, std::uint64_t by) {
+        return before.value >= first &&
+               now.value == (before.value - first + by) % values_of + first;
       };
-      const bool follows = values[i - 1] >= (without_zero ? 1U : 0U) &&
-                           (values[i] == next(1) || values[i] == next(steps));
-      exceptions[without_zero ? 1 : 0] += follows ? 0 : 1;
-      exception_bits[without_zero ? 1 : 0] += follows ? 0 : exception;
+      const bool in_time = is_after(values[i - 1], steps) ||
+                           is_after(values[last[k]], now.cycle - values[last[k]].cycle);
+      const bool follows = in_time || is_after(values[i - 1], 1);
+      if (in_time) last[k] = i;
+      exceptions[k] += follows ? 0 : 1;
+      exception_bits[k] += follows ? 0 : exception;
     }
   }
   const std::size_t best = exceptions[1] < exceptions[0] ? 1 : 0;

@@ -54,9 +54,15 @@ class Timeline {
 double flag_cost(std::span<const std::uint8_t> active);
 /// The cost of a bit without a meaning.
 double padding_cost(std::span<const std::uint8_t> bits);
+/// A sign of life, the number of its request, and how many repeats of the frame before it were left
+/// out.
+struct CounterValue {
+  std::uint64_t value = 0;
+  std::uint64_t cycle = 0;
+  std::uint64_t repeats_before = 0;
+};
 /// The cost of a sign of life of `bits` bits: it counts on from request to request.
-double counter_cost(std::span<const std::uint64_t> values, std::span<const std::uint64_t> cycles,
-                    unsigned bits);
+double counter_cost(std::span<const CounterValue> values, unsigned bits);
 /// The cost of words of `bits` bits that are alike in most frames.
 double word_cost(std::span<const std::uint64_t> words, unsigned bits);
 

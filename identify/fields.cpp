@@ -42,8 +42,8 @@ constexpr std::array<FlagKind, 9> flag_kinds{{{0.15, 2, 'n', 'n'},
                                               {8, 2, 'n', 'a'},
                                               {5.5, 2, 'n', ' '},
                                               {7, 2, ' ', ' '},
-                                              {7, 1, 'n', ' '},
-                                              {11, 1, 'a', ' '},
+                                              {9, 1, 'n', ' '},
+                                              {12.5, 1, 'a', ' '},
                                               {8.5, 0, ' ', ' '}}};
 
 double coding_cost(Coding coding) {
@@ -270,9 +270,15 @@ class FieldSearch {
   }
 
   double life_cost_of(const Field& life) const {
-    std::vector<std::uint64_t> values;
-    for (const std::uint64_t data : words_.data) values.push_back(life.of(data));
-    return counter_cost(values, words_.cycles, life.bits);
+    std::vector<CounterValue> values;
+    std::uint64_t repeats = 0;
+    for (std::size_t i = 0; i < words_.data.size(); ++i) {
+      // A frame that comes again says no more about the counter than about the position.
+      const bool again = is_safety(life) && i > 0 && words_.data[i] == words_.data[i - 1];
+      if (!again) values.push_back({life.of(words_.data[i]), words_.cycles[i], repeats});
+      repeats = again ? repeats + 1 : 0;
+    }
+    return counter_cost(values, life.bits);
   }
 
   // ---- Positions
