@@ -78,7 +78,7 @@ bool slo_rests_high(const Lines& lines, std::span<const wire::Edge> edges) {
   std::size_t highs = 0;
   std::size_t lows = 0;
   for (const auto& [gap, is_high] : gaps) {
-    if (4 * gap >= longest) ++(is_high ? highs : lows);
+    if (2 * gap >= longest) ++(is_high ? highs : lows);
   }
   return highs > 3 * lows;
 }

@@ -51,6 +51,17 @@ BISS_TEST(SafetySetup, OfFormatsThatLackSomething_IsRefused) {
   expect_mistake("pos36,nE,nW,crc6+pos28,nE,nW,lc7,crc16", no_counter);
 }
 
+// Not even a setup without a rating takes a checksum that is done wrong.
+BISS_TEST(SafetySetup, OfACrcWithAMakersError_IsRefused) {
+  for (const char* text : {"pos36,nE,nW,crc6:reversed+pos28,nE,nW,lc6,crc16",
+                           "pos36,nE,nW,crc6:no-flags+pos28,nE,nW,lc6,crc16",
+                           "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16:cds",
+                           "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16:previous"}) {
+    const auto found = check_safety(format_of(text), UnratedSafetySetup(SafetySetup()));
+    BISS_EXPECT(found == SafetySetupError::checksum) << text;
+  }
+}
+
 BISS_TEST(SafetySetup, OutOfRange_IsRefusedAndTheLastOneWithinIsNot) {
   using enum SafetySetupError;
   const auto accepts = [](const auto& change) {
