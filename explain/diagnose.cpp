@@ -112,6 +112,11 @@ class Diagnosis {
       at(bits, model.cause) =
           note_on(model.cause) + length(named ? std::vector{model.parts.front()} : model.parts);
     }
+    // The parts of a request show nothing else.
+    if (evidence_.usual.rest_in_group) {
+      at(bits, Cause::master_pauses_clock) = *std::min_element(bits.begin(), bits.end()) - 30;
+      return findings(bits);
+    }
     if (is_other_protocol()) {
       at(bits, Cause::not_biss) =
           *std::min_element(bits.begin(), bits.end()) - 30 * context_.other->confidence;
@@ -414,7 +419,6 @@ class Diagnosis {
 
   // Another protocol that is recognised outweighs all causes, unless most requests have ACK and START.
   bool is_other_protocol() const {
-    if (evidence_.usual.rest_in_group) return false;
     if (!context_.other || context_.other->confidence < 0.5) return false;
     if (50 * evidence_.slo_edges < evidence_.ma_edges) return false;
     if (share(evidence_.passed) > 0.2 && evidence_.has_format) return false;
@@ -426,15 +430,7 @@ class Diagnosis {
     const bool passes = share(evidence_.passed) > 0.2 && evidence_.has_format;
     const bool coarse = samples_per_period() < coarse_samples;
     const bool most = evidence_.answered * 10 > evidence_.cycles * 6;
-    const bool grouped = evidence_.usual.rest_in_group.has_value();
-    if (grouped) {
-      accept(Cause::master_pauses_clock);
-      demand(Cause::master_pauses_clock, 15 + 20 * static_cast<double>(evidence_.cycles));
-    }
-    at(notes_, Cause::not_biss) += passes || most || grouped ? never
-                                   : coarse                  ? 300
-                                   : answers                 ? 60
-                                                             : 20;
+    at(notes_, Cause::not_biss) += passes || most ? never : coarse ? 300 : answers ? 60 : 20;
   }
 
   // Bits become likelihoods by a fitted table.

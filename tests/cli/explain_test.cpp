@@ -365,6 +365,16 @@ TEST(ExplainVerb, PauseAfterEachByteWithoutAFormat_IsThatOfTheMaster) {
   }
 }
 
+// The number of clocks is not always the same, so that the parts do not add up to requests.
+TEST(ExplainVerb, PausesInRequestsOfManyLengths_AreThoseOfTheMaster) {
+  const Folder folder;
+  const auto pause = [](int, int clock) {
+    return clock == 39 ? 80'000 : clock % 8 == 7 ? 2000 : 0;
+  };
+  const auto rows = explained(answered(folder, "pos18,nE,nW,crc6", 60, 88, pause), "");
+  ASSERT_EQ(rows.at(0).at("cause"), "master_pauses_clock") << rows[0];
+}
+
 TEST(ExplainVerb, PauseInWhichTheEncoderGivesUp_IsThatOfTheMaster) {
   const Folder folder;
   const auto rows = explained(
@@ -425,15 +435,21 @@ TEST(ExplainVerb, TurnsThatFollowTheZeroLate_AreImplausible) {
 TEST(ExplainVerb, TurnsThatFollowLateWithoutAFormat_AreImplausible) {
   const Folder folder;
   std::string positions;
-  for (int i = 0; i < 200; ++i) {
-    const int position = 7 * 8192 + 7902 + 410 * i;
-    const int turns = (position - 3 * 410) / 8192;
-    positions += fmt::format("{}\n", turns * 8192 + position % 8192);
+  for (const int late : {1, 3}) {
+    positions.clear();
+    for (int i = 0; i < 200; ++i) {
+      const int position = 7 * 8192 + 7902 + 410 * i;
+      const int turns = (position - late * 410) / 8192;
+      positions += fmt::format("{}\n", turns * 8192 + position % 8192);
+    }
+    const std::string capture = answered(folder, "pos25,nE,nW,crc6", 200, 39, no_pause,
+                                         {"--positions", folder.file("positions.txt", positions)});
+    // The turns of the last format are not those of the encoder.
+    for (const char* of : {"pos25,nE,nW,crc6", "mt9,st16,nE,nW,crc6"}) {
+      const auto rows = explained(capture, of);
+      EXPECT_EQ(rows.at(0).at("cause"), "position_implausible") << of << late << rows[0];
+    }
   }
-  const auto rows = explained(answered(folder, "pos25,nE,nW,crc6", 200, 39, no_pause,
-                                       {"--positions", folder.file("positions.txt", positions)}),
-                              "pos25,nE,nW,crc6");
-  EXPECT_EQ(rows.at(0).at("cause"), "position_implausible") << rows[0];
   // A rotary encoder of 13 bits in a field of 25 falls back as well, and does not jump ahead.
   positions.clear();
   for (int i = 0; i < 200; ++i) positions += fmt::format("{}\n", 410 * i % 8192);
@@ -455,6 +471,26 @@ TEST(ExplainVerb, JumpOfManyTurns_IsImplausible) {
                                        {"--positions", folder.file("positions.txt", positions)}),
                               "mt12,st13,nE,nW,crc6");
   EXPECT_EQ(rows.at(0).at("cause"), "position_implausible") << rows[0];
+}
+
+// MA stays as it is for longer than a request: requests are missing, which no master does.
+TEST(ExplainVerb, MaThatStopsUntilRequestsAreMissing_IsNoMasterThatStopsEarly) {
+  const Folder folder;
+  for (const char* fault : {"ma_low:0.03", "ma_high:0.03"}) {
+    const auto rows = explain({simulate(folder, {"--fault", fault})});
+    EXPECT_THAT(text_in(rows.at(0), "cause"),
+                testing::AnyOf("supply_or_intermittent", "noise_on_ma"))
+        << fault << rows[0];
+  }
+}
+
+// The master sends the clocks of the line delay after STOP.
+TEST(ExplainVerb, ShortFramesOverALongCable_AreHealthy) {
+  const Folder folder;
+  const auto rows = explain({simulate_as(folder, format,
+                                         {"--clock", "2.5MHz", "--cable", "60m", "--processing",
+                                          "10us", "--fault", "short_frame:0.1"})});
+  EXPECT_EQ(rows.at(0).at("cause"), "healthy") << rows[0];
 }
 
 TEST(ExplainVerb, LimitBesideAnotherCause_IsNamedAsTheSecond) {

@@ -231,6 +231,18 @@ TEST_F(Identify, FlagInABlockOfFrames_IsNoBitOfThePosition) {
   }
 }
 
+// Each repeat lets the sign of life stand still and then jump.
+TEST_F(Identify, FramesThatComeAgain_HaveTheirSignOfLife) {
+  for (const char* seed : {"1", "2", "3"}) {
+    const std::string capture =
+        simulated("line.csv", {"-f", "pos28,nE,nW,lc6,crc16", "--clock", "8MHz", "--motion", "max",
+                               "--cycles", "356", "--fault", "repeat:0.3", "--seed", seed});
+    EXPECT_THAT(identified(capture, 0)["format"].get<std::string>(),
+                testing::HasSubstr("nE,nW,lc6,crc16"))
+        << seed;
+  }
+}
+
 TEST_F(Identify, FewErrors_AreAmongTheCandidates) {
   const std::string capture =
       simulated("line.csv", {"-f", "pos26,nE,nW,crc6", "--clock", "10MHz", "--motion", "ramp",
