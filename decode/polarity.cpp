@@ -58,12 +58,13 @@ bool rests_low(wire::LineIndex ma, std::span<const wire::Edge> edges, Picosecond
   return low > 0;
 }
 
-// Whether SLO is high at the end of most long gaps of MA, as it rests between requests unless it is
-// inverted.
-bool slo_rests_high(const Lines& lines, std::span<const wire::Edge> edges) {
-  // The gaps, and whether SLO is high at their ends.
+// Whether MA comes in bytes or words, and SLO is high at the end of most long gaps, as it rests
+// between requests unless it is inverted.
+bool slo_rests_high(const Lines& lines, std::span<const wire::Edge> edges, Picoseconds period) {
+  // The gaps, and whether SLO is high at their ends; how many edges of MA are between two gaps.
   std::vector<std::pair<Picoseconds, bool>> gaps;
-  Picoseconds longest{};
+  std::vector<std::size_t> bursts;
+  std::size_t burst = 0;
   std::optional<Picoseconds> last;
   bool high = true;
   for (const wire::Edge& edge : edges) {
@@ -71,10 +72,18 @@ bool slo_rests_high(const Lines& lines, std::span<const wire::Edge> edges) {
       high = edge.level != wire::Level::low;
       continue;
     }
-    if (last) gaps.emplace_back(elapsed(*last, edge.time), high);
-    if (last) longest = std::max(longest, gaps.back().first);
+    if (last && 4 * elapsed(*last, edge.time) > 5 * period) {
+      gaps.emplace_back(elapsed(*last, edge.time), high);
+      bursts.push_back(std::exchange(burst, 0));
+    }
+    ++burst;
     last = edge.time;
   }
+  if (gaps.empty()) return false;
+  constexpr std::size_t word_edges = 32;
+  std::nth_element(bursts.begin(), bursts.begin() + std::ssize(bursts) / 2, bursts.end());
+  if (bursts[bursts.size() / 2] > word_edges) return false;
+  const Picoseconds longest = std::max_element(gaps.begin(), gaps.end())->first;
   std::size_t highs = 0;
   std::size_t lows = 0;
   for (const auto& [gap, is_high] : gaps) {
@@ -113,7 +122,7 @@ Lines find_polarity(const Lines& lines, std::span<const wire::Edge> beginning,
   // The parts of requests with pauses read no worse inverted.
   const bool joins = !reader.checked_payload_bits() && !reader.knows_timeout();
   if (joins && find_paused_timeout(best.lines, edges)) return best.lines;
-  if (slo_rests_high(lines, edges)) return best.lines;
+  if (slo_rests_high(lines, edges, as_is.longest_period)) return best.lines;
   if (low) try_other(true, true);
   if (!best.is_mostly_good()) try_other(lines.ma_inverted, true);
   return best.lines;

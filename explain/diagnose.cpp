@@ -198,8 +198,10 @@ class Diagnosis {
       return sum;
     };
     const bool more = explained(*second) > explained(model);
-    at(bits, first) = best + (more ? 1 : 0);
-    at(bits, second->cause) = best + (more ? 0 : 1);
+    // So far apart that the first is as likely as it is right.
+    constexpr double apart = 2.5;
+    at(bits, first) = best + (more ? apart : 0);
+    at(bits, second->cause) = best + (more ? 0 : apart);
   }
 
   double period() const {

@@ -94,6 +94,12 @@ std::optional<Picoseconds> find_groups(std::span<const Cycle> cycles, Picosecond
   }
   if (delays.count() == 0) return std::nullopt;
   const Picoseconds usual_delay{delays.median()};
+  // Masters pause after bytes or words.
+  constexpr std::uint32_t word_clocks = 16;
+  const auto is_word = [](const Cycle& cycle) { return cycle.rising_edges <= word_clocks; };
+  if (3 * std::count_if(cycles.begin(), cycles.end(), is_word) < std::ssize(cycles)) {
+    return std::nullopt;
+  }
   // First in a group, and not: all, and those that are answered.
   std::array<std::size_t, 2> all{};
   std::array<std::size_t, 2> answered{};

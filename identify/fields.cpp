@@ -274,7 +274,8 @@ class FieldSearch {
     std::uint64_t repeats = 0;
     for (std::size_t i = 0; i < words_.data.size(); ++i) {
       // A frame that comes again says no more about the counter than about the position.
-      const bool again = is_safety(life) && i > 0 && words_.data[i] == words_.data[i - 1];
+      const bool safety_word = is_safety(life) && life.shift == 0;
+      const bool again = safety_word && i > 0 && words_.data[i] == words_.data[i - 1];
       if (!again) values.push_back({life.of(words_.data[i]), words_.cycles[i], repeats});
       repeats = again ? repeats + 1 : 0;
     }

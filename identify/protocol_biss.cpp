@@ -169,7 +169,7 @@ bool may_be_ssi(std::size_t pulses, double release) {
 double confidence_of_structure(const Structure& structure, std::size_t pulses, std::size_t rank) {
   // Much has moved and no checksum with it.
   const bool too_long = pulses > longest_ssi_clocks && pulses % 8 != 0;
-  if (rank >= 8) return too_long && structure.share > 0.95 && structure.alike >= 20 ? 0.7 : 0.3;
+  if (rank >= 8) return too_long && structure.share > 0.95 && structure.alike >= 20 ? 0.45 : 0.3;
   if (may_be_ssi(pulses, structure.release) || pulses % 8 == 0) return 0.42;
   return 0.93;
 }
