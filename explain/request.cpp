@@ -302,7 +302,8 @@ void Pricer::learn(const Cycle& cycle) {
   if (cycle.frame) {
     ack = cycle.frame->ack_clocks;
     for (std::size_t k = 0; k < cycle.frame->channel_count; ++k) {
-      data_[k] = cycle.frame->channel_list[k].position;
+      const std::uint64_t position = cycle.frame->channel_list[k].position;
+      steps_[k] = position - std::exchange(data_[k], position);
     }
   } else {
     if (cycle.ack && cycle.period) {
@@ -537,7 +538,7 @@ float Pricer::ack_price(std::size_t clocks) const {
 }
 
 // The position fields of a frame, whatever its checksum is.
-float Pricer::data_price(const Bits& bits, std::size_t start) const {
+float Pricer::data_price(const Bits& bits, std::size_t start, bool moves_on) const {
   if (!codec_) {
     const auto [value, size] = number_of(bits, start + 2, start + 2 + usual_.payload_bits);
     return size == 0 ? 0 : change_price(data_[0], value, size);
@@ -546,8 +547,10 @@ float Pricer::data_price(const Bits& bits, std::size_t start) const {
   std::size_t at = start + 2;
   for (std::size_t k = 0; k < codec_->format().channel_count; ++k) {
     const ChannelFormat& channel = codec_->format().channel_list[k];
-    price +=
-        change_price(data_[k], position_of(bits, at, k), std::max(1U, channel.position_bits()));
+    const unsigned size = std::max(1U, channel.position_bits());
+    const std::uint64_t position = position_of(bits, at, k);
+    const float same = change_price(data_[k], position, size);
+    price += moves_on ? std::min(same, change_price(data_[k] + steps_[k], position, size)) : same;
     at += channel.total_bits();
   }
   return price;
@@ -743,20 +746,22 @@ float Pricer::slip_price() const {
   const std::size_t end = begin + usual_.payload_bits;
   float best = impossible;
   const float choice = count_price(2 * std::size_t{usual_.payload_bits}) + 3;
+  // A weak checksum fits one of the places by chance, and the position then looks likely.
+  const bool strong = codec_->format().channel_list[0].crc.width_bits >= 6;
   for (std::size_t at = begin; at < end; ++at) {
     // A clock too many: the bit that was not seen is either.
     for (const bool level : {false, true}) {
       Bits bits = view_.bits;
       bits.insert(bits.begin() + static_cast<std::ptrdiff_t>(at), level);
       if (judge(bits, view_.start).ok()) {
-        best = std::min(best, choice + 1 + data_price(bits, view_.start));
+        best = std::min(best, choice + 1 + data_price(bits, view_.start, strong));
       }
     }
     if (at != begin && view_.bits[at] == view_.bits[at - 1]) continue;
     Bits bits = view_.bits;
     bits.erase(bits.begin() + static_cast<std::ptrdiff_t>(at));
     if (judge(bits, view_.start).ok()) {
-      best = std::min(best, choice + data_price(bits, view_.start));
+      best = std::min(best, choice + data_price(bits, view_.start, strong));
     }
   }
   // After a clock too many STOP is where the last bit was; after one too few the last bit is where

@@ -148,7 +148,8 @@ class Pricer {
   bool is_brief() const;
   float slip_price() const;
   float ack_price(std::size_t clocks) const;
-  float data_price(const Bits& bits, std::size_t start) const;
+  // moves_on: the position may have moved on as far as to the last good frame
+  float data_price(const Bits& bits, std::size_t start, bool moves_on = false) const;
   std::uint64_t position_of(const Bits& bits, std::size_t at, std::size_t channel) const;
   float frame_change(const Bits& before, std::size_t size) const;
   Bits before_bits() const;
@@ -167,6 +168,7 @@ class Pricer {
   std::uint16_t longest_ack_ = 0;
   std::uint32_t fewest_clocks_ = UINT32_MAX;
   std::array<std::uint64_t, max_channels> data_{};
+  std::array<std::uint64_t, max_channels> steps_{};
   std::optional<Picoseconds> shortest_rest_;
   // The last frame of any kind, the last one that was refused, and the last one whose length was
   // unusual, all from START on; the last unusual request from LAT on.

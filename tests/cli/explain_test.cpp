@@ -484,6 +484,17 @@ TEST(ExplainVerb, MaThatStopsUntilRequestsAreMissing_IsNoMasterThatStopsEarly) {
   }
 }
 
+// The position of a moving axis is the one that is due, once the clock is put back.
+TEST(ExplainVerb, ClocksThatAFewFramesMissOrDouble_AreNoiseOnMa) {
+  const Folder folder;
+  for (const char* fault : {"extra_clock:0.03", "lost_clock:0.03", "double_clock:0.03"}) {
+    const auto rows = explain({simulate_as(
+        folder, format,
+        {"--clock", "2.5MHz", "--motion", "ramp", "--processing", "10us", "--fault", fault})});
+    EXPECT_EQ(rows.at(0).at("cause"), "noise_on_ma") << fault << rows[0];
+  }
+}
+
 // The master sends the clocks of the line delay after STOP.
 TEST(ExplainVerb, ShortFramesOverALongCable_AreHealthy) {
   const Folder folder;
