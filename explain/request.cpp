@@ -706,7 +706,7 @@ void Pricer::price_wrong(FrameError error, float base, float after, Prices& pric
       }
       at += channel.total_bits();
     }
-    const float single = ack + flips + data_price(mended, start);
+    const float single = ack + flips + data_price(mended, start, has_strong_checksum());
     constexpr float near = 12;
     view_.likely = data_price(view_.bits, start) < near;
     set(prices, RequestKind::flip, std::min(single, ack + payload + 2) + edges);
@@ -740,14 +740,18 @@ void Pricer::price_checksum(float price, Prices& prices) {
   remember(view_.start);
 }
 
+// A weak one fits after a change at one of the places by chance, and the position then looks likely.
+bool Pricer::has_strong_checksum() const {
+  return codec_->format().channel_list[0].crc.width_bits >= 6;
+}
+
 // The encoder has taken a clock twice, or missed one: the frame with it mended, and STOP.
 float Pricer::slip_price() const {
   const std::size_t begin = view_.start + 2;
   const std::size_t end = begin + usual_.payload_bits;
   float best = impossible;
   const float choice = count_price(2 * std::size_t{usual_.payload_bits}) + 3;
-  // A weak checksum fits one of the places by chance, and the position then looks likely.
-  const bool strong = codec_->format().channel_list[0].crc.width_bits >= 6;
+  const bool strong = has_strong_checksum();
   for (std::size_t at = begin; at < end; ++at) {
     // A clock too many: the bit that was not seen is either.
     for (const bool level : {false, true}) {

@@ -146,6 +146,7 @@ class Pricer {
   bool is_part(const decode::CycleEdges& edges) const;
   bool is_held(const decode::CycleEdges& edges) const;
   bool is_brief() const;
+  bool has_strong_checksum() const;
   float slip_price() const;
   float ack_price(std::size_t clocks) const;
   // moves_on: the position may have moved on as far as to the last good frame
