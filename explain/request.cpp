@@ -77,16 +77,16 @@ std::size_t find(const std::vector<bool>& bits, bool level, std::size_t from) {
 // the others has ACK and START there.
 std::optional<Picoseconds> find_groups(std::span<const Cycle> cycles, Picoseconds period) {
   std::vector<Picoseconds> rests;
+  decode::Distribution seen;
   for (std::size_t i = 1; i < cycles.size(); ++i) {
     const Picoseconds end = decode::shifted(cycles[i - 1].time, cycles[i - 1].clocked);
     rests.push_back(decode::elapsed(end, cycles[i].time));
+    seen.add(rests.back().count);
   }
   constexpr std::size_t least_groups = 8;
   if (rests.size() < 2 * least_groups) return std::nullopt;
-  std::vector<Picoseconds> sorted = rests;
-  const auto middle = sorted.begin() + std::ssize(sorted) / 2;
-  std::nth_element(sorted.begin(), middle, sorted.end());
-  const auto is_first = [&](std::size_t i) { return 2 * rests[i] > 3 * *middle; };
+  const Picoseconds usual_rest{seen.median()};
+  const auto is_first = [&](std::size_t i) { return 2 * rests[i] > 3 * usual_rest; };
   decode::Distribution delays;
   for (std::size_t i = 0; i < rests.size(); ++i) {
     const auto delay = cycles[i + 1].line_delay;
@@ -113,7 +113,7 @@ std::optional<Picoseconds> find_groups(std::span<const Cycle> cycles, Picosecond
   }
   const bool found = all[0] >= least_groups && 3 * all[0] < 2 * all[1] &&
                      10 * answered[0] >= 9 * all[0] && 10 * answered[1] <= 4 * all[1];
-  return found ? std::optional(*middle) : std::nullopt;
+  return found ? std::optional(usual_rest) : std::nullopt;
 }
 
 }  // namespace
@@ -141,7 +141,7 @@ std::string_view text_of(RequestKind kind) {
       "START comes too late for the clocks of the master",
       "MA stops before the last bit of the frame",
       "MA stops before the last bit of the frame, and goes on soon",
-      "MA stops within a request: it stays low, or a request beside it is missing",
+      "MA stops within a request and stays low, or the request before or after it is missing",
       "SLO stays high from a bit on to STOP",
       "SLO stays low from a bit on to STOP",
       "a pulse on SLO",

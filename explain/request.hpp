@@ -39,7 +39,7 @@ enum class RequestKind : std::uint8_t {
   cut_late,        ///< START came later than in any good frame, and bits are missing
   cut_in_data,     ///< START came in time, and MA stopped before the last bit
   restart,         ///< as before, and the next clocks come soon
-  ma_held,         ///< MA stopped within the request and stayed low, or one beside it is missing
+  ma_held,         ///< MA stopped within the request: it stays low, or one next to it is missing
   ones,            ///< SLO stayed high from a bit on to the end, STOP included
   zeros,           ///< SLO stayed low from a bit on to the end
   slo_pulse,       ///< a pulse on SLO, the frame otherwise good
@@ -149,7 +149,7 @@ class Pricer {
   bool has_strong_checksum() const;
   float slip_price() const;
   float ack_price(std::size_t clocks) const;
-  // moves_on: the position may have moved on as far as to the last good frame
+  // moves_on: or the position moves on by as much as between the last two good frames
   float data_price(const Bits& bits, std::size_t start, bool moves_on = false) const;
   std::uint64_t position_of(const Bits& bits, std::size_t at, std::size_t channel) const;
   float frame_change(const Bits& before, std::size_t size) const;

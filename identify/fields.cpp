@@ -272,9 +272,9 @@ class FieldSearch {
   double life_cost_of(const Field& life) const {
     std::vector<CounterValue> values;
     std::uint64_t repeats = 0;
+    const bool safety_word = is_safety(life) && life.shift == 0;
     for (std::size_t i = 0; i < words_.data.size(); ++i) {
       // A frame that comes again says no more about the counter than about the position.
-      const bool safety_word = is_safety(life) && life.shift == 0;
       const bool again = safety_word && i > 0 && words_.data[i] == words_.data[i - 1];
       if (!again) values.push_back({life.of(words_.data[i]), words_.cycles[i], repeats});
       repeats = again ? repeats + 1 : 0;
