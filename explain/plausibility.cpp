@@ -94,7 +94,7 @@ void Plausibility::push(std::uint64_t number, const decode::Cycle& cycle) {
 
 // Judges the last step but two.
 void Plausibility::judge_step(const Step& step) {
-  std::rotate(steps_.begin(), steps_.end() - 1, steps_.end());
+  std::copy_backward(steps_.begin(), steps_.end() - 1, steps_.end());
   steps_[0] = step;
   ++all_[static_cast<std::size_t>(std::bit_width(step.speed))];
   if (++known_ < steps_.size()) return;

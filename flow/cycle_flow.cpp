@@ -117,7 +117,8 @@ class Flow {
 
   // False where no further piece counts.
   bool settle(Piece& piece) {
-    piece.settle(source_, setup_.lines, join_);
+    const bool regular = piece.settle(source_, setup_.lines, join_, setup_.on_edges);
+    if (regular && setup_.on_changes) setup_.on_changes(piece.changes());
     return !source_.error() && (!setup_.go_on || setup_.go_on());
   }
 

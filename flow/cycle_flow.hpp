@@ -14,8 +14,11 @@ struct FlowSetup {
   decode::Lines lines;
   /// 1: all in the thread that calls. 0: as many as the machine has processors.
   unsigned threads = 0;
+  /// Called for each piece in its turn, as Piece::settle() says; or null.
+  capture::PairSource::OnEdges on_edges = nullptr;
+  std::function<void(const capture::PairPiece& changes)> on_changes = nullptr;
   /// Called after each piece; false ends the reading.
-  std::function<bool()> go_on;
+  std::function<bool()> go_on = nullptr;
 };
 
 /// Reads the capture to its end, or to where reading fails, into the decoder; does not finish it.

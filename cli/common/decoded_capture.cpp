@@ -519,7 +519,7 @@ bool DecodedCapture::read(const OnCycle& on_cycle) {
   }
   decoder().finish(input_.end_time());
   decoder_.reset();
-  if (identifies_ && format_ && contradict > least_contradiction && 4 * contradict > good) {
+  if (identifies_ && format_ && watcher_ == nullptr && contradict > least_contradiction && 4 * contradict > good) {
     warn(fmt::format("{}: {} frames contradict {}, which the beginning shows; give -f",
                      input_.name(), contradict, format_text(*format_).view()));
     status_ = std::max(status_, ExitStatus::data_failed);
@@ -529,14 +529,18 @@ bool DecodedCapture::read(const OnCycle& on_cycle) {
 
 void DecodedCapture::read_blocks(const std::function<bool()>& go_on) {
   for (auto block = input_.next(); !block.empty() && go_on(); block = input_.next()) {
-    decoder().push(block, lines().lines);
+    push(block);
   }
 }
 
 void DecodedCapture::read_pieces(const decode::CleanCycleFinder& finder,
                                  const std::function<bool()>& go_on) {
   const auto threads = static_cast<unsigned>(std::min<std::uint64_t>(threads_, 1024));
-  const flow::FlowSetup setup{.lines = lines().lines, .threads = threads, .go_on = go_on};
+  flow::FlowSetup setup{.lines = lines().lines, .threads = threads, .go_on = go_on};
+  if (watcher_ != nullptr) {
+    setup.on_edges = [this](std::span<const wire::Edge> edges) { watcher_->take(edges); };
+    setup.on_changes = [this](const capture::PairPiece& changes) { watcher_->take(changes); };
+  }
   flow::decode_pieces(input_.pairs(lines().lines), finder, setup, decoder());
   input_.end_pairs();
 }

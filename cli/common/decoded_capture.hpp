@@ -72,7 +72,7 @@ struct MarginArguments {
   bool signal = false;
 };
 
-/// Sees the changes of a capture on their way to the decoder, each once and in order.
+/// Sees the changes of a capture on their way to the decoder, each once and in order, in any thread.
 class ChangeWatcher {
  public:
   virtual ~ChangeWatcher() = default;
@@ -124,7 +124,7 @@ class DecodedCapture {
   void begin_steps(OnCycle on_cycle);
   bool step();
   bool end_steps();
-  /// Who sees what step() reads. \pre it lives as long as the reading
+  /// Who sees what read() or step() reads, and judges it. \pre it lives as long as the reading
   void watch(ChangeWatcher& watcher) { watcher_ = &watcher; }
   void unwatch() { watcher_ = nullptr; }
   /// Reads the edges alone, in place of read(), until `on_edges` returns false.

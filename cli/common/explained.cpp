@@ -1,6 +1,5 @@
 #include "cli/common/explained.hpp"
 
-#include "cli/common/terminal.hpp"
 #include "identify/protocol.hpp"
 
 namespace biss::cli {
@@ -58,24 +57,24 @@ CaptureObserver::CaptureObserver(DecodedCapture& capture, const decode::Lines& l
   capture.read_as(lines);
 }
 
+void CaptureObserver::take(std::span<const wire::Edge> edges) {
+  observer_.settle();
+  observer_.take(edges);
+}
+
 void CaptureObserver::take(const capture::PairPiece& changes) {
   observer_.take(decode::PairRun{.ma = {changes.ma.times, changes.ma.first_high},
                                  .slo = {changes.slo.times, changes.slo.first_high}});
+  observer_.settle();
 }
 
 bool CaptureObserver::read(const std::function<void(const decode::Cycle&)>& on_cycle) {
   capture_.watch(*this);
-  Progress progress;
-  capture_.begin_steps([&](std::uint64_t number, const decode::Cycle& cycle) {
+  const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
     if (on_cycle) on_cycle(cycle);
     observer_.add(number, cycle);
     return true;
   });
-  do {
-    observer_.settle();
-    if (progress.due()) progress.show(capture_.input().progress_text(progress.seconds()));
-  } while (capture_.step());
-  const bool read = capture_.end_steps();
   capture_.unwatch();
   evidence_ = &observer_.finish(capture_.input().end_time());
   return read;

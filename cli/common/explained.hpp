@@ -15,7 +15,7 @@ class CaptureObserver final : public ChangeWatcher {
   /// \pre as DecodedCapture::beginning()
   CaptureObserver(DecodedCapture& capture, const decode::Lines& lines);
 
-  void take(std::span<const wire::Edge> edges) override { observer_.take(edges); }
+  void take(std::span<const wire::Edge> edges) override;
   void take(const capture::PairPiece& changes) override;
 
   /// Reads the capture to its end. \param on_cycle sees each cycle too; or null
