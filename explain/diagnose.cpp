@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "biss/timing/cable.hpp"
@@ -33,6 +34,11 @@ constexpr double not_seen = 60;
 constexpr double second_saves = 20;
 constexpr double never = 1e6;
 constexpr int rounds = 8;
+
+// So far behind is a second cause, so that the first is as likely as it is right.
+constexpr double apart = 2.5;
+// So far behind is a cause that explains some requests better, but not many.
+constexpr double behind = 12;
 
 // What is less likely is not listed.
 constexpr double least_likelihood = 0.015;
@@ -107,16 +113,23 @@ class Diagnosis {
     note();
     Bits bits{};
     for (const Model& model : models()) {
+      std::vector<Part> parts = model.parts;
       // Only where SLO is read inverted is it the master who asks while the encoder is busy.
-      const bool named = model.cause == Cause::slo_inverted && !context_.reading.slo_inverted;
-      at(bits, model.cause) =
-          note_on(model.cause) + length(named ? std::vector{model.parts.front()} : model.parts);
+      if (model.cause == Cause::slo_inverted && !context_.reading.slo_inverted) parts.resize(1);
+      // By the format that the frames show, the checksum is right.
+      const auto& found = context_.identified;
+      if (model.cause == Cause::wrong_format && found && !found->format.deviates()) {
+        parts.push_back({RequestKind::other_checksum});
+      }
+      at(bits, model.cause) = note_on(model.cause) + length(parts);
     }
-    // The parts of a request show nothing else.
-    if (evidence_.usual.rest_in_group) {
-      at(bits, Cause::master_pauses_clock) = *std::min_element(bits.begin(), bits.end()) - 30;
+    // The parts of a request, and frames of two formats, show nothing else.
+    const auto only = [&](Cause cause) {
+      at(bits, cause) = *std::min_element(bits.begin(), bits.end()) - 30;
       return findings(bits);
-    }
+    };
+    if (evidence_.usual.rest_in_group && !other_is_clear()) return only(Cause::master_pauses_clock);
+    if (!context_.format_parts.empty()) return only(Cause::format_changes);
     if (is_other_protocol()) {
       at(bits, Cause::not_biss) =
           *std::min_element(bits.begin(), bits.end()) - 30 * context_.other->confidence;
@@ -174,10 +187,17 @@ class Diagnosis {
   // A second cause, if it explains some requests that the first one does not.
   void add_second(Cause first, Bits& bits) const {
     if (first == Cause::not_biss) return;
+    // What frames say that the master cuts, no checksum proves.
+    const bool cut =
+        first == Cause::master_stops_early || first == Cause::ack_longer_than_master_waits;
+    if (cut && evidence_.cut_errors.count >= 2) {
+      double& error = at(bits, Cause::encoder_error);
+      error = std::min(error, at(bits, first) + apart);
+    }
     if (4 * evidence_.good < evidence_.cycles && !evidence_.usual.checksum) return;
     const Model& model = models()[static_cast<std::size_t>(first)];
-    double best = at(bits, first) - second_saves;
-    const Model* second = nullptr;
+    const double alone = at(bits, first);
+    std::vector<std::pair<double, const Model*>> seconds;
     for (const Model& other : models()) {
       if (other.cause == first || other.cause == Cause::not_biss || other.parts.empty()) continue;
       std::uint64_t explained = 0;
@@ -186,9 +206,16 @@ class Diagnosis {
       std::vector<Part> both = model.parts;
       both.insert(both.end(), other.parts.begin(), other.parts.end());
       const double together = note_on(first) + note_on(other.cause) - all_demanded_ + length(both);
-      if (together >= best) continue;
-      best = together;
-      second = &other;
+      if (together < alone) seconds.emplace_back(together, &other);
+    }
+    if (seconds.empty()) return;
+    std::sort(seconds.begin(), seconds.end());
+    double best = alone;
+    const Model* second = nullptr;
+    if (seconds.front().first < alone - second_saves) std::tie(best, second) = seconds.front();
+    // Causes that would explain requests as well.
+    for (const auto& [together, other] : seconds) {
+      if (other != second) at(bits, other->cause) = std::min(at(bits, other->cause), best + behind);
     }
     if (second == nullptr) return;
     // The one that explains more requests comes first.
@@ -198,8 +225,6 @@ class Diagnosis {
       return sum;
     };
     const bool more = explained(*second) > explained(model);
-    // So far apart that the first is as likely as it is right.
-    constexpr double apart = 2.5;
     at(bits, first) = best + (more ? apart : 0);
     at(bits, second->cause) = best + (more ? 0 : apart);
   }
@@ -269,8 +294,7 @@ class Diagnosis {
       at(notes_, Cause::requested_too_soon) += 40;
     }
     note_slips();
-    // Smeared edges are of the cable if there are many.
-    const bool smeared = share(evidence_.count(RequestKind::smeared)) > 0.15;
+    const bool smeared = is_smeared();
     if (evidence_.count(RequestKind::flip) + evidence_.count(RequestKind::slo_pulse) != 0) {
       at(notes_, smeared ? Cause::noise_on_slo : Cause::clock_too_fast_for_cable) +=
           smeared ? 25 : 80;
@@ -278,6 +302,9 @@ class Diagnosis {
     note_truncation();
     note_other();
   }
+
+  // Smeared edges are of the cable if there are many.
+  bool is_smeared() const { return share(evidence_.count(RequestKind::smeared)) > 0.15; }
 
   // An encoder that counted a clock too many sends STOP where the last bit is expected; one that
   // missed a clock sends the last bit where STOP is expected.
@@ -322,8 +349,10 @@ class Diagnosis {
       at(notes_, Cause::format_changes) += never;
       // Noise that spoils nearly all checksums spoils ACK, START and STOP as well.
       if (share(evidence_.answered) > 0.9) {
-        at(notes_, Cause::noise_on_slo) += 60;
-        at(notes_, Cause::noise_on_ma) += 60;
+        const double price = 60 + 4 * static_cast<double>(evidence_.failed_checks);
+        at(notes_, Cause::noise_on_slo) += price;
+        at(notes_, Cause::noise_on_ma) += price;
+        if (!is_smeared()) at(notes_, Cause::clock_too_fast_for_cable) += price;
       }
     }
   }
@@ -420,10 +449,11 @@ class Diagnosis {
   }
 
   // Another protocol that is recognised outweighs all causes, unless most requests have ACK and START.
+  bool other_is_clear() const { return context_.other && context_.other->confidence > 0.9; }
   bool is_other_protocol() const {
     if (!context_.other || context_.other->confidence < 0.5) return false;
     if (50 * evidence_.slo_edges < evidence_.ma_edges) return false;
-    if (share(evidence_.passed) > 0.2 && evidence_.has_format) return false;
+    if (share(evidence_.passed) > (other_is_clear() ? 0.6 : 0.2) && evidence_.has_format) return false;
     return evidence_.answered * 10 < evidence_.cycles * 4 || context_.other->confidence > 0.85;
   }
 

@@ -25,6 +25,8 @@ struct OtherProtocol {
   std::string name;
   /// 0 to 1.
   double confidence = 0;
+  /// The figures that speak for it.
+  std::string why;
 };
 
 /// What is known beside the cycles.
@@ -43,6 +45,8 @@ struct Context {
   std::optional<IdentifiedFormat> identified;
   /// Formats that the frames may have where none is sure, the most likely first.
   std::vector<FrameFormat> candidates;
+  /// Where the frames change their length: each format, and its cycles.
+  std::string format_parts;
   std::optional<OtherProtocol> other;
 };
 

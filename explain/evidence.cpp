@@ -328,6 +328,8 @@ void Observer::note_unusual(std::uint64_t number, const Cycle& cycle, const Pric
   if (*cheapest == impossible) cheapest = prices.end() - 1;
   const auto kind = static_cast<RequestKind>(cheapest - prices.begin());
   evidence_.kinds[static_cast<std::size_t>(kind)].add(number, cycle.time);
+  const bool cut = cycle.status == CycleStatus::truncated && kind != RequestKind::zeros;
+  if (cut && pricer_->shows_error()) evidence_.cut_errors.add(number, cycle.time);
   silence_ = kind == RequestKind::silent ? silence_ + 1 : 0;
   if (silence_ == 1) ++evidence_.silent_runs;
   evidence_.longest_silence = std::max(evidence_.longest_silence, silence_);

@@ -66,6 +66,8 @@ struct Evidence {
   Usual usual;
   /// Good frames with nW = 0.
   Sightings warnings;
+  /// Frames that MA cuts, with nE = 0.
+  Sightings cut_errors;
   /// The longest time for which the turns are not those of the singleturn, in frames, and steps
   /// beyond all others.
   std::uint64_t late_turns = 0;

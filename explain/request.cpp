@@ -663,12 +663,8 @@ void Pricer::price_wrong(FrameError error, float base, float after, Prices& pric
   const float edges = flip_edge_price * off + 10 * pulses + after;
   const float ack = ack_price(view_.ack_clocks());
   const std::size_t start = view_.start;
-  // By the whole payload as the last one that was refused, or by a position that is a likely one.
-  float refused = std::min(payload + 1, frame_change(refused_, usual_.payload_bits));
-  if (usual_.no_checksum_fits) {
-    const ChannelFormat& channel = codec_->format().channel_list[0];
-    refused = std::min(refused, data_price(view_.bits, start) + channel.crc.width_bits);
-  }
+  // By the whole payload as the last one that was refused.
+  const float refused = std::min(payload + 1, frame_change(refused_, usual_.payload_bits));
   if (error == FrameError::stop_bit) {
     // Another channel follows.
     set(prices, RequestKind::stop_high, base - after + 1);
@@ -821,11 +817,27 @@ void Pricer::price_cut(const CycleEdges& edges, Prices& prices) const {
   const bool late = longest_ack_ != 0 && view_.ack_clocks() > longest_ack_;
   set(prices, RequestKind::cut_late, late ? price : price + (longest_ack_ == 0 ? 0.01F : 8.0F));
   set(prices, RequestKind::cut_in_data, late ? price + 3 : price);
-  if (codec_)
-    set(prices, RequestKind::refused,
-        ack_price(view_.ack_clocks()) + data + 1 + off + (view_.bits.back() ? 12.0F : -1.0F));
+  if (codec_) {
+    // A shorter frame has its STOP, and mostly a usual checksum.
+    const float whole = view_.bits.back() ? 12.0F : bits_before_checksum() ? -1.0F : 3.0F;
+    set(prices, RequestKind::refused, ack_price(view_.ack_clocks()) + data + 1 + off + whole);
+  }
   if (is_part(edges)) set(prices, RequestKind::restart, price - 1);
   if (is_held(edges)) set(prices, RequestKind::ma_held, price - 3);
+}
+
+bool Pricer::shows_error() const {
+  std::size_t at = view_.start + 2;
+  for (std::size_t k = 0; codec_ && k < codec_->format().channel_count; ++k) {
+    const ChannelFormat& channel = codec_->format().channel_list[k];
+    const std::size_t place = at + channel.data_bits - 1 - channel.error.shift;
+    if (channel.error.present && place < view_.bits.size() &&
+        view_.bits[place] == channel.error.active_high) {
+      return true;
+    }
+    at += channel.total_bits();
+  }
+  return false;
 }
 
 // SLO does not change any more from a bit on.
@@ -891,6 +903,29 @@ void Pricer::price_moved(const CycleEdges& edges, Prices& prices) {
   view_ = as_usual;
 }
 
+// How many bits come before a usual checksum, which is followed by STOP; clocks after STOP read zeros.
+std::optional<std::size_t> Pricer::bits_before_checksum() const {
+  if (view_.clocks() < view_.start + least_length) return std::nullopt;
+  const std::size_t most = view_.clocks() - view_.start - 3;
+  constexpr std::size_t most_after = 8;
+  const std::size_t zeros = std::min(tail_of(view_.bits, false), most_after);
+  constexpr std::array<std::uint8_t, 4> widths{6, 16, 5, 8};
+  for (std::size_t after = 0; after < std::min(zeros, most); ++after) {
+    for (const std::uint8_t width : widths) {
+      const std::size_t all = most - after;
+      if (all < width + 4U || all > width + std::size_t{62}) continue;
+      const std::size_t end = view_.start + 2 + all;
+      const auto [data, data_bits] = number_of(view_.bits, view_.start + 2, end - width);
+      const auto seen = number_of(view_.bits, end - width, end).first;
+      const CrcBitwise crc({.polynomial = default_polynomial(width), .width_bits = width});
+      if (data != 0 && all != usual_.payload_bits && crc(data, data_bits) == seen) {
+        return all - width;
+      }
+    }
+  }
+  return std::nullopt;
+}
+
 // A whole frame of another length: STOP is 0, whatever came before it.
 void Pricer::price_length(Prices& prices) {
   const std::size_t start = view_.start;
@@ -898,26 +933,7 @@ void Pricer::price_length(Prices& prices) {
   if (size < start + least_length || view_.bits.back() || view_.off_grid != 0) return;
   if (size == start + 3 + usual_.payload_bits) return;
   const bool again = other_.size() == size - start;
-  // A usual checksum before STOP leaves the bits of the data only; clocks after STOP read zeros.
-  std::size_t bits = size - start - 3;
-  constexpr std::size_t most_after = 8;
-  const std::size_t zeros = std::min(tail_of(view_.bits, false), most_after);
-  constexpr std::array<std::uint8_t, 4> widths{6, 16, 5, 8};
-  bool found = false;
-  for (std::size_t after = 0; after < zeros && !found; ++after) {
-    for (const std::uint8_t width : widths) {
-      const std::size_t all = size - start - 3 - std::min(after, size - start - 3);
-      if (all < width + 4U || all > width + std::size_t{62}) continue;
-      const std::size_t end = start + 2 + all;
-      const auto [data, data_bits] = number_of(view_.bits, start + 2, end - width);
-      const auto seen = number_of(view_.bits, end - width, end).first;
-      const CrcBitwise crc({.polynomial = default_polynomial(width), .width_bits = width});
-      found = data != 0 && all != usual_.payload_bits && crc(data, data_bits) == seen;
-      if (!found) continue;
-      bits = all - width;
-      break;
-    }
-  }
+  const std::size_t bits = bits_before_checksum().value_or(size - start - 3);
   const float data = again ? frame_change(other_, bits) : static_cast<float>(bits);
   const bool late = longest_ack_ != 0 && view_.ack_clocks() > longest_ack_;
   set(prices, RequestKind::other_length,

@@ -104,6 +104,8 @@ class Pricer {
   Picoseconds smear() const { return view_.smear; }
   /// Its checksum is wrong, and its position is near that of the frame before.
   bool position_is_likely() const { return view_.likely; }
+  /// By its bits, which no checksum proves, the encoder reports an error.
+  bool shows_error() const;
 
  private:
   using Bits = std::vector<bool>;
@@ -141,6 +143,7 @@ class Pricer {
   void price_moved(const decode::CycleEdges& edges, Prices& prices);
   void price_low(const decode::CycleEdges& edges, Prices& prices) const;
   void price_length(Prices& prices);
+  std::optional<std::size_t> bits_before_checksum() const;
   void price_checksum(float price, Prices& prices);
   void remember(std::size_t start);
   bool is_part(const decode::CycleEdges& edges) const;

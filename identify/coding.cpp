@@ -120,6 +120,15 @@ double residuals_cost(std::span<const std::int64_t> residuals, unsigned bits) {
   return cost_of_any(costs) + std::log2(3.0);
 }
 
+// The value is far from both its neighbours, which are near each other.
+bool stands_apart(std::uint64_t before, std::uint64_t value, std::uint64_t after, unsigned bits) {
+  constexpr unsigned times = 4;  // a power of two
+  const unsigned between = size_of(as_signed(after - before, bits));
+  const unsigned away = std::min(size_of(as_signed(value - before, bits)),
+                                 size_of(as_signed(after - value, bits)));
+  return away > between + times && away > 6;
+}
+
 // Least squares: the weights of values at `times`, for the value of a polynomial at 0.
 std::vector<double> extrapolation(std::span<const double> times, std::size_t degree) {
   std::array<std::array<double, 4>, 3> rows{};
@@ -231,14 +240,19 @@ double Timeline::rough_cost(std::span<const std::uint64_t> values, unsigned bits
 }
 
 double Timeline::cost(std::span<const std::uint64_t> values, unsigned bits) const {
-  // Without jumps where the value goes over its end.
-  std::vector<std::uint64_t> path(values.size());
-  std::size_t begins = 0;
+  // Without jumps where the value goes over its end, and without single values that stand apart.
+  std::vector<std::uint64_t> path(values.begin(), values.end());
+  std::vector<bool> apart(values.size());
+  std::size_t unpredicted = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
-    begins += begins_[i] ? 1U : 0U;
-    path[i] = i == 0 ? values[0]
-                     : path[i - 1] +
-                           static_cast<std::uint64_t>(as_signed(values[i] - values[i - 1], bits));
+    if (i > 0) {
+      apart[i] = !begins_[i] && i + 1 < values.size() && !begins_[i + 1] &&
+                 stands_apart(path[i - 1], values[i], values[i + 1], bits);
+      const std::uint64_t to = apart[i] ? values[i + 1] : values[i];
+      const std::int64_t way = as_signed(to - path[i - 1], bits);
+      path[i] = path[i - 1] + static_cast<std::uint64_t>(apart[i] ? way / 2 : way);
+    }
+    unpredicted += begins_[i] || apart[i] ? 1U : 0U;
   }
   std::array<std::vector<std::int64_t>, predictors> residuals;
   std::array<std::pair<double, std::size_t>, predictors> rough;
@@ -246,7 +260,7 @@ double Timeline::cost(std::span<const std::uint64_t> values, unsigned bits) cons
     residuals[p].reserve(values.size());
     double sizes = 0;
     for (std::size_t i = 0; i < values.size(); ++i) {
-      if (begins_[i]) continue;
+      if (begins_[i] || apart[i]) continue;
       std::uint64_t expected = p == 0 ? 0 : path[i - 1];
       if (p > 1) {
         const Weights weights = weights_[p][i];
@@ -269,7 +283,7 @@ double Timeline::cost(std::span<const std::uint64_t> values, unsigned bits) cons
     costs[k] = residuals_cost(residuals[rough[k].second], bits);
   }
   const double first = bits;
-  const double later = static_cast<double>(begins - 1) * bits + cost_of_any(costs) + std::log2(7.0);
+  const double later = static_cast<double>(unpredicted - 1) * bits + cost_of_any(costs) + std::log2(7.0);
   return first + data_weight * later;
 }
 

@@ -11,25 +11,31 @@ namespace biss::identify {
 
 namespace {
 
-// The CRC of EnDat: x^5 + x^3 + x + 1 over F1, F2 and the position, start 0x1F, inverted.
+// How the levels become bits, and the CRC. EnDat sends it inverted; some encoders do not.
+struct EndatReading {
+  bool inverted = false;
+  bool plain_crc = false;
+};
+
+// The CRC of EnDat: x^5 + x^3 + x + 1 over F1, F2 and the position, start 0x1F.
 unsigned endat_crc(const std::vector<bool>& bits, std::size_t from, std::size_t count,
-                   bool inverted) {
+                   EndatReading reading) {
   unsigned crc = 0x1F;
   for (std::size_t i = from; i < from + count; ++i) {
     const bool out = (crc >> 4U & 1U) != 0;
     crc = (crc << 1U) & 0x1FU;
-    if (out != (bits[i] != inverted)) crc ^= 0x0BU;
+    if (out != (bits[i] != reading.inverted)) crc ^= 0x0BU;
   }
-  return ~crc & 0x1FU;
+  return reading.plain_crc ? crc : ~crc & 0x1FU;
 }
 
 bool endat_crc_fits(const std::vector<bool>& bits, std::size_t from, std::size_t count,
-                    bool inverted) {
+                    EndatReading reading) {
   if (from + count + 5 > bits.size()) return false;
-  const unsigned expected = endat_crc(bits, from, count, inverted);
+  const unsigned expected = endat_crc(bits, from, count, reading);
   unsigned received = 0;
   for (std::size_t i = from + count; i < from + count + 5; ++i) {
-    received = received << 1U | (bits[i] != inverted ? 1U : 0U);
+    received = received << 1U | (bits[i] != reading.inverted ? 1U : 0U);
   }
   return received == expected;
 }
@@ -99,11 +105,11 @@ BitWords encoder_words(const Pair& pair, bool inverted, double phase) {
 // F1, F2 and position of `count` bits, then the CRC. Only words that differ up to there count. The
 // clocks end with the CRC, or with that of additional information: START, 24 bits, CRC.
 EndatFit fit_of_count(const BitWords& words, std::size_t length_bits, std::size_t count,
-                      bool inverted) {
+                      EndatReading reading) {
   std::set<std::vector<bool>> good;
   std::size_t fitting = 0;
   for (const auto& word : words) {
-    if (!endat_crc_fits(word, 0, count, inverted)) continue;
+    if (!endat_crc_fits(word, 0, count, reading)) continue;
     ++fitting;
     good.insert({word.begin(), word.begin() + static_cast<std::ptrdiff_t>(count + 5)});
   }
@@ -114,7 +120,7 @@ EndatFit fit_of_count(const BitWords& words, std::size_t length_bits, std::size_
   for (std::size_t more = 0; all_used && more < rest / 30; ++more) {
     const std::size_t from = count + 5 + 30 * more + 1;
     const auto fits = std::count_if(words.begin(), words.end(), [&](const auto& each) {
-      return endat_crc_fits(each, from, 24, inverted);
+      return endat_crc_fits(each, from, 24, reading);
     });
     bits += 10 * static_cast<std::size_t>(fits) >= 7 * words.size() ? 5 : -5;
   }
@@ -128,8 +134,10 @@ EndatFit fit_endat(const Pair& pair, bool inverted, double phase) {
   std::size_t length_bits = 0;
   for (const auto& word : words) length_bits = std::max(length_bits, word.size());
   for (std::size_t count = 9; count <= 52 && count + 5 <= length_bits; ++count) {
-    const EndatFit fit = fit_of_count(words, length_bits, count, inverted);
-    if (fit.bits > best.bits) best = fit;
+    for (const bool plain_crc : {false, true}) {
+      const EndatFit fit = fit_of_count(words, length_bits, count, {inverted, plain_crc});
+      if (fit.bits > best.bits) best = fit;
+    }
   }
   return best;
 }

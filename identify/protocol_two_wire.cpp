@@ -71,12 +71,12 @@ class I2cReader {
   std::size_t shifts_ = 0;
 };
 
-ProtocolGuess try_i2c(const Trace& clock, const Trace& data) {
+ProtocolGuess try_i2c(const Trace& clock, const Trace& data, bool inverted) {
   ProtocolGuess guess{Protocol::i2c, 0, "", clock.line, data.line, true};
   if (clock.changes.size() < 38) return guess;
   I2cReader reader;
   merge(clock, data, [&](Picoseconds, bool is_data, bool level) {
-    is_data ? reader.data(level) : reader.clock(level);
+    is_data ? reader.data(level != inverted) : reader.clock(level != inverted);
   });
   if (reader.parts() < 2 || reader.bytes() < 4 || reader.shifts() < 2 * reader.parts())
     return guess;
@@ -131,7 +131,9 @@ Guesses try_two_wire(const Scene& scene) {
   for (std::size_t i = 0; i < scene.traces.size(); ++i) {
     for (std::size_t k = 0; k < scene.traces.size(); ++k) {
       if (i == k) continue;
-      guesses.push_back(try_i2c(scene.traces[i], scene.traces[k]));
+      for (const bool inverted : {false, true}) {
+        guesses.push_back(try_i2c(scene.traces[i], scene.traces[k], inverted));
+      }
       if (i < k) guesses.push_back(try_quadrature(scene.traces[i], scene.traces[k]));
     }
   }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "biss/frame/format_text.hpp"
+#include "cli/common/identified.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/terminal.hpp"
 #include "decode/polarity.hpp"
@@ -362,17 +363,18 @@ void DecodedCapture::take_finding(std::span<const identify::Sample> samples) {
   const auto* sure = finding_->sure();
   finding_agrees_ =
       sure != nullptr && format_ && identify::same_verdicts(*format_, sure->format, samples);
-  if (!identifies_ || parts.size() < 2) return;
-  std::string text;
+  format_parts_.clear();
+  if (parts.size() < 2) return;
   for (const identify::FormatPart& part : parts) {
     const auto* format = part.finding.sure();
-    text += fmt::format("{}{} from cycle {} to {}", text.empty() ? "" : ", ",
-                        format == nullptr ? std::string_view("an unknown format")
-                                          : std::string_view(format_text(format->format).view()),
-                        part.from_cycle, part.to_cycle);
+    format_parts_ +=
+        fmt::format("{}{} from cycle {} to {}", format_parts_.empty() ? "" : ", ",
+                    format == nullptr ? "an unknown format" : text_of(format->format),
+                    part.from_cycle, part.to_cycle);
   }
+  if (!identifies_) return;
   warn(fmt::format("{}: the format changes: {}; decode each part with -f and --since, --until",
-                   input_.name(), text));
+                   input_.name(), format_parts_));
 }
 
 const identify::FormatCandidate* DecodedCapture::better_format() const {

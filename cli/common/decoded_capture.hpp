@@ -153,6 +153,8 @@ class DecodedCapture {
   /// What the frames of this capture show of their format; null where that is not asked for. Where
   /// no format was given, format() is the first candidate if it is sure.
   const identify::FormatFinding* finding() const { return finding_ ? &*finding_ : nullptr; }
+  /// Where the frames change their length: each format, and its cycles; else empty.
+  const std::string& format_parts() const { return format_parts_; }
   /// The format that is sure, unless its checksums have the same verdicts as those of the format
   /// given.
   const identify::FormatCandidate* better_format() const;
@@ -207,6 +209,7 @@ class DecodedCapture {
   bool keeps_unknown_ = false;
   std::optional<identify::FormatFinding> finding_;
   bool finding_agrees_ = false;
+  std::string format_parts_;
   std::optional<Timeout> paused_timeout_;
   struct Range {
     std::optional<Picoseconds> since;

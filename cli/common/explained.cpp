@@ -25,11 +25,10 @@ std::optional<explain::OtherProtocol> other_protocol(DecodedCapture& capture) {
     case biss_c:
     case unknown:
     case idle:
-    case noise:
     case clock_alone:
       return std::nullopt;
     default:
-      return explain::OtherProtocol{std::string(name_of(guess.protocol)), guess.confidence};
+      return explain::OtherProtocol{std::string(name_of(guess.protocol)), guess.confidence, guess.why};
   }
 }
 
@@ -92,6 +91,7 @@ explain::Context explain_context(DecodedCapture& capture, const CaptureArguments
   if (const auto* finding = capture.finding(); finding != nullptr && !context.identified) {
     for (const auto& each : finding->candidates) context.candidates.push_back(each.format);
   }
+  context.format_parts = capture.format_parts();
   context.other = other_protocol(capture);
   return context;
 }

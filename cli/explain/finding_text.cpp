@@ -252,12 +252,16 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
       return add_sampling(evidence, parts);
     case Cause::not_biss:
       if (context.other) {
-        parts.add("the lines look like {} ({:.2f})", context.other->name,
-                  context.other->confidence);
+        parts.add("the lines look like {} ({:.2f}): {}", context.other->name,
+                  context.other->confidence, context.other->why);
+        return;
       }
       parts.add("{} of {} requests have ACK and START", evidence.answered, evidence.cycles);
       return;
     case Cause::encoder_error:
+      if (evidence.cut_errors.count != 0) {
+        add_sightings("a frame without its checksum has nE = 0", evidence.cut_errors, evidence, parts);
+      }
       return add_warnings(evidence, parts);
     case Cause::frames_lost_or_repeated:
       if (evidence.life_zeros != 0) {
@@ -280,6 +284,7 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
       }
       return;
     case Cause::format_changes:
+      if (!context.format_parts.empty()) parts.add("{}", context.format_parts);
       return;
   }
 }

@@ -73,7 +73,7 @@ TEST(Explain, AnotherProtocolThatIsRecognised_IsNotBiss) {
   context.format = link.format;
   context.timing = link.timing;
   EXPECT_EQ(diagnose(evidence, context).front().cause, Cause::wrong_format);
-  context.other = {.name = "SSI", .confidence = 0.95};
+  context.other = {.name = "ssi", .confidence = 0.95, .why = "bursts of 25 clocks"};
   EXPECT_EQ(diagnose(evidence, context).front().cause, Cause::not_biss);
 }
 
