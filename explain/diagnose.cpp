@@ -35,10 +35,10 @@ constexpr double second_saves = 20;
 constexpr double never = 1e6;
 constexpr int rounds = 8;
 
-// So far behind is a second cause, so that the first is as likely as it is right.
+// So far further is a second cause, so that the first is as likely as it is right.
 constexpr double apart = 2.5;
-// So far behind is a cause that explains some requests better, but not many.
-constexpr double behind = 12;
+// So much longer is the account of a cause that explains some requests better, but not many.
+constexpr double also_apart = 12;
 
 // What is less likely is not listed.
 constexpr double least_likelihood = 0.015;
@@ -117,8 +117,7 @@ class Diagnosis {
       // Only where SLO is read inverted is it the master who asks while the encoder is busy.
       if (model.cause == Cause::slo_inverted && !context_.reading.slo_inverted) parts.resize(1);
       // By the format that the frames show, the checksum is right.
-      const auto& found = context_.identified;
-      if (model.cause == Cause::wrong_format && found && !found->format.deviates()) {
+      if (model.cause == Cause::wrong_format && shows_other_format()) {
         parts.push_back({RequestKind::other_checksum});
       }
       at(bits, model.cause) = note_on(model.cause) + length(parts);
@@ -133,6 +132,12 @@ class Diagnosis {
     if (is_other_protocol()) {
       at(bits, Cause::not_biss) =
           *std::min_element(bits.begin(), bits.end()) - 30 * context_.other->confidence;
+    }
+    const double least = *std::min_element(bits.begin(), bits.end());
+    // Another protocol may have ACK and START by chance, but no checksum.
+    const bool proven = evidence_.has_format ? share(evidence_.passed) > 0.02 : has_checksum();
+    if (context_.other && !proven) {
+      at(bits, Cause::not_biss) = std::min(at(bits, Cause::not_biss), least + apart);
     }
     const auto best = std::min_element(bits.begin(), bits.end());
     const auto first = static_cast<Cause>(best - bits.begin());
@@ -215,7 +220,8 @@ class Diagnosis {
     if (seconds.front().first < alone - second_saves) std::tie(best, second) = seconds.front();
     // Causes that would explain requests as well.
     for (const auto& [together, other] : seconds) {
-      if (other != second) at(bits, other->cause) = std::min(at(bits, other->cause), best + behind);
+      if (other != second)
+        at(bits, other->cause) = std::min(at(bits, other->cause), best + also_apart);
     }
     if (second == nullptr) return;
     // The one that explains more requests comes first.
@@ -357,6 +363,13 @@ class Diagnosis {
     }
   }
 
+  // The frames surely have another format than that given, and its checksum is one of BiSS C.
+  bool shows_other_format() const {
+    const auto& found = context_.identified;
+    return found && context_.given && context_.format && found->format != *context_.format &&
+           !found->format.deviates() && !differs_in_maker_error(found->format);
+  }
+
   // The likeliest format that the frames show, though not a sure one, has a checksum.
   bool has_checksum() const {
     return !context_.candidates.empty() &&
@@ -453,7 +466,8 @@ class Diagnosis {
   bool is_other_protocol() const {
     if (!context_.other || context_.other->confidence < 0.5) return false;
     if (50 * evidence_.slo_edges < evidence_.ma_edges) return false;
-    if (share(evidence_.passed) > (other_is_clear() ? 0.6 : 0.2) && evidence_.has_format) return false;
+    if (share(evidence_.passed) > (other_is_clear() ? 0.6 : 0.2) && evidence_.has_format)
+      return false;
     return evidence_.answered * 10 < evidence_.cycles * 4 || context_.other->confidence > 0.85;
   }
 

@@ -41,6 +41,7 @@ void Plausibility::push(std::uint64_t number, const decode::Cycle& cycle) {
     return;
   }
   const std::uint64_t position = cycle.frame->channel_list[number_].position;
+  ever_set_ |= position;
   const auto before = last_;
   last_ = position;
   const Picoseconds since = std::exchange(last_time_, cycle.time);
@@ -110,7 +111,15 @@ void Plausibility::judge_step(const Step& step) {
       steps_[1].length >= taken_back) {
     spikes_[bits].add(judged.cycle, judged.time);
   } else if (judged.speed / times > std::max(steps_[3].speed, steps_[1].speed)) {
-    apart_[bits].add(judged.cycle, judged.time);
+    const std::uint64_t power = std::bit_floor(judged.length + judged.length / 3);
+    const std::uint64_t off = judged.length < power ? power - judged.length : judged.length - power;
+    if (off <= 4 * std::max(steps_[3].length, steps_[1].length)) {
+      Wrap& wrap = wraps_[static_cast<std::size_t>(std::bit_width(power))];
+      wrap.seen.add(judged.cycle, judged.time);
+      wrap.bits = std::max(wrap.bits, bits);
+    } else {
+      apart_[bits].add(judged.cycle, judged.time);
+    }
   }
 }
 
@@ -146,8 +155,12 @@ Sightings Plausibility::steps() const {
     return bits;
   };
   Sightings seen;
-  for (std::size_t bits = fastest(jumps_per_mille) + far_beyond; bits < apart_.size(); ++bits) {
-    seen.add(apart_[bits]);
+  const std::size_t far = fastest(jumps_per_mille) + far_beyond;
+  for (std::size_t bits = far; bits < apart_.size(); ++bits) seen.add(apart_[bits]);
+  for (std::size_t width = 0; width < wraps_.size(); ++width) {
+    // Where no position needs more bits, it goes round.
+    const bool round = static_cast<std::size_t>(std::bit_width(ever_set_)) < width;
+    if (!round && wraps_[width].bits >= far) seen.add(wraps_[width].seen);
   }
   for (std::size_t bits = fastest(spikes_per_mille) + far_beyond; bits < spikes_.size(); ++bits) {
     seen.add(spikes_[bits]);

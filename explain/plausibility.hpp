@@ -78,6 +78,14 @@ class Plausibility {
   // those of them that the next step takes back.
   std::array<std::uint64_t, 65> all_{};
   std::array<Sightings, 65> apart_{};
+  // Of these, by their power of two, steps that are as long as the ring of a position with unused
+  // high bits; and the bits of all positions.
+  struct Wrap {
+    Sightings seen;
+    std::size_t bits = 0;
+  };
+  std::array<Wrap, 65> wraps_{};
+  std::uint64_t ever_set_ = 0;
   std::array<Sightings, 65> spikes_{};
 };
 

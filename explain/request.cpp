@@ -94,9 +94,11 @@ std::optional<Picoseconds> find_groups(std::span<const Cycle> cycles, Picosecond
   }
   if (delays.count() == 0) return std::nullopt;
   const Picoseconds usual_delay{delays.median()};
-  // Masters pause after bytes or words.
+  // Masters pause after bytes or words. Two clocks are a reduced frame.
   constexpr std::uint32_t word_clocks = 16;
-  const auto is_word = [](const Cycle& cycle) { return cycle.rising_edges <= word_clocks; };
+  const auto is_word = [](const Cycle& cycle) {
+    return cycle.rising_edges > 2 && cycle.rising_edges <= word_clocks;
+  };
   if (3 * std::count_if(cycles.begin(), cycles.end(), is_word) < std::ssize(cycles)) {
     return std::nullopt;
   }
@@ -793,17 +795,20 @@ bool Pricer::is_held(const CycleEdges& edges) const {
          (last_request_ && decode::elapsed(*last_request_, edges.cycle.time) > long_time);
 }
 
-// START, CDS and STOP: a frame without a channel.
-// Where ACK is one clock, a master that compensates the line delay sends the clocks of it as well.
+// START, CDS and STOP: a frame without a channel. Where ACK is one clock, or other frames are whole, a
+// master that compensates the line delay sends the clocks of it as well.
 bool Pricer::is_brief() const {
   const std::size_t start = view_.start;
-  const std::size_t size = view_.clocks();
-  if (view_.ack != 1 || size < start + 3) return false;
-  if (size == start + 3) return !view_.bits.back();
   const std::int64_t period = std::max<std::int64_t>(view_.period.count, 1);
+  std::size_t size = view_.clocks();
+  // After CDM = 1, MA rises at the end of the timeout.
+  if (size > 2 && 2 * (view_.rises[size - 1] - view_.rises[size - 2]) > 3 * view_.period) --size;
+  if (view_.ack != 1 || size < start + 3) return false;
+  if (size == start + 3) return !view_.bits[size - 1];
   const auto late =
       static_cast<std::size_t>(std::max<std::int64_t>(usual_.delay.count, 0) / period);
-  return start == 2 && size <= start + 4 + late && find(view_.bits, true, start + 2) == size;
+  const std::size_t more = start == 2 ? late + 1 : fewest_clocks_ != UINT32_MAX ? late : 0;
+  return size <= start + 3 + more && find(view_.bits, true, start + 2) >= size;
 }
 
 // MA stopped before the last bit.

@@ -124,8 +124,8 @@ double residuals_cost(std::span<const std::int64_t> residuals, unsigned bits) {
 bool stands_apart(std::uint64_t before, std::uint64_t value, std::uint64_t after, unsigned bits) {
   constexpr unsigned times = 4;  // a power of two
   const unsigned between = size_of(as_signed(after - before, bits));
-  const unsigned away = std::min(size_of(as_signed(value - before, bits)),
-                                 size_of(as_signed(after - value, bits)));
+  const unsigned away =
+      std::min(size_of(as_signed(value - before, bits)), size_of(as_signed(after - value, bits)));
   return away > between + times && away > 6;
 }
 
@@ -283,7 +283,8 @@ double Timeline::cost(std::span<const std::uint64_t> values, unsigned bits) cons
     costs[k] = residuals_cost(residuals[rough[k].second], bits);
   }
   const double first = bits;
-  const double later = static_cast<double>(unpredicted - 1) * bits + cost_of_any(costs) + std::log2(7.0);
+  const double later =
+      static_cast<double>(unpredicted - 1) * bits + cost_of_any(costs) + std::log2(7.0);
   return first + data_weight * later;
 }
 

@@ -71,6 +71,16 @@ class I2cReader {
   std::size_t shifts_ = 0;
 };
 
+// A free bus has a high clock.
+bool level_of_longest_gap(const Trace& line) {
+  std::size_t longest = 1;
+  for (std::size_t i = 2; i < line.changes.size(); ++i) {
+    const auto gap = [&](std::size_t k) { return line.changes[k] - line.changes[k - 1]; };
+    if (gap(i) > gap(longest)) longest = i;
+  }
+  return line.level_before(longest);
+}
+
 ProtocolGuess try_i2c(const Trace& clock, const Trace& data, bool inverted) {
   ProtocolGuess guess{Protocol::i2c, 0, "", clock.line, data.line, true};
   if (clock.changes.size() < 38) return guess;
@@ -80,6 +90,7 @@ ProtocolGuess try_i2c(const Trace& clock, const Trace& data, bool inverted) {
   });
   if (reader.parts() < 2 || reader.bytes() < 4 || reader.shifts() < 2 * reader.parts())
     return guess;
+  if (level_of_longest_gap(clock) == inverted) return guess;
   const double share = reader.good() / reader.parts();
   if (share < 0.8) return guess;
   const double certain = std::min(1.0, reader.bytes() / 8);

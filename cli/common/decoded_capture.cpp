@@ -367,10 +367,9 @@ void DecodedCapture::take_finding(std::span<const identify::Sample> samples) {
   if (parts.size() < 2) return;
   for (const identify::FormatPart& part : parts) {
     const auto* format = part.finding.sure();
-    format_parts_ +=
-        fmt::format("{}{} from cycle {} to {}", format_parts_.empty() ? "" : ", ",
-                    format == nullptr ? "an unknown format" : text_of(format->format),
-                    part.from_cycle, part.to_cycle);
+    format_parts_ += fmt::format("{}{} from cycle {} to {}", format_parts_.empty() ? "" : ", ",
+                                 format == nullptr ? "an unknown format" : text_of(format->format),
+                                 part.from_cycle, part.to_cycle);
   }
   if (!identifies_) return;
   warn(fmt::format("{}: the format changes: {}; decode each part with -f and --since, --until",
@@ -521,7 +520,8 @@ bool DecodedCapture::read(const OnCycle& on_cycle) {
   }
   decoder().finish(input_.end_time());
   decoder_.reset();
-  if (identifies_ && format_ && watcher_ == nullptr && contradict > least_contradiction && 4 * contradict > good) {
+  if (identifies_ && format_ && watcher_ == nullptr && contradict > least_contradiction &&
+      4 * contradict > good) {
     warn(fmt::format("{}: {} frames contradict {}, which the beginning shows; give -f",
                      input_.name(), contradict, format_text(*format_).view()));
     status_ = std::max(status_, ExitStatus::data_failed);

@@ -28,7 +28,8 @@ std::optional<explain::OtherProtocol> other_protocol(DecodedCapture& capture) {
     case clock_alone:
       return std::nullopt;
     default:
-      return explain::OtherProtocol{std::string(name_of(guess.protocol)), guess.confidence, guess.why};
+      return explain::OtherProtocol{std::string(name_of(guess.protocol)), guess.confidence,
+                                    guess.why};
   }
 }
 

@@ -260,7 +260,8 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
       return;
     case Cause::encoder_error:
       if (evidence.cut_errors.count != 0) {
-        add_sightings("a frame without its checksum has nE = 0", evidence.cut_errors, evidence, parts);
+        add_sightings("a frame without its checksum has nE = 0", evidence.cut_errors, evidence,
+                      parts);
       }
       return add_warnings(evidence, parts);
     case Cause::frames_lost_or_repeated:
