@@ -181,24 +181,14 @@ void compare_with_catalogue(FormatCandidate& candidate, bool cds) {
   }
 }
 
-void write_channel(const Fields& fields, const ChannelLayout& layout, ChannelFormat& channel) {
-  using enum Coding;
-  channel = fields.channel;
-  channel.crc = layout.crc;
-  channel.position_gray = fields.coding == gray;
-  channel.position_lsb = fields.coding == lsb_first;
-  channel.singleturn_gray = fields.coding == singleturn_gray || fields.coding == both_gray;
-  channel.multiturn_gray = fields.coding == multiturn_gray || fields.coding == both_gray;
-}
-
 FormatCandidate candidate_of(Hypothesis& hypothesis, const Layout& layout, const FrameSet& frames) {
   FormatCandidate candidate;
   candidate.layout = layout;
   candidate.fields = std::move(hypothesis.fields);
   for (std::size_t k = 0; k < layout.channels.size(); ++k) {
-    ChannelFormat& channel = candidate.format.channel_list[candidate.format.channel_count++];
-    write_channel(candidate.fields[k], layout.channels[k], channel);
-    candidate.fields[k].channel = channel;
+    ChannelFormat& channel = candidate.fields[k].channel;
+    channel.crc = layout.channels[k].crc;
+    candidate.format.channel_list[candidate.format.channel_count++] = channel;
   }
   compare_with_catalogue(candidate, answers_on_cds(frames, layout));
   return candidate;
