@@ -10,9 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "biss/crc/engines.hpp"
 #include "biss/crc/spec.hpp"
-#include "biss/frame/codec.hpp"
 #include "identify/sample.hpp"
 
 namespace biss::identify {
@@ -77,23 +75,5 @@ struct Layout {
 /// The layouts that may fit the frames, at most `most`. Empty where there is no frame. The last one
 /// is that without any checksum.
 std::vector<Layout> find_layouts(const FrameSet& frames, std::size_t most);
-
-/// The checksum whose words, of one length, have this remainder. Start value and inversion cannot be
-/// separated: without a start value where that is possible, else inverted.
-CrcSpec spec_of(std::uint32_t generator, unsigned data_bits, std::uint32_t rest);
-
-/// Checks one channel of many frames.
-class ChannelCheck {
- public:
-  explicit ChannelCheck(const ChannelLayout& channel);
-
-  /// The checksum is right; false where the frame is too short.
-  /// \param before the frame before; null where it is not known
-  bool is_right(const Sample& sample, const Sample* before) const;
-
- private:
-  ChannelLayout channel_;
-  CrcTable<8> crc_;
-};
 
 }  // namespace biss::identify

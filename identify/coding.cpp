@@ -123,7 +123,7 @@ double residuals_cost(std::span<const std::int64_t> residuals, unsigned bits) {
 // Least squares: the weights of values at `times`, for the value of a polynomial at 0.
 std::vector<double> extrapolation(std::span<const double> times, std::size_t degree) {
   std::array<std::array<double, 4>, 3> rows{};
-  const std::size_t size = degree + 1;
+  const std::size_t size = std::min(degree + 1, times.size());
   for (std::size_t i = 0; i < size; ++i) {
     for (std::size_t j = 0; j < size; ++j) {
       for (const double time : times) rows[i][j] += std::pow(time, static_cast<double>(i + j));
@@ -187,36 +187,21 @@ double cost_of_any(std::span<const double> costs) {
   return least - std::log2(sum);
 }
 
-Timeline::Timeline(std::vector<double> requests) : requests_(std::move(requests)) {
-  for (std::size_t i = 0; i < requests_.size(); ++i) {
-    begins_.push_back(i == 0 || requests_[i] - requests_[i - 1] > longest_gap);
-  }
-  for (std::size_t p = 2; p < predictors; ++p) {
-    for (std::size_t i = 0; i < requests_.size(); ++i) {
-      const Weights before = i > 0 ? weights_[p].back() : Weights{};
-      bool same = before.count == curves[p].points && i > curves[p].points;
-      for (std::size_t k = 0; same && k < before.count; ++k) {
-        same = !begins_[i - k] && requests_[i - k] - requests_[i - k - 1] ==
-                                      requests_[i - k - 1] - requests_[i - k - 2];
+Timeline::Timeline(const std::vector<double>& requests) {
+  std::size_t near = 0;
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    near = i > 0 && requests[i] - requests[i - 1] <= longest_gap ? near + 1 : 0;
+    begins_.push_back(near == 0);
+    for (std::size_t p = 2; p < predictors; ++p) {
+      std::vector<double> times;
+      for (std::size_t k = 1; k <= std::min(near, curves[p].points); ++k) {
+        times.push_back(requests[i - k] - requests[i]);
       }
-      weights_[p].push_back(same ? before : weights_of(i, curves[p].points, curves[p].degree));
+      const auto [known, made] = extrapolations_.try_emplace({curves[p].degree, times});
+      if (made) known->second = extrapolation(times, curves[p].degree);
+      weights_[p].push_back(&known->second);
     }
   }
-}
-
-Timeline::Weights Timeline::weights_of(std::size_t frame, std::size_t points, std::size_t degree) {
-  std::vector<double> times;
-  for (std::size_t i = frame; times.size() < points && !begins_[i]; --i) {
-    times.push_back(requests_[i - 1] - requests_[frame]);
-  }
-  degree = std::min(degree, times.empty() ? 0 : times.size() - 1);
-  const Weights weights{static_cast<std::uint32_t>(pool_.size()),
-                        static_cast<std::uint32_t>(times.size())};
-  if (!times.empty()) {
-    const std::vector<double> all = extrapolation(times, degree);
-    pool_.insert(pool_.end(), all.begin(), all.end());
-  }
-  return weights;
 }
 
 double Timeline::rough_cost(std::span<const std::uint64_t> values, unsigned bits) {
@@ -249,10 +234,10 @@ double Timeline::cost(std::span<const std::uint64_t> values, unsigned bits) cons
       if (begins_[i]) continue;
       std::uint64_t expected = p == 0 ? 0 : path[i - 1];
       if (p > 1) {
-        const Weights weights = weights_[p][i];
+        const std::vector<double>& weights = *weights_[p][i];
         double offset = 0;
-        for (std::size_t k = 1; k < weights.count; ++k) {
-          offset += pool_[weights.at + k] *
+        for (std::size_t k = 1; k < weights.size(); ++k) {
+          offset += weights[k] *
                     static_cast<double>(static_cast<std::int64_t>(path[i - 1 - k] - path[i - 1]));
         }
         expected += static_cast<std::uint64_t>(std::llround(std::clamp(offset, -9e18, 9e18)));

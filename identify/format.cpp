@@ -53,7 +53,7 @@ Timeline timeline_of(const FrameSet& frames, const std::vector<bool>& right) {
     requests.push_back((requests.empty() ? 0 : requests.back()) + step);
     before = &sample;
   }
-  return Timeline(std::move(requests));
+  return Timeline(requests);
 }
 
 ChannelWords words_of(const FrameSet& frames, const Layout& layout, const ChannelLayout& channel) {
