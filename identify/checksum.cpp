@@ -38,9 +38,6 @@ double width_cost(unsigned width) {
   return width == 16 ? 2.5 : width < costs.size() ? costs[width] : 7;
 }
 
-// x^k + 1 divides the difference of any two words that hold the same value twice.
-bool repeats(std::uint32_t generator) { return (generator & (generator - 1U)) == 1U; }
-
 bool is_usual(std::uint32_t generator) {
   return default_polynomial(static_cast<unsigned>(degree(generator))) == generator;
 }
@@ -54,7 +51,8 @@ double generator_cost(std::uint32_t generator) {
   const bool other = std::find(other_generators.begin(), other_generators.end(), generator) !=
                      other_generators.end();
   const double cost = is_usual(generator) ? 0.3 : other ? 5 : 3.0 + width;
-  return width_cost(width) + cost + (repeats(generator) ? 20.0 : 0.0);
+  // x^k + 1 divides the difference of any two words that hold the same value twice.
+  return width_cost(width) + cost + (std::popcount(generator) == 2 ? 20.0 : 0.0);
 }
 
 // The start value and the inversion are one number: see spec_of().
@@ -280,16 +278,17 @@ class LayoutSearch {
 
   // Enough differences in these bits are multiples of the generator.
   bool pairs_agree(unsigned begin, unsigned end) const {
-    const std::size_t words = pairs_.words();
+    if (pairs_.words() != differences) return false;
     const std::uint16_t* const from = pairs_.row(begin);
     const std::uint16_t* const to = pairs_.row(end);
-    const std::uint16_t* const last_moved = last_moved_.data() + end * words;
-    unsigned agree = 0;
-    unsigned differ = 0;
-    for (std::size_t w = 0; w < words; ++w) {
-      const bool moved = last_moved[w] > begin;
-      differ += moved ? 1U : 0U;
-      agree += moved && from[w] == to[w] ? 1U : 0U;
+    const std::uint16_t* const last_moved = last_moved_.data() + end * differences;
+    // Without branches, and as often as the compiler knows, so that it counts many at once.
+    std::uint16_t agree = 0;
+    std::uint16_t differ = 0;
+    for (std::size_t w = 0; w < differences; ++w) {
+      const auto moved = static_cast<std::uint16_t>(last_moved[w] > begin);
+      differ = static_cast<std::uint16_t>(differ + moved);
+      agree = static_cast<std::uint16_t>(agree + (from[w] == to[w] ? moved : 0));
     }
     return agree > 0 && agree >= least_agreeing * differ;
   }
@@ -337,14 +336,15 @@ class LayoutSearch {
     constexpr std::size_t most_begins = 8;
     std::vector<unsigned> begins{0};
     std::vector<bool> ends = ends_;
+    const auto is_begin = [&](unsigned bit) {
+      return std::find(begins.begin(), begins.end(), bit) != begins.end();
+    };
     for (unsigned begin = 0; begin < length_; ++begin) {
-      const bool from_here = std::find(begins.begin(), begins.end(), begin) != begins.end();
       for (const Candidate& each : candidates_[begin]) {
         if (each.score < strong) continue;
         ends[begin] = true;
         const unsigned end = each.channel.end();
-        const bool known = std::find(begins.begin(), begins.end(), end) != begins.end();
-        if (from_here && !known && begins.size() < most_begins) begins.push_back(end);
+        if (is_begin(begin) && !is_begin(end) && begins.size() < most_begins) begins.push_back(end);
       }
     }
     if (patterns_.size() < 3) return;
@@ -471,9 +471,7 @@ class LayoutSearch {
   Layout unchecked() const {
     const auto end =
         static_cast<unsigned>(std::find(ends_.begin(), ends_.end(), true) - ends_.begin());
-    Layout layout;
-    layout.channels.push_back({0, std::min(end, max_data_bits), {}});
-    return layout;
+    return {.channels = {{0, std::min(end, max_data_bits), {}}}, .right = {}};
   }
 
   // ---- What is left of the account
@@ -488,10 +486,8 @@ class LayoutSearch {
       right += layout.right.back() ? 1 : 0;
     }
     layout.right_share = all_ > 0 ? right / all_ : 0;
-    if (layout.checked()) {
-      const auto ends = static_cast<double>(std::count(ends_.begin(), ends_.end(), true));
-      layout.cost += std::log2(ends);
-    }
+    const auto ends = static_cast<double>(std::count(ends_.begin(), ends_.end(), true));
+    layout.cost = layout.checked() ? std::log2(ends) : 0;
     for (std::size_t k = 0; k < layout.channels.size(); ++k) {
       ChannelLayout& channel = layout.channels[k];
       channel.rank = rank_of(layout.right, channel);
@@ -506,14 +502,12 @@ class LayoutSearch {
   // How many differences of the data are independent, in the frames that are right.
   unsigned rank_of(const std::vector<bool>& right, const ChannelLayout& channel) const {
     Basis basis;
-    std::vector<bool> seen(patterns_.size());
-    const Sample* first = nullptr;
-    for (std::size_t i = 0; i < frames_.samples.size(); ++i) {
-      if (!right[i] || seen[frames_.pattern[i]]) continue;
-      seen[frames_.pattern[i]] = true;
-      if (first == nullptr) first = frames_.samples[i];
+    const auto first =
+        static_cast<std::size_t>(std::find(right.begin(), right.end(), true) - right.begin());
+    for (std::size_t i = first; i < right.size(); ++i) {
+      if (!right[i]) continue;
       basis.add(polynomial_of(*frames_.samples[i], channel.data()) ^
-                polynomial_of(*first, channel.data()));
+                polynomial_of(*frames_.samples[first], channel.data()));
     }
     return basis.rank();
   }
@@ -532,12 +526,11 @@ class LayoutSearch {
   double tail_cost(const Layout& layout) const {
     const unsigned bits = std::min(length_ - layout.end(), 63U);
     std::vector<std::uint64_t> tails;
-    bool zeros = true;
     for (std::size_t i = 0; bits > 0 && i < frames_.samples.size(); ++i) {
       if (!layout.right[i]) continue;
       tails.push_back(frames_.samples[i]->bits.view().word(layout.end(), bits));
-      zeros = zeros && tails.back() == 0;
     }
+    const bool zeros = std::count(tails.begin(), tails.end(), 0U) == std::ssize(tails);
     return zeros ? 0 : 8 + word_cost(tails, bits);
   }
 
@@ -605,11 +598,6 @@ FrameSet::FrameSet(std::span<const Sample> all, std::size_t most) : length(lengt
     if (made) patterns.push_back({samples[i], 0});
     ++patterns[same->second].frames;
   }
-}
-
-bool Layout::checked() const {
-  return std::all_of(channels.begin(), channels.end(),
-                     [](const ChannelLayout& each) { return each.crc.present(); });
 }
 
 std::vector<Layout> find_layouts(const FrameSet& frames, std::size_t most) {

@@ -6,6 +6,7 @@
 // a multiple of the generator, whatever the start value and the inversion are.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -69,7 +70,10 @@ struct Layout {
   std::vector<bool> right;
 
   unsigned end() const { return channels.empty() ? 0 : channels.back().end(); }
-  bool checked() const;
+  bool checked() const {
+    return std::all_of(channels.begin(), channels.end(),
+                       [](const ChannelLayout& each) { return each.crc.present(); });
+  }
 };
 
 /// The layouts that may fit the frames, at most `most`. Empty where there is no frame. The last one
