@@ -17,6 +17,7 @@ namespace {
 constexpr unsigned most_zeros = 12;
 constexpr unsigned least_gray_bits = 6;
 constexpr unsigned least_turn_bits = 4;
+constexpr unsigned least_track_bits = 8;
 // Positions for which the rarer codings are tried.
 constexpr std::size_t most_coded = 4;
 // Bits of a position that never move below others that do are unlikely by this much at most: a scale
@@ -46,7 +47,7 @@ constexpr std::array<FlagKind, 9> flag_kinds{{{0.15, 2, 'n', 'n'},
                                               {8.5, 0, ' ', ' '}}};
 
 double coding_cost(Coding coding) {
-  constexpr std::array<double, 6> costs{0, 6, 10, 12, 12, 12};
+  constexpr std::array<double, 7> costs{0, 6, 10, 12, 12, 12, 20};
   return costs[static_cast<std::size_t>(coding)];
 }
 
@@ -117,6 +118,7 @@ class FieldSearch {
       if (places.size() == most_coded) break;
     }
     for (const Field& place : places) add_rare_codings(place);
+    doubt_counters();
     sort();
     return std::move(all_);
   }
@@ -225,6 +227,28 @@ class FieldSearch {
     divisions_.push_back(fields);
   }
 
+  // Bits that count the frames may be a position at constant speed, unless they are where a safety
+  // word has them.
+  void doubt_counters() {
+    double with = HUGE_VAL;
+    double without = HUGE_VAL;
+    const auto is_doubtful = [this](const Fields& each) {
+      const Field& life = each.channel.life_counter;
+      const bool usual = life.bits == safety_counter_bits && life.shift == 0;
+      return life.present() && !usual && !is_safety(life);
+    };
+    for (const Fields& each : all_) {
+      double& least = is_doubtful(each) ? with : without;
+      if (is_doubtful(each) || !each.channel.life_counter.present()) {
+        least = std::min(least, each.cost);
+      }
+    }
+    const double more = without - 1 - with;
+    for (Fields& each : all_) {
+      if (more > 0 && more < HUGE_VAL && is_doubtful(each)) each.cost += more;
+    }
+  }
+
   bool is_safety(const Field& life) const {
     return layout_.crc.width_bits == 16 && life.bits == safety_counter_bits;
   }
@@ -273,10 +297,25 @@ class FieldSearch {
     const auto top = static_cast<unsigned>(std::bit_width(place.of(moved_)));
     const double least = Timeline::rough_cost(numbers(place, binary, 0), top);
     for (unsigned split = least_turn_bits; split + 1 < top; ++split) {
-      for (const Coding coding : {singleturn_gray, multiturn_gray, both_gray}) {
-        if (coding != multiturn_gray && split < least_gray_bits) continue;
+      for (const Coding coding : {singleturn_gray, multiturn_gray, both_gray, two_tracks}) {
+        const bool gray_below = coding == singleturn_gray || coding == both_gray;
+        if (gray_below && split < least_gray_bits) continue;
         if (coding != singleturn_gray && split + least_turn_bits > top) continue;
-        if (Timeline::rough_cost(numbers(place, coding, split), top) > 0.9 * least) continue;
+        const bool too_short = split < least_track_bits || split + least_track_bits > top;
+        if (coding == two_tracks && too_short) continue;
+        std::vector<std::uint64_t> values = numbers(place, coding, split);
+        double rough = Timeline::rough_cost(values, coding == two_tracks ? split : top);
+        if (coding == two_tracks) {
+          for (std::uint64_t& each : values) each >>= split;
+          rough += Timeline::rough_cost(values, top - split);
+        }
+        if (rough > 0.9 * least) continue;
+        // A lower track that is noise is no track, nor is one that carries.
+        const double noise = 0.6 * data_weight * split * static_cast<double>(words_.data.size());
+        if (coding == two_tracks && (number_cost(field_of(place.shift, split), binary, 0) > noise ||
+                                     is_carried(numbers(place, binary, 0), split, top))) {
+          continue;
+        }
         for (const Fields& each : divisions_) {
           if (each.channel.position == place) add(each, coding, split);
         }
@@ -284,10 +323,32 @@ class FieldSearch {
     }
   }
 
+  // Where the bits below `split` go over their end, the speed of the bits above changes.
+  static bool is_carried(const std::vector<std::uint64_t>& values, unsigned split, unsigned top) {
+    std::array<double, 2> seen{};
+    std::array<double, 2> changed{};
+    for (std::size_t i = 2; i < values.size(); ++i) {
+      const std::uint64_t below = values[i] & low_mask(split);
+      const std::uint64_t before = values[i - 1] & low_mask(split);
+      const bool rises = ((below - before) & low_mask(split)) >> (split - 1) == 0;
+      const std::size_t over = (rises ? below < before : below > before) ? 1 : 0;
+      const std::uint64_t change =
+          (values[i] >> split) - 2 * (values[i - 1] >> split) + (values[i - 2] >> split);
+      ++seen[over];
+      changed[over] += (change & low_mask(top - split)) != 0 ? 1 : 0;
+    }
+    return seen[1] < 3 || changed[1] / seen[1] > 0.3 + changed[0] / std::max(1.0, seen[0]);
+  }
+
   double position_cost(const Field& place, Coding coding, unsigned split) {
     const double binary = number_cost(place, Coding::binary, 0);
     if (coding == Coding::binary) return binary;
-    double gain = binary - number_cost(place, coding, split);
+    const double cost =
+        coding == Coding::two_tracks
+            ? number_cost(field_of(place.shift, split), Coding::binary, 0) +
+                  number_cost(field_of(place.shift + split, place.bits - split), Coding::binary, 0)
+            : number_cost(place, coding, split);
+    double gain = binary - cost;
     const double share = binary <= 0 ? 0 : std::abs(gain) / binary;
     if (share < least_difference) gain *= share / least_difference;
     return binary - gain + coding_cost(coding);

@@ -27,6 +27,7 @@ enum class Coding : std::uint8_t {
   multiturn_gray,   ///< the bits above
   both_gray,        ///< each alone
   lsb_first,
+  two_tracks,  ///< the bits above and below `split` are numbers that move alone
 };
 
 /// The meaning of a channel's bits.
