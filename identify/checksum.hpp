@@ -6,13 +6,12 @@
 // a multiple of the generator, whatever the start value and the inversion are.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <vector>
 
-#include "biss/crc/engines.hpp"
 #include "biss/crc/spec.hpp"
-#include "biss/frame/codec.hpp"
 #include "identify/sample.hpp"
 
 namespace biss::identify {
@@ -71,29 +70,14 @@ struct Layout {
   std::vector<bool> right;
 
   unsigned end() const { return channels.empty() ? 0 : channels.back().end(); }
-  bool checked() const;
+  bool checked() const {
+    return std::all_of(channels.begin(), channels.end(),
+                       [](const ChannelLayout& each) { return each.crc.present(); });
+  }
 };
 
 /// The layouts that may fit the frames, at most `most`. Empty where there is no frame. The last one
 /// is that without any checksum.
 std::vector<Layout> find_layouts(const FrameSet& frames, std::size_t most);
-
-/// The checksum whose words, of one length, have this remainder. Start value and inversion cannot be
-/// separated: without a start value where that is possible, else inverted.
-CrcSpec spec_of(std::uint32_t generator, unsigned data_bits, std::uint32_t rest);
-
-/// Checks one channel of many frames.
-class ChannelCheck {
- public:
-  explicit ChannelCheck(const ChannelLayout& channel);
-
-  /// The checksum is right; false where the frame is too short.
-  /// \param before the frame before; null where it is not known
-  bool is_right(const Sample& sample, const Sample* before) const;
-
- private:
-  ChannelLayout channel_;
-  CrcTable<8> crc_;
-};
 
 }  // namespace biss::identify

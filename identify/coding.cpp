@@ -65,7 +65,6 @@ double dictionary_cost(const std::vector<Count>& counts, double frames, unsigned
 }
 
 // How many values have each size.
-
 using Sizes = std::array<double, 65>;
 
 // The size is learned, the digits are free.
@@ -78,25 +77,7 @@ double size_cost(const Sizes& sizes, double frames, unsigned bits) {
   return cost;
 }
 
-// A bell of this width, with few values outside.
-double bell_cost(const std::vector<Count>& counts, unsigned bits, double width) {
-  const double factor = 0.5 / (width * width);
-  double sum = std::sqrt(2 * M_PI) * width;
-  if (width < 2) {
-    sum = 1;
-    for (int k = 1; k < 16; ++k) sum += 2 * std::exp(-factor * k * k);
-  }
-  const double middle = std::log2(sum);
-  const double outside = bits + 8.0;
-  double cost = 0;
-  for (const Count& each : counts) {
-    const auto value = static_cast<double>(each.value);
-    cost += each.frames * std::min(middle + factor * value * value / std::log(2.0), outside);
-  }
-  return cost;
-}
-
-// A bell whose width is near the size of most values.
+// A bell with few values outside, whose width is near the size of most values.
 double bell_cost(const std::vector<Count>& counts, const Sizes& sizes, double frames,
                  unsigned bits) {
   double left = 0.68 * frames;
@@ -104,7 +85,18 @@ double bell_cost(const std::vector<Count>& counts, const Sizes& sizes, double fr
   while (size < 64 && left > sizes[size]) left -= sizes[size++];
   double best = HUGE_VAL;
   for (const double step : {0.35, 0.5, 0.71, 1.0}) {
-    best = std::min(best, bell_cost(counts, bits, step * std::exp2(size)));
+    const double width = step * std::exp2(size);
+    const double factor = 0.5 / (width * width);
+    double sum = width < 2 ? 1 : std::sqrt(2 * M_PI) * width;
+    for (int k = 1; width < 2 && k < 16; ++k) sum += 2 * std::exp(-factor * k * k);
+    const double middle = std::log2(sum);
+    double cost = 0;
+    for (const Count& each : counts) {
+      const auto value = static_cast<double>(each.value);
+      const double inside = middle + factor * value * value / std::log(2.0);
+      cost += each.frames * std::min(inside, bits + 8.0);
+    }
+    best = std::min(best, cost);
   }
   return best + std::log2(2.0 * bits);
 }
@@ -132,7 +124,7 @@ bool stands_apart(std::uint64_t before, std::uint64_t value, std::uint64_t after
 // Least squares: the weights of values at `times`, for the value of a polynomial at 0.
 std::vector<double> extrapolation(std::span<const double> times, std::size_t degree) {
   std::array<std::array<double, 4>, 3> rows{};
-  const std::size_t size = degree + 1;
+  const std::size_t size = std::min(degree + 1, times.size());
   for (std::size_t i = 0; i < size; ++i) {
     for (std::size_t j = 0; j < size; ++j) {
       for (const double time : times) rows[i][j] += std::pow(time, static_cast<double>(i + j));
@@ -196,36 +188,21 @@ double cost_of_any(std::span<const double> costs) {
   return least - std::log2(sum);
 }
 
-Timeline::Timeline(std::vector<double> requests) : requests_(std::move(requests)) {
-  for (std::size_t i = 0; i < requests_.size(); ++i) {
-    begins_.push_back(i == 0 || requests_[i] - requests_[i - 1] > longest_gap);
-  }
-  for (std::size_t p = 2; p < predictors; ++p) {
-    for (std::size_t i = 0; i < requests_.size(); ++i) {
-      const Weights before = i > 0 ? weights_[p].back() : Weights{};
-      bool same = before.count == curves[p].points && i > curves[p].points;
-      for (std::size_t k = 0; same && k < before.count; ++k) {
-        same = !begins_[i - k] && requests_[i - k] - requests_[i - k - 1] ==
-                                      requests_[i - k - 1] - requests_[i - k - 2];
+Timeline::Timeline(const std::vector<double>& requests) {
+  std::size_t near = 0;
+  for (std::size_t i = 0; i < requests.size(); ++i) {
+    near = i > 0 && requests[i] - requests[i - 1] <= longest_gap ? near + 1 : 0;
+    begins_.push_back(near == 0);
+    for (std::size_t p = 2; p < predictors; ++p) {
+      std::vector<double> times;
+      for (std::size_t k = 1; k <= std::min(near, curves[p].points); ++k) {
+        times.push_back(requests[i - k] - requests[i]);
       }
-      weights_[p].push_back(same ? before : weights_of(i, curves[p].points, curves[p].degree));
+      const auto [known, made] = extrapolations_.try_emplace({curves[p].degree, times});
+      if (made) known->second = extrapolation(times, curves[p].degree);
+      weights_[p].push_back(&known->second);
     }
   }
-}
-
-Timeline::Weights Timeline::weights_of(std::size_t frame, std::size_t points, std::size_t degree) {
-  std::vector<double> times;
-  for (std::size_t i = frame; times.size() < points && !begins_[i]; --i) {
-    times.push_back(requests_[i - 1] - requests_[frame]);
-  }
-  degree = std::min(degree, times.empty() ? 0 : times.size() - 1);
-  const Weights weights{static_cast<std::uint32_t>(pool_.size()),
-                        static_cast<std::uint32_t>(times.size())};
-  if (!times.empty()) {
-    const std::vector<double> all = extrapolation(times, degree);
-    pool_.insert(pool_.end(), all.begin(), all.end());
-  }
-  return weights;
 }
 
 double Timeline::rough_cost(std::span<const std::uint64_t> values, unsigned bits) {
@@ -263,10 +240,10 @@ double Timeline::cost(std::span<const std::uint64_t> values, unsigned bits) cons
       if (begins_[i] || apart[i]) continue;
       std::uint64_t expected = p == 0 ? 0 : path[i - 1];
       if (p > 1) {
-        const Weights weights = weights_[p][i];
+        const std::vector<double>& weights = *weights_[p][i];
         double offset = 0;
-        for (std::size_t k = 1; k < weights.count; ++k) {
-          offset += pool_[weights.at + k] *
+        for (std::size_t k = 1; k < weights.size(); ++k) {
+          offset += weights[k] *
                     static_cast<double>(static_cast<std::int64_t>(path[i - 1 - k] - path[i - 1]));
         }
         expected += static_cast<std::uint64_t>(std::llround(std::clamp(offset, -9e18, 9e18)));
@@ -310,42 +287,38 @@ double padding_cost(std::span<const std::uint8_t> bits) {
 }
 
 double counter_cost(std::span<const CounterValue> values, unsigned bits) {
-  std::array<double, 2> exceptions{};
-  std::array<double, 2> exception_bits{};
-  double choices = 0;
   // A frame that is lost or comes again costs fewer bits than any value.
   constexpr std::uint64_t few = 4;
   constexpr unsigned near_bits = 3;
-  // The last value that followed at its cycle: what comes late does not change what is next.
-  std::array<std::size_t, 2> last{};
-  for (std::size_t i = 1; i < values.size(); ++i) {
-    const CounterValue& now = values[i];
-    const std::uint64_t steps = now.cycle - values[i - 1].cycle;
-    // Where a request is not answered, an encoder need not count.
-    choices += steps <= now.repeats_before + 1 ? 0 : 1;
-    const std::uint64_t step = (now.value - values[i - 1].value) & low_mask(bits);
-    const unsigned exception = step <= few ? std::min(bits, near_bits) : bits;
-    for (const bool without_zero : {false, true}) {
-      const std::size_t k = without_zero ? 1 : 0;
-      const std::uint64_t first = without_zero ? 1 : 0;
-      const std::uint64_t values_of = low_mask(bits) + 1 - first;
-      const auto is_after = [&](const CounterValue& before, std::uint64_t by) {
-        return before.value >= first &&
-               now.value == (before.value - first + by) % values_of + first;
-      };
-      const bool in_time = is_after(values[i - 1], steps) ||
-                           is_after(values[last[k]], now.cycle - values[last[k]].cycle);
-      const bool follows = in_time || is_after(values[i - 1], 1);
-      if (in_time) last[k] = i;
-      exceptions[k] += follows ? 0 : 1;
-      exception_bits[k] += follows ? 0 : exception;
-    }
-  }
-  const std::size_t best = exceptions[1] < exceptions[0] ? 1 : 0;
   const auto count = static_cast<double>(values.size() - 1);
-  return bits + 1 +
-         data_weight *
-             (choices + exception_bits[best] + events_cost(exceptions[best], count, 0.3, 3));
+  double best = HUGE_VAL;
+  for (const std::uint64_t first : {0U, 1U}) {
+    const std::uint64_t modulus = low_mask(bits) + 1 - first;
+    const auto follows = [&](const CounterValue& now, const CounterValue& before,
+                             std::uint64_t steps) {
+      return before.value >= first && now.value == (before.value - first + steps) % modulus + first;
+    };
+    // The last value that followed at its cycle: what comes late does not change what is next.
+    CounterValue last = values[0];
+    double exceptions = 0;
+    double cost = 0;
+    for (std::size_t i = 1; i < values.size(); ++i) {
+      const CounterValue& now = values[i];
+      const CounterValue& before = values[i - 1];
+      const std::uint64_t steps = now.cycle - before.cycle;
+      // If a request is not answered, an encoder need not count.
+      cost += steps <= now.repeats_before + 1 ? 0 : 1;
+      if (follows(now, before, steps) || follows(now, last, now.cycle - last.cycle)) {
+        last = now;
+      } else if (!follows(now, before, 1)) {
+        const std::uint64_t step = (now.value - before.value) & low_mask(bits);
+        cost += step <= few ? std::min(bits, near_bits) : bits;
+        ++exceptions;
+      }
+    }
+    best = std::min(best, cost + events_cost(exceptions, count, 0.3, 3));
+  }
+  return bits + 1 + data_weight * best;
 }
 
 double word_cost(std::span<const std::uint64_t> words, unsigned bits) {

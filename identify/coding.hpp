@@ -2,9 +2,12 @@
 // to write the frames down is the likeliest meaning of their bits.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace biss::identify {
@@ -25,9 +28,11 @@ class Timeline {
   static constexpr std::size_t predictors = 7;
 
   /// \param requests the time of each frame in requests, ascending
-  explicit Timeline(std::vector<double> requests);
+  explicit Timeline(const std::vector<double>& requests);
+  // The weights point into the map.
+  Timeline(const Timeline&) = delete;
+  Timeline& operator=(const Timeline&) = delete;
 
-  std::size_t frames() const { return requests_.size(); }
   /// The cost of a number of `bits` bits, first value included. `values` are one a frame, of `bits`
   /// bits, 1 to 64.
   double cost(std::span<const std::uint64_t> values, unsigned bits) const;
@@ -35,19 +40,12 @@ class Timeline {
   static double rough_cost(std::span<const std::uint64_t> values, unsigned bits);
 
  private:
-  struct Weights {
-    std::uint32_t at = 0;
-    std::uint32_t count = 0;
-  };
-
-  Weights weights_of(std::size_t frame, std::size_t points, std::size_t degree);
-
-  std::vector<double> requests_;
   // No frame is near before this one.
   std::vector<bool> begins_;
-  // Of the values before a frame, the nearest first: their sum is the prediction.
-  std::vector<double> pool_;
-  std::vector<Weights> weights_[predictors];
+  // The weights of the values at these times, the nearest first: their sum is the prediction.
+  std::map<std::pair<std::size_t, std::vector<double>>, std::vector<double>> extrapolations_;
+  // Of each predictor and frame.
+  std::array<std::vector<const std::vector<double>*>, predictors> weights_;
 };
 
 /// The cost of a flag of one bit a frame; 1 is active.

@@ -48,11 +48,9 @@ class SampleCollector {
   }
 
   void thin_out() {
-    while (samples_.size() > most_ / 4 * 3) {
-      const std::size_t before = samples_.size();
+    while (samples_.size() > most_ / 4 * 3 && stride_ < std::uint64_t{1} << 62U) {
       stride_ *= 2;
       std::erase_if(samples_, [this](const Sample& each) { return !is_wanted(each.cycle); });
-      if (samples_.size() == before && stride_ > (std::uint64_t{1} << 62U)) return;
     }
   }
 

@@ -71,74 +71,160 @@ double position_width_cost(unsigned bits) {
   return costs[bits];
 }
 
-double life_cost(const ChannelLayout& layout, const Field& life, bool last) {
+double life_cost(const ChannelLayout& layout, const Field& life) {
   const bool safety = layout.crc.width_bits == 16;
   if (!life.present()) return safety ? 1 : 0.05;
   const double width = life.bits == safety_counter_bits ? (safety ? 1.2 : 7) : 16;
-  return width + (last ? 0 : 4);
+  return width + (life.shift == 0 ? 0 : 4);
 }
 
-// The bits of a position, from `low` to below `high`.
-struct Place {
-  unsigned low = 0;
-  unsigned high = 0;
+Field field_of(unsigned shift, unsigned bits) {
+  return {static_cast<std::uint8_t>(shift), static_cast<std::uint8_t>(bits)};
+}
 
-  unsigned bits() const { return high - low; }
-  auto operator<=>(const Place&) const = default;
-};
-
-// A division of the bits, with the cost of all but the position.
-struct Division {
-  ChannelFormat channel;
-  Place position;
-  double cost = 0;
-};
+// Makes these bits the position, in this coding.
+void set_position(ChannelFormat& channel, const Field& place, Coding coding, unsigned split) {
+  using enum Coding;
+  channel.position = split == 0 ? place : Field{};
+  channel.position_gray = coding == gray;
+  channel.position_lsb = coding == lsb_first;
+  if (split == 0) return;
+  channel.singleturn = field_of(place.shift, split);
+  channel.multiturn = field_of(place.shift + split, place.bits - split);
+  channel.singleturn_gray = coding == singleturn_gray || coding == both_gray;
+  channel.multiturn_gray = coding == multiturn_gray || coding == both_gray;
+}
 
 class FieldSearch {
  public:
   FieldSearch(const ChannelWords& words, const Timeline& timeline, const ChannelLayout& layout)
       : words_(words), timeline_(timeline), layout_(layout), bits_(layout.data_bits) {
     for (const std::uint64_t data : words.data) moved_ |= data ^ words.data.front();
+    for (unsigned bit = 0; bit < bits_; ++bit) bit_costs_.push_back(costs_of_bit(bit));
   }
 
   std::vector<Fields> find() {
     divide();
-    std::map<Place, double> places;
-    for (const Division& each : divisions_) {
+    for (const Fields& each : divisions_) {
       for (const Coding coding : {Coding::binary, Coding::gray, Coding::lsb_first}) {
         add(each, coding, 0);
-        const auto [at, made] = places.try_emplace(each.position, all_.back().cost);
-        at->second = std::min(at->second, all_.back().cost);
       }
     }
-    std::vector<std::pair<double, Place>> best;
-    for (const auto& [place, cost] : places) best.emplace_back(cost, place);
-    std::sort(best.begin(), best.end());
-    if (best.size() > most_coded) best.resize(most_coded);
-    for (const auto& [cost, place] : best) add_rare_codings(place);
+    sort();
+    std::vector<Field> places;
+    for (const Fields& each : all_) {
+      const Field& place = each.channel.position;
+      if (std::find(places.begin(), places.end(), place) == places.end()) places.push_back(place);
+      if (places.size() == most_coded) break;
+    }
+    for (const Field& place : places) add_rare_codings(place);
     doubt_counters();
-    std::stable_sort(all_.begin(), all_.end(),
-                     [](const Fields& a, const Fields& b) { return a.cost < b.cost; });
+    sort();
     return std::move(all_);
   }
 
  private:
-  bool is_moved(unsigned bit) const { return ((moved_ >> bit) & 1U) != 0; }
+  void sort() {
+    std::stable_sort(all_.begin(), all_.end(),
+                     [](const Fields& a, const Fields& b) { return a.cost < b.cost; });
+  }
 
-  // ---- Divisions
+  // ---- Divisions of the bits
+
+  // What a bit costs that is a flag of each polarity, or padding.
+  struct BitCosts {
+    double low_active = 0;
+    double high_active = 0;
+    double padding = 0;
+  };
+
+  BitCosts costs_of_bit(unsigned bit) const {
+    std::vector<std::uint8_t> ones;
+    std::vector<std::uint8_t> zeros;
+    for (const std::uint64_t data : words_.data) {
+      const bool one = ((data >> bit) & 1U) != 0;
+      ones.push_back(one ? 1 : 0);
+      zeros.push_back(one ? 0 : 1);
+    }
+    return {flag_cost(zeros), flag_cost(ones), padding_cost(ones)};
+  }
 
   void divide() {
-    divide({}, true);
-    const auto at = [](unsigned shift, unsigned count) {
-      return Field{static_cast<std::uint8_t>(shift), static_cast<std::uint8_t>(count)};
-    };
+    divide(Field{});
     for (unsigned count = 3; count <= 16 && count + 2 < bits_; ++count) {
-      if (counts(at(0, count))) divide(at(0, count), true);
-      for (const unsigned flags : {1U, 2U}) {
-        if (counts(at(flags, count))) divide(at(flags, count), false);
+      for (const unsigned shift : {0U, 1U, 2U, bits_ - count}) {
+        const Field life = field_of(shift, count);
+        if (counts(life)) divide(life);
       }
-      if (counts(at(bits_ - count, count))) divide(at(bits_ - count, count), false);
     }
+  }
+
+  // With this sign of life: below the flags, directly above them, or above the position.
+  void divide(const Field& life) {
+    const bool last = life.shift == 0;
+    const bool first = !last && life.shift + unsigned{life.bits} == bits_;
+    const unsigned base = last ? life.bits : 0;
+    const unsigned top = first ? bits_ - life.bits : bits_;
+    Fields fields;
+    fields.channel.data_bits = static_cast<std::uint8_t>(bits_);
+    fields.channel.life_counter = life;
+    fields.cost = life_cost(layout_, life) + (life.present() ? life_cost_of(life) : 0);
+    fields.moved = moved_;
+    const bool without_flags = layout_.crc.without_flags;
+    for (const FlagKind& kind : flag_kinds) {
+      if (!last && !first && kind.bits != life.shift) continue;
+      const unsigned flags = (kind.error == ' ' ? 0U : 1U) + (kind.warning == ' ' ? 0U : 1U);
+      const bool left_out = flags == layout_.flags && flags == kind.bits && base == 0;
+      if (without_flags && !left_out) continue;
+      const unsigned low = kind.bits + (first ? 0U : life.bits);
+      const unsigned still = still_bits(moved_, low);
+      for (unsigned zeros = 0; zeros <= still && low + zeros < top; ++zeros) {
+        divide(fields, kind, scale_cost(zeros), base, low + zeros, top);
+      }
+    }
+    if (without_flags || !last) return;
+    // Flags before the position, or followed by zeros.
+    const unsigned still = still_bits(moved_, base);
+    for (unsigned zeros = 0; zeros <= still && base + zeros + 3 <= top; ++zeros) {
+      for (const std::size_t kind : {0U, 2U}) {
+        divide(fields, flag_kinds[kind], 9 + scale_cost(zeros), top - 2, base + zeros, top - 2);
+      }
+    }
+    const unsigned zero = still_bits(moved_ | words_.data.front(), base);
+    for (unsigned zeros = 1; zeros <= zero && base + zeros + 3 <= top; ++zeros) {
+      divide(fields, flag_kinds[0], 9.0 + zeros, base + zeros, base + zeros + 2, top);
+    }
+  }
+
+  // How many bits from `low` on are not among these.
+  static unsigned still_bits(std::uint64_t bits, unsigned low) {
+    return std::min(static_cast<unsigned>(std::countr_zero(bits >> low)), most_zeros);
+  }
+
+  static double scale_cost(unsigned zeros) { return zeros > 0 ? 4 + 0.5 * zeros : 0; }
+
+  // \param flags_at the last bit of the flags
+  // \param low and high the bits of the position
+  void divide(Fields fields, const FlagKind& kind, double more, unsigned flags_at, unsigned low,
+              unsigned high) {
+    ChannelFormat& channel = fields.channel;
+    channel.position = field_of(low, high - low);
+    fields.position_moved = moved_ & mask_of(channel.position);
+    fields.cost += kind.cost + more + position_width_cost(high - low);
+    const auto flag = [&](char text, unsigned shift) -> FlagField {
+      if (text == ' ') return {};
+      const bool active_high = text == 'a';
+      fields.cost += active_high ? bit_costs_[shift].high_active : bit_costs_[shift].low_active;
+      return {static_cast<std::uint8_t>(shift), true, active_high};
+    };
+    channel.error = flag(kind.error, flags_at + kind.bits - 1);
+    channel.warning = flag(kind.warning, flags_at);
+    const std::uint64_t used =
+        mask_of(channel.life_counter) | channel.flags_mask() | mask_of(channel.position);
+    for (unsigned bit = 0; bit < bits_; ++bit) {
+      if (((used >> bit) & 1U) == 0) fields.cost += bit_costs_[bit].padding;
+    }
+    divisions_.push_back(fields);
   }
 
   // Bits that count the frames may be a position at constant speed, unless they are where a safety
@@ -157,9 +243,9 @@ class FieldSearch {
         least = std::min(least, each.cost);
       }
     }
-    if (with == HUGE_VAL || without == HUGE_VAL || with >= without - 1) return;
+    const double more = without - 1 - with;
     for (Fields& each : all_) {
-      if (is_doubtful(each)) each.cost += without - 1 - with;
+      if (more > 0 && more < HUGE_VAL && is_doubtful(each)) each.cost += more;
     }
   }
 
@@ -181,94 +267,6 @@ class FieldSearch {
     return follow > 3 && follow > (is_safety(life) ? 0.3 : 0.7) * seen;
   }
 
-  void divide(const Field& life, bool last) {
-    const bool first = life.present() && !last && life.shift + unsigned{life.bits} == bits_;
-    const unsigned base = life.present() && last ? life.bits : 0;
-    const unsigned top = first ? bits_ - life.bits : bits_;
-    for (const FlagKind& kind : flag_kinds) {
-      // Flags below the sign of life, or directly above it.
-      const bool between = life.present() && !last && !first;
-      if (between && kind.bits != life.shift) continue;
-      const unsigned low = between ? life.shift + unsigned{life.bits} : base + kind.bits;
-      if (layout_.crc.without_flags &&
-          (base != 0 || kind.bits != layout_.flags || kind.error == ' ' ||
-           (kind.bits == 2 && kind.warning == ' '))) {
-        continue;
-      }
-      add_with_zeros(life, last, kind, base, low, top);
-    }
-    if (layout_.crc.without_flags) return;
-    if (top >= base + 3) divide_flags_first(life, last, base, top);
-    // The flags are followed by zeros.
-    for (unsigned zeros = 1; zeros <= most_zeros && base + zeros + 3 <= top; ++zeros) {
-      if (is_moved(base + zeros - 1) || one_at(base + zeros - 1)) break;
-      FlagKind kind = flag_kinds[0];
-      kind.cost = 9.0 + zeros;
-      add(life, last, kind, base + zeros, {base + zeros + 2, top}, base);
-    }
-  }
-
-  void add_with_zeros(const Field& life, bool last, const FlagKind& kind, unsigned base,
-                      unsigned low, unsigned top) {
-    for (unsigned zeros = 0; zeros <= most_zeros && low + zeros < top; ++zeros) {
-      if (zeros > 0 && is_moved(low + zeros - 1)) break;
-      FlagKind with_zeros = kind;
-      if (zeros > 0) with_zeros.cost += 4 + 0.5 * zeros;
-      add(life, last, with_zeros, base, {low + zeros, top}, base);
-    }
-  }
-
-  void divide_flags_first(const Field& life, bool last, unsigned base, unsigned top) {
-    if (life.present() && !last) return;
-    for (unsigned zeros = 0; zeros <= most_zeros && base + zeros + 3 <= top; ++zeros) {
-      if (zeros > 0 && is_moved(base + zeros - 1)) break;
-      for (FlagKind kind : {flag_kinds[0], flag_kinds[2]}) {
-        kind.cost += 9 + (zeros > 0 ? 4 + 0.5 * zeros : 0.0);
-        add(life, last, kind, top - 2, {base + zeros, top - 2}, base);
-      }
-    }
-  }
-
-  // \param flags_at the last bit of the flags
-  // \param base bits below it are no padding
-  void add(const Field& life, bool last, const FlagKind& kind, unsigned flags_at,
-           const Place& position, unsigned base) {
-    Division division;
-    division.channel.data_bits = static_cast<std::uint8_t>(bits_);
-    division.channel.life_counter = life;
-    division.position = position;
-    division.cost =
-        kind.cost + life_cost(layout_, life, last) + position_width_cost(position.bits());
-    if (kind.error != ' ') {
-      const unsigned shift = flags_at + kind.bits - 1;
-      division.channel.error = {static_cast<std::uint8_t>(shift), true, kind.error == 'a'};
-    }
-    if (kind.warning != ' ') {
-      division.channel.warning = {static_cast<std::uint8_t>(flags_at), true, kind.warning == 'a'};
-    }
-    for (const FlagField* flag : {&division.channel.error, &division.channel.warning}) {
-      if (flag->present) division.cost += flag_cost(bit_of(flag->shift, !flag->active_high));
-    }
-    if (life.present()) division.cost += life_cost_of(life);
-    const std::uint64_t used = mask_of(life) | mask_of(division.channel.error) |
-                               mask_of(division.channel.warning) |
-                               low_mask(position.bits()) << position.low;
-    for (unsigned bit = base; bit < bits_; ++bit) {
-      if (((used >> bit) & 1U) == 0) division.cost += padding_cost(bit_of(bit, false));
-    }
-    divisions_.push_back(division);
-  }
-
-  bool one_at(unsigned bit) const { return ((words_.data.front() >> bit) & 1U) != 0; }
-
-  std::vector<std::uint8_t> bit_of(unsigned bit, bool inverted) const {
-    std::vector<std::uint8_t> values;
-    for (const std::uint64_t data : words_.data) {
-      values.push_back(static_cast<std::uint8_t>(((data >> bit) & 1U) ^ (inverted ? 1U : 0U)));
-    }
-    return values;
-  }
-
   double life_cost_of(const Field& life) const {
     std::vector<CounterValue> values;
     std::uint64_t repeats = 0;
@@ -284,33 +282,19 @@ class FieldSearch {
 
   // ---- Positions
 
-  void add(const Division& division, Coding coding, unsigned split) {
-    Fields fields;
-    fields.channel = division.channel;
+  void add(Fields fields, Coding coding, unsigned split) {
+    const Field place = fields.channel.position;
+    fields.cost += position_cost(place, coding, split);
     fields.coding = coding;
     fields.split = split;
-    fields.cost = division.cost + position_cost(division.position, coding, split);
-    const Place& place = division.position;
-    const Field whole{static_cast<std::uint8_t>(place.low),
-                      static_cast<std::uint8_t>(place.bits())};
-    if (split == 0) {
-      fields.channel.position = whole;
-    } else {
-      fields.channel.singleturn = {whole.shift, static_cast<std::uint8_t>(split)};
-      fields.channel.multiturn = {static_cast<std::uint8_t>(whole.shift + split),
-                                  static_cast<std::uint8_t>(whole.bits - split)};
-    }
-    fields.moved = moved_;
-    fields.position_moved = moved_ & mask_of(whole);
-    fields.flags_moved = moved_ & (mask_of(fields.channel.error) | mask_of(fields.channel.warning));
+    set_position(fields.channel, place, coding, split);
     all_.push_back(fields);
   }
 
   // Those that make the motion smoother.
-  void add_rare_codings(const Place& place) {
+  void add_rare_codings(const Field& place) {
     using enum Coding;
-    const std::uint64_t seen = (moved_ >> place.low) & low_mask(place.bits());
-    const auto top = static_cast<unsigned>(std::bit_width(seen));
+    const auto top = static_cast<unsigned>(std::bit_width(place.of(moved_)));
     const double least = Timeline::rough_cost(numbers(place, binary, 0), top);
     for (unsigned split = least_turn_bits; split + 1 < top; ++split) {
       for (const Coding coding : {singleturn_gray, multiturn_gray, both_gray, two_tracks}) {
@@ -328,13 +312,12 @@ class FieldSearch {
         if (rough > 0.9 * least) continue;
         // A lower track that is noise is no track, nor is one that carries.
         const double noise = 0.6 * data_weight * split * static_cast<double>(words_.data.size());
-        if (coding == two_tracks &&
-            (number_cost({place.low, place.low + split}, binary, 0) > noise ||
-             is_carried(numbers(place, binary, 0), split, top))) {
+        if (coding == two_tracks && (number_cost(field_of(place.shift, split), binary, 0) > noise ||
+                                     is_carried(numbers(place, binary, 0), split, top))) {
           continue;
         }
-        for (const Division& each : divisions_) {
-          if (each.position == place) add(each, coding, split);
+        for (const Fields& each : divisions_) {
+          if (each.channel.position == place) add(each, coding, split);
         }
       }
     }
@@ -357,27 +340,28 @@ class FieldSearch {
     return seen[1] < 3 || changed[1] / seen[1] > 0.3 + changed[0] / std::max(1.0, seen[0]);
   }
 
-  double position_cost(const Place& place, Coding coding, unsigned split) {
+  double position_cost(const Field& place, Coding coding, unsigned split) {
     const double binary = number_cost(place, Coding::binary, 0);
     if (coding == Coding::binary) return binary;
-    const double cost = coding == Coding::two_tracks
-                            ? number_cost({place.low, place.low + split}, Coding::binary, 0) +
-                                  number_cost({place.low + split, place.high}, Coding::binary, 0)
-                            : number_cost(place, coding, split);
+    const double cost =
+        coding == Coding::two_tracks
+            ? number_cost(field_of(place.shift, split), Coding::binary, 0) +
+                  number_cost(field_of(place.shift + split, place.bits - split), Coding::binary, 0)
+            : number_cost(place, coding, split);
     double gain = binary - cost;
     const double share = binary <= 0 ? 0 : std::abs(gain) / binary;
     if (share < least_difference) gain *= share / least_difference;
     return binary - gain + coding_cost(coding);
   }
 
-  double number_cost(const Place& place, Coding coding, unsigned split) {
-    const auto key = std::tuple(place, coding, split);
+  double number_cost(const Field& place, Coding coding, unsigned split) {
+    const auto key = std::tuple(place.shift, place.bits, coding, split);
     const auto known = number_costs_.find(key);
     if (known != number_costs_.end()) return known->second;
     std::vector<std::uint64_t> values = numbers(place, coding, split);
     std::uint64_t seen = 0;
     for (const std::uint64_t value : values) seen |= value ^ values.front();
-    double cost = place.bits();
+    double cost = place.bits;
     if (seen != 0) {
       const auto low = static_cast<unsigned>(std::countr_zero(seen));
       const auto bits = static_cast<unsigned>(std::bit_width(seen)) - low;
@@ -396,34 +380,14 @@ class FieldSearch {
     return cost;
   }
 
-  std::vector<std::uint64_t> numbers(const Place& place, Coding coding, unsigned split) const {
+  std::vector<std::uint64_t> numbers(const Field& place, Coding coding, unsigned split) const {
+    ChannelFormat channel;
+    set_position(channel, place, coding, split);
     std::vector<std::uint64_t> values;
     for (const std::uint64_t data : words_.data) {
-      const std::uint64_t bits = data >> place.low & low_mask(place.bits());
-      values.push_back(number(bits, place.bits(), coding, split));
+      values.push_back(frame_detail::position_of(channel, data));
     }
     return values;
-  }
-
-  static std::uint64_t number(std::uint64_t value, unsigned bits, Coding coding, unsigned split) {
-    const std::uint64_t below = value & low_mask(split);
-    const std::uint64_t above = value >> split;
-    switch (coding) {
-      case Coding::gray:
-        return frame_detail::gray_to_binary(value);
-      case Coding::singleturn_gray:
-        return above << split | frame_detail::gray_to_binary(below);
-      case Coding::multiturn_gray:
-        return frame_detail::gray_to_binary(above) << split | below;
-      case Coding::both_gray:
-        return frame_detail::gray_to_binary(above) << split | frame_detail::gray_to_binary(below);
-      case Coding::lsb_first:
-        return frame_detail::bits_reversed(value, bits);
-      case Coding::binary:
-      case Coding::two_tracks:
-        break;
-    }
-    return value;
   }
 
   const ChannelWords& words_;
@@ -431,9 +395,11 @@ class FieldSearch {
   const ChannelLayout& layout_;
   unsigned bits_;
   std::uint64_t moved_ = 0;
-  std::vector<Division> divisions_;
+  std::vector<BitCosts> bit_costs_;
+  // With a binary position.
+  std::vector<Fields> divisions_;
   std::vector<Fields> all_;
-  std::map<std::tuple<Place, Coding, unsigned>, double> number_costs_;
+  std::map<std::tuple<std::uint8_t, std::uint8_t, Coding, unsigned>, double> number_costs_;
 };
 
 }  // namespace

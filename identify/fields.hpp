@@ -37,9 +37,8 @@ struct Fields {
   unsigned split = 0;
   /// Bits that were seen as 0 and as 1.
   std::uint64_t moved = 0;
-  /// Of `moved`, those of the position and of the flags.
+  /// Of `moved`, those of the position.
   std::uint64_t position_moved = 0;
-  std::uint64_t flags_moved = 0;
   /// In bits, the choice of the meaning included.
   double cost = 0;
 };

@@ -21,39 +21,25 @@ constexpr std::size_t most_meanings = 6;
 
 // ---- The account of the frames under one layout
 
-// The time from request to request, as far as the frames show it.
-Picoseconds usual_interval(const FrameSet& frames) {
-  std::vector<Picoseconds> intervals;
+// When each frame was requested, in requests, as far as the frames show it.
+std::vector<double> requests_of(const FrameSet& frames) {
+  const auto interval = [&](std::size_t i) {
+    return static_cast<double>((frames.samples[i]->time - frames.samples[i - 1]->time).count);
+  };
+  std::vector<double> intervals;
   for (std::size_t i = 1; i < frames.samples.size(); ++i) {
-    if (frames.before[i] == nullptr) continue;
-    intervals.push_back(frames.samples[i]->time - frames.before[i]->time);
+    if (frames.before[i] != nullptr) intervals.push_back(interval(i));
   }
-  if (intervals.empty()) return {};
   const auto middle = intervals.begin() + static_cast<std::ptrdiff_t>(intervals.size() / 2);
-  std::nth_element(intervals.begin(), middle, intervals.end());
-  return *middle;
-}
-
-Timeline timeline_of(const FrameSet& frames, const std::vector<bool>& right) {
-  const Picoseconds interval = usual_interval(frames);
-  std::vector<double> requests;
-  const Sample* before = nullptr;
-  for (std::size_t i = 0; i < frames.samples.size(); ++i) {
-    if (!right[i]) continue;
-    const Sample& sample = *frames.samples[i];
-    double step = 0;
-    if (before != nullptr) {
-      step = interval.count > 0 ? static_cast<double>((sample.time - before->time).count) /
-                                      static_cast<double>(interval.count)
-                                : static_cast<double>(sample.cycle - before->cycle);
-      const double whole = std::round(step);
-      if (std::abs(step - whole) < 0.25) step = whole;
-      step = std::max(step, 0.05);
-    }
-    requests.push_back((requests.empty() ? 0 : requests.back()) + step);
-    before = &sample;
+  if (!intervals.empty()) std::nth_element(intervals.begin(), middle, intervals.end());
+  std::vector<double> requests(frames.samples.size());
+  for (std::size_t i = 1; i < requests.size(); ++i) {
+    double step = static_cast<double>(frames.samples[i]->cycle - frames.samples[i - 1]->cycle);
+    if (!intervals.empty() && *middle > 0) step = interval(i) / *middle;
+    if (std::abs(step - std::round(step)) < 0.25) step = std::round(step);
+    requests[i] = requests[i - 1] + std::max(step, 0.05);
   }
-  return Timeline(std::move(requests));
+  return requests;
 }
 
 ChannelWords words_of(const FrameSet& frames, const Layout& layout, const ChannelLayout& channel) {
@@ -125,15 +111,6 @@ bool is_alike(const ChannelFormat& known, const Fields& seen) {
          std::countr_zero(position_of(known)) == std::countr_zero(position_of(seen.channel));
 }
 
-template <class Test>
-bool all_channels(const FrameFormat& known, const FormatCandidate& candidate, Test test) {
-  if (known.channel_count != candidate.fields.size()) return false;
-  for (std::size_t k = 0; k < known.channel_count; ++k) {
-    if (!test(known.channel_list[k], candidate.fields[k])) return false;
-  }
-  return true;
-}
-
 // The encoder answers on CDS. It does so only where the master asks, and then with two ones or more;
 // other ones are damage, as long as they are rare.
 bool answers_on_cds(const FrameSet& frames, const Layout& layout) {
@@ -157,12 +134,17 @@ void compare_with_catalogue(FormatCandidate& candidate, bool cds) {
     std::vector<std::string_view> names;
   };
   std::vector<Known> all;
+  const auto all_channels = [&](const FrameFormat& format, const auto& test) {
+    const auto channels = format.channels();
+    return std::equal(channels.begin(), channels.end(), candidate.fields.begin(),
+                      candidate.fields.end(), test);
+  };
   const auto add = [&](const FrameFormat& format, std::string_view name) {
-    if ((format.cds0 && cds) || !all_channels(format, candidate, fits)) return;
+    if ((format.cds0 && cds) || !all_channels(format, fits)) return;
     auto same = std::find_if(all.begin(), all.end(),
                              [&](const Known& each) { return each.format == format; });
     if (same == all.end()) {
-      same = all.insert(same, {format, all_channels(format, candidate, is_alike), {}});
+      same = all.insert(same, {format, all_channels(format, is_alike), {}});
     }
     same->names.push_back(name);
   };
@@ -181,24 +163,14 @@ void compare_with_catalogue(FormatCandidate& candidate, bool cds) {
   }
 }
 
-void write_channel(const Fields& fields, const ChannelLayout& layout, ChannelFormat& channel) {
-  using enum Coding;
-  channel = fields.channel;
-  channel.crc = layout.crc;
-  channel.position_gray = fields.coding == gray;
-  channel.position_lsb = fields.coding == lsb_first;
-  channel.singleturn_gray = fields.coding == singleturn_gray || fields.coding == both_gray;
-  channel.multiturn_gray = fields.coding == multiturn_gray || fields.coding == both_gray;
-}
-
 FormatCandidate candidate_of(Hypothesis& hypothesis, const Layout& layout, const FrameSet& frames) {
   FormatCandidate candidate;
   candidate.layout = layout;
   candidate.fields = std::move(hypothesis.fields);
   for (std::size_t k = 0; k < layout.channels.size(); ++k) {
-    ChannelFormat& channel = candidate.format.channel_list[candidate.format.channel_count++];
-    write_channel(candidate.fields[k], layout.channels[k], channel);
-    candidate.fields[k].channel = channel;
+    ChannelFormat& channel = candidate.fields[k].channel;
+    channel.crc = layout.channels[k].crc;
+    candidate.format.channel_list[candidate.format.channel_count++] = channel;
   }
   compare_with_catalogue(candidate, answers_on_cds(frames, layout));
   return candidate;
@@ -238,12 +210,17 @@ FormatFinding find_format(std::span<const Sample> samples) {
   FormatFinding finding;
   const FrameSet frames(samples, most_frames);
   const std::vector<Layout> layouts = find_layouts(frames, most_layouts);
+  const std::vector<double> requests = requests_of(frames);
   std::vector<Hypothesis> hypotheses;
   // Of all layouts, and of each that its checksum fits by chance.
   std::vector<double> costs;
   for (std::size_t i = 0; i < layouts.size(); ++i) {
     const Layout& layout = layouts[i];
-    const Timeline timeline = timeline_of(frames, layout.right);
+    std::vector<double> right_requests;
+    for (std::size_t k = 0; k < requests.size(); ++k) {
+      if (layout.right[k]) right_requests.push_back(requests[k]);
+    }
+    const Timeline timeline(right_requests);
     std::vector<std::vector<Fields>> meanings;
     double cost = layout.cost;
     for (const ChannelLayout& channel : layout.channels) {
@@ -286,32 +263,28 @@ std::vector<FormatPart> find_parts(std::span<const Sample> samples) {
   struct Run {
     std::size_t first = 0;
     std::size_t last = 0;
-    std::size_t frames = 0;
+    std::size_t frames() const { return last - first + 1; }
   };
   std::vector<Run> runs;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const std::size_t bits = samples[i].bits.size_bits();
     const std::size_t frames = lengths[bits];
     if (bits < least_bits || frames < least_frames || 20 * frames < samples.size()) continue;
-    if (runs.empty() || samples[runs.back().last].bits.size_bits() != bits)
-      runs.push_back({i, i, 0});
+    if (runs.empty() || samples[runs.back().last].bits.size_bits() != bits) runs.push_back({i, i});
     runs.back().last = i;
-    ++runs.back().frames;
   }
   const bool parted = runs.size() > 1 && runs.size() <= most_parts &&
                       std::all_of(runs.begin(), runs.end(),
-                                  [](const Run& each) { return each.frames >= least_frames; });
+                                  [](const Run& each) { return each.frames() >= least_frames; });
   std::vector<FormatPart> parts;
-  if (!parted) runs.assign(samples.empty() ? 0 : 1, {0, samples.size() - 1, samples.size()});
+  if (!parted) runs.assign(samples.empty() ? 0 : 1, {0, samples.size() - 1});
   for (const Run& run : runs) {
     FormatPart part{samples[run.first].cycle, samples[run.last].cycle,
                     static_cast<unsigned>(samples[run.first].bits.size_bits()),
-                    find_format(samples.subspan(run.first, run.last + 1 - run.first))};
-    const FormatFinding& now = part.finding;
-    const bool same = !parts.empty() && parts.back().finding.sure() != nullptr &&
-                      now.sure() != nullptr &&
-                      parts.back().finding.sure()->format == now.sure()->format;
-    if (same) {
+                    find_format(samples.subspan(run.first, run.frames()))};
+    const FormatCandidate* const before = parts.empty() ? nullptr : parts.back().finding.sure();
+    const FormatCandidate* const now = part.finding.sure();
+    if (before != nullptr && now != nullptr && before->format == now->format) {
       parts.back().to_cycle = part.to_cycle;
     } else {
       parts.push_back(std::move(part));

@@ -25,14 +25,6 @@ constexpr Polynomial remainder(Polynomial p, Polynomial divisor) {
   return p;
 }
 
-constexpr Polynomial product(Polynomial a, Polynomial b) {
-  Polynomial result = 0;
-  for (; b != 0; b >>= 1U, a <<= 1U) {
-    if ((b & 1U) != 0) result ^= a;
-  }
-  return result;
-}
-
 /// The greatest common divisor; of p and 0 it is p.
 constexpr Polynomial common_divisor(Polynomial a, Polynomial b) {
   while (b != 0) {

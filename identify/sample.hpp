@@ -1,6 +1,7 @@
 // The frames of a capture from which the format is inferred.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "biss/base/bit_buffer.hpp"
@@ -35,10 +36,9 @@ struct Span {
 /// \pre the sample has these bits; 128 at most
 inline Polynomial polynomial_of(const Sample& sample, Span span) {
   const BitView bits = sample.bits.view();
-  const unsigned low = span.bits() > 64 ? span.bits() - 64 : 0;
-  const Polynomial high = low == 0 ? 0 : bits.word(span.begin, low);
-  const unsigned rest = span.bits() - low;
-  return (rest == 0 ? 0 : high << rest) | bits.word(span.begin + low, rest);
+  const unsigned low = std::min(span.bits(), 64U);
+  const unsigned high = span.bits() - low;
+  return Polynomial{bits.word(span.begin, high)} << low | bits.word(span.begin + high, low);
 }
 
 }  // namespace biss::identify
