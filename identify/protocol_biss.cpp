@@ -69,11 +69,11 @@ struct Structure {
   FrameSet frames{{}, 0};
   // Of the requests.
   double share = 0;
-  std::uint32_t clocks = 0;
+  std::int64_t clocks = 0;
   std::int64_t ack_clocks = 0;
-  double line_delay = 0;
+  std::int64_t line_delay = 0;
   // SLO's release after the last edge of MA; 0 where it is not seen.
-  double release = 0;
+  std::int64_t release = 0;
   // Share of the frames with CDS 1.
   double cds_share = 0;
   // The checksum that explains the frames best, and the bits for it.
@@ -85,46 +85,41 @@ struct Structure {
 Structure structure_of(const std::vector<Cycle>& requests, bool any_ack) {
   constexpr std::size_t enough_frames = 256;
   constexpr std::size_t most_tried = 16;
-  const auto is_answered = [](const Cycle& cycle) {
-    return decode::is_good(cycle.status) && cycle.ack && cycle.period && cycle.line_delay;
+  std::vector<const Cycle*> alike;
+  for (const Cycle& cycle : requests) {
+    if (decode::is_good(cycle.status) && cycle.ack && cycle.period && cycle.line_delay)
+      alike.push_back(&cycle);
+  }
+  const auto all = [&](auto figure) {
+    std::vector<std::int64_t> figures;
+    for (const Cycle* cycle : alike) figures.push_back(figure(*cycle));
+    return figures;
   };
-  const auto clocks_of_ack = [](const Cycle& cycle) {
+  const auto ack_clocks = [](const Cycle& cycle) {
     return (cycle.ack->count + cycle.period->count / 2) /
            std::max<std::int64_t>(cycle.period->count, 1);
   };
-  std::vector<double> delays;
-  std::vector<double> periods;
-  std::vector<std::int64_t> acks;
-  for (const Cycle& cycle : requests) {
-    if (!is_answered(cycle)) continue;
-    delays.push_back(static_cast<double>(cycle.line_delay->count));
-    periods.push_back(static_cast<double>(cycle.period->count));
-    acks.push_back(clocks_of_ack(cycle));
-  }
   Structure found;
-  found.line_delay = median_of(delays);
-  found.ack_clocks = most_frequent(acks);
-  const double tolerance = 0.5 * median_of(periods);
-  std::vector<std::uint32_t> clocks;
-  std::vector<double> releases;
-  std::size_t cds = 0;
-  for (const Cycle& cycle : requests) {
-    if (!is_answered(cycle)) continue;
-    const auto delay = static_cast<double>(cycle.line_delay->count);
-    if (std::abs(delay - found.line_delay) > tolerance) continue;
-    if (!any_ack && std::abs(clocks_of_ack(cycle) - found.ack_clocks) > 1) continue;
-    clocks.push_back(cycle.rising_edges);
-    if (cycle.release) releases.push_back(static_cast<double>(cycle.release->count));
-    cds += cycle.cds().value_or(false) ? 1U : 0U;
+  found.line_delay = median_of(all([](const Cycle& cycle) { return cycle.line_delay->count; }));
+  found.ack_clocks = most_frequent(all(ack_clocks));
+  const auto tolerance = median_of(all([](const Cycle& cycle) { return cycle.period->count; })) / 2;
+  std::erase_if(alike, [&](const Cycle* cycle) {
+    return std::abs(cycle->line_delay->count - found.line_delay) > tolerance ||
+           (!any_ack && std::abs(ack_clocks(*cycle) - found.ack_clocks) > 1);
+  });
+  found.clocks = most_frequent(all([](const Cycle& cycle) { return cycle.rising_edges; }));
+  found.cds_share =
+      share_of(alike, [](const Cycle* cycle) { return cycle->cds().value_or(false); });
+  found.share = share(alike.size(), requests.size());
+  std::vector<std::int64_t> releases;
+  for (const Cycle* cycle : alike) {
+    if (cycle->release) releases.push_back(cycle->release->count);
     Sample& sample = found.samples.emplace_back();
     sample.cycle = found.samples.size() - 1;
-    sample.time = cycle.time;
-    sample.bits.append(cycle.raw.view().from(2));
+    sample.time = cycle->time;
+    sample.bits.append(cycle->raw.view().from(2));
   }
-  found.clocks = most_frequent(clocks);
   found.release = median_of(releases);
-  found.cds_share = share(cds, found.samples.size());
-  found.share = share(found.samples.size(), requests.size());
   found.frames = FrameSet(found.samples, enough_frames);
   for (Layout& layout : find_layouts(found.frames, most_tried)) {
     if (!layout.checked() || layout.right_share < 0.6) continue;
@@ -183,9 +178,9 @@ double confidence_of_structure(const Structure& structure, std::size_t pulses) {
   if (rank_of(structure.frames) >= 8)
     return long_for_ssi && !bytes && structure.share > 0.95 && alike >= 20 ? 0.45 : 0.3;
   // What an SSI encoder's monoflop releases.
-  constexpr double microsecond = 1e6;
-  const double release = structure.release;
-  const bool monoflop = release == 0 || (release > 8 * microsecond && release < 40 * microsecond);
+  const Picoseconds release{structure.release};
+  const bool monoflop =
+      release.count == 0 || (release > microseconds(8) && release < microseconds(40));
   return bytes || (monoflop && !long_for_ssi) ? 0.42 : 0.93;
 }
 
@@ -209,7 +204,8 @@ BissTrial judge(const std::vector<Cycle>& requests, std::size_t pulses) {
   // CDS is 1 only now and then; the inverse of another protocol has it always.
   if (structure.cds_share > 0.95) confidence = std::min(confidence, 0.25);
   // A clock in bytes that idles low, read from its second edge on.
-  const bool one_less = pulses % 8 == 0 && structure.clocks + 1U == pulses;
+  const bool one_less =
+      pulses % 8 == 0 && structure.clocks + 1 == static_cast<std::int64_t>(pulses);
   const bool usual = certain && crc.polynomial == default_polynomial(crc.width_bits);
   if (one_less && !usual) confidence = std::min(confidence, 0.4);
   if (repeats(structure.frames)) confidence = std::min(confidence, 0.2);
@@ -217,7 +213,8 @@ BissTrial judge(const std::vector<Cycle>& requests, std::size_t pulses) {
   trial.guess.confidence = confidence * (alike < 8 ? 0.7 : 1);
   trial.guess.why = fmt::format(
       "{} of {} requests are answered alike: {} clocks, ACK of {} clocks after {:.0f} ns; {}",
-      alike, requests.size(), structure.clocks, structure.ack_clocks, structure.line_delay / 1000,
+      alike, requests.size(), structure.clocks, structure.ack_clocks,
+      static_cast<double>(structure.line_delay) / 1000,
       crc.present() ? fmt::format("a CRC of {} bits fits", crc.width_bits) : "no checksum seen");
   return trial;
 }

@@ -22,28 +22,28 @@ constexpr double microsecond = 1e6;
 
 /// The data of one burst of the clock.
 struct Transfer {
-  Picoseconds begin{};
-  Picoseconds end{};
   std::size_t pulses = 0;
   /// The level of the data when the clock starts, and a period after its last edge.
   bool before = false;
   bool after = false;
   /// Data changes shortly before the clock starts.
   bool prepared = false;
-  /// First change of the data after `begin`, in periods from the clock's first return to idle.
-  std::optional<double> first_change;
-  /// Changes of the data between this burst and the next, and when the first one comes.
+  /// Data changes with the first pulse of the clock.
+  bool starts = false;
+  /// Data changes from here to the next burst.
+  bool moves = false;
+  /// Changes of the data in the gap after the burst, and from the end of the burst to the first one
+  /// and to the last one.
   std::size_t gap_changes = 0;
-  std::optional<double> release;
+  double release = 0;
+  double recovery = 0;
 };
 
 /// A clock and a line of data.
 struct Pair {
   const Trace& line;
   const ClockShape& clock;
-  const Trace& other;
-  /// The other line without pulses that are too short for bits.
-  Trace data;
+  const Trace& data;
   /// The data is held from before each burst to after it.
   bool selects = false;
   /// Changes of data per burst, and how far they keep to one phase of the clock: 0 to 1.
@@ -62,101 +62,88 @@ struct Pair {
   bool in_step() const { return coherence >= 0.75 && changes >= 0.3; }
 };
 
-Trace without_short_pulses(const Trace& line, double shortest) {
-  Trace kept{line.line, line.first_high, {}, {}};
-  for (const Picoseconds time : line.changes) {
-    if (!kept.changes.empty() && length(kept.changes.back(), time) < shortest) {
-      kept.changes.pop_back();
-    } else {
-      kept.changes.push_back(time);
-    }
-  }
-  return kept;
-}
-
 bool is_select(const Pair& pair) {
   const std::vector<Burst>& bursts = pair.clock.bursts;
-  const std::size_t changes = pair.other.changes.size();
+  const std::size_t changes = pair.data.changes.size();
   if (changes < 4 || changes > 2 * bursts.size() + 2) return false;
-  std::size_t low = 0;
+  std::size_t held = 0;
   std::size_t high = 0;
   for (const Burst& burst : bursts) {
-    const std::size_t at = pair.other.after(pair.begin_of(burst));
-    if (pair.other.after(pair.end_of(burst)) != at) continue;
-    ++(pair.other.level_before(at) ? high : low);
+    const std::size_t at = pair.data.after(pair.begin_of(burst));
+    if (pair.data.after(pair.end_of(burst)) != at) continue;
+    ++held;
+    high += pair.data.level_before(at) ? 1U : 0U;
   }
-  return 10 * std::max(low, high) >= 9 * bursts.size();
+  return 10 * std::max(high, held - high) >= 9 * bursts.size();
 }
 
-// The mean direction of the changes of data, where a period is a full turn, from the edges that
-// leave the idle level (0) or return to it (1).
-std::complex<double> turn_of_changes(const Pair& pair, std::size_t from, std::size_t& count) {
-  std::complex<double> sum;
-  count = 0;
+// Where in a period the data changes: the mean direction, where a period is a full turn, from the
+// edges that leave the idle level and from those that return to it.
+void measure_phase(Pair& pair) {
+  constexpr double turn = 2 * std::numbers::pi;
+  const auto& clock = pair.line.changes;
+  std::array<std::complex<double>, 2> sums;
+  std::size_t count = 0;
   for (const Burst& burst : pair.clock.bursts) {
     const Picoseconds stop = later(pair.end_of(burst), 0.9 * pair.clock.period);
-    std::size_t edge = burst.first + from;
+    std::size_t edge = burst.first;
     for (std::size_t i = pair.data.after(pair.begin_of(burst)); i < pair.data.changes.size(); ++i) {
       const Picoseconds time = pair.data.changes[i];
       if (time > stop) break;
-      while (edge + 2 <= burst.last && pair.line.changes[edge + 2] <= time) edge += 2;
-      const double off = offset(pair.line.changes[edge], time) / pair.clock.period;
-      sum += std::polar(1.0, 2 * std::numbers::pi * off);
+      while (edge + 1 <= burst.last && clock[edge + 1] <= time) ++edge;
+      const std::size_t returns = (edge - burst.first) % 2;
+      const std::size_t other = edge == burst.first ? edge + 1 : edge - 1;
+      sums[returns] += std::polar(1.0, turn * offset(clock[edge], time) / pair.clock.period);
+      sums[1 - returns] += std::polar(1.0, turn * offset(clock[other], time) / pair.clock.period);
       ++count;
     }
   }
-  return count == 0 ? sum : sum / static_cast<double>(count);
-}
-
-// Where the clock pauses within a word, only the edges that move the data show the phase.
-void measure_phase(Pair& pair) {
-  std::size_t count = 0;
-  const std::complex<double> leaving = turn_of_changes(pair, 0, count);
-  const std::complex<double> returning = turn_of_changes(pair, 1, count);
-  const bool other = std::abs(leaving) > std::abs(returning) + 0.05;
-  pair.coherence = std::max(std::abs(leaving), std::abs(returning));
-  pair.phase = std::arg(other ? leaving : returning) / (2 * std::numbers::pi) - (other ? 0.5 : 0);
+  if (count == 0) return;
+  // Where the clock pauses within a word, only the edges that move the data show the phase.
+  const bool leaves = std::abs(sums[0]) > std::abs(sums[1]) + 0.05 * static_cast<double>(count);
+  pair.coherence = std::max(std::abs(sums[0]), std::abs(sums[1])) / static_cast<double>(count);
+  pair.phase = std::arg(sums[leaves ? 0 : 1]) / turn - (leaves ? 0.5 : 0);
   if (pair.phase < -0.5) pair.phase += 1;
   pair.changes = share(count, pair.clock.bursts.size());
 }
 
-Transfer read_transfer(const Pair& pair, std::size_t index, Picoseconds end) {
+Transfer read_transfer(const Pair& pair, std::size_t index, Picoseconds capture_end) {
   const std::vector<Burst>& bursts = pair.clock.bursts;
-  const std::vector<Picoseconds>& changes = pair.data.changes;
+  const Trace& data = pair.data;
   const Burst& burst = bursts[index];
+  const Picoseconds begin = pair.begin_of(burst);
+  const Picoseconds end = pair.end_of(burst);
   const double period = pair.clock.period;
-  Transfer transfer;
-  transfer.begin = pair.begin_of(burst);
-  transfer.end = pair.end_of(burst);
-  transfer.pulses = burst.pulses();
-  const Picoseconds just_before = later(transfer.begin, -0.1 * period);
-  transfer.before = pair.data.level_at(just_before);
-  if (const std::size_t at = pair.data.after(just_before); at != 0) {
-    const Picoseconds last = changes[at - 1];
-    const bool own = index == 0 || last > later(pair.end_of(bursts[index - 1]), 2 * period);
-    transfer.prepared = own && length(last, just_before) < 3 * period;
-  }
-  const std::size_t inside = pair.data.after(transfer.begin);
-  if (inside < changes.size() && changes[inside] < later(transfer.end, period)) {
-    transfer.first_change = offset(pair.return_of(burst, 0, 0), changes[inside]) / period;
-  }
+  const auto changes = [&](Picoseconds from, Picoseconds to) {
+    return data.after(from) < data.after(to);
+  };
+  const Picoseconds just_before = later(begin, -0.1 * period);
+  Picoseconds earliest = later(begin, -3.1 * period);
+  if (index != 0) earliest = std::max(earliest, later(pair.end_of(bursts[index - 1]), 2 * period));
+  const bool is_last = index + 1 == bursts.size();
+  const Picoseconds next =
+      is_last ? capture_end : later(pair.begin_of(bursts[index + 1]), -0.1 * period);
   const double delay = pair.phase < -0.25 ? pair.phase + 1 : std::max(pair.phase, 0.0);
-  const Picoseconds settled = later(transfer.end, (delay + 0.3) * period);
-  const bool last = index + 1 == bursts.size();
-  const Picoseconds next = last ? end : later(pair.begin_of(bursts[index + 1]), -0.1 * period);
-  transfer.after = pair.data.level_at(std::min(settled, next));
-  for (std::size_t i = pair.data.after(settled); i < changes.size() && changes[i] < next; ++i) {
-    if (!transfer.release) transfer.release = length(transfer.end, changes[i]);
-    ++transfer.gap_changes;
+  const Picoseconds settled = later(end, (delay + 0.3) * period);
+  Transfer transfer{.pulses = burst.pulses(),
+                    .before = data.level_at(just_before),
+                    .after = data.level_at(std::min(settled, next)),
+                    .prepared = changes(earliest, just_before),
+                    .starts = changes(begin, pair.return_of(burst, 0, 0.85)),
+                    .moves = changes(begin, next)};
+  if (changes(settled, next)) {
+    const std::size_t first = data.after(settled);
+    const std::size_t last = data.after(next) - 1;
+    transfer.gap_changes = last - first + 1;
+    transfer.release = length(end, data.changes[first]);
+    transfer.recovery = length(end, data.changes[last]);
   }
   return transfer;
 }
 
 Pair read_pair(const Scene& scene, const Trace& clock, const Trace& data) {
   constexpr std::size_t bursts_used = 400;
-  Pair pair{.line = clock, .clock = clock.clock, .other = data, .data = {}, .transfers = {}};
-  // Of a period, pulses of data below this are no bits.
-  pair.data = without_short_pulses(data, 0.35 * clock.clock.period);
+  Pair pair{.line = clock, .clock = clock.clock, .data = data, .transfers = {}};
   pair.selects = is_select(pair);
   measure_phase(pair);
   for (std::size_t i = 0; i < std::min(clock.clock.bursts.size(), bursts_used); ++i) {
@@ -168,7 +155,8 @@ Pair read_pair(const Scene& scene, const Trace& clock, const Trace& data) {
 using Bits = std::vector<bool>;
 
 // The level of the data in each burst, `phase` periods after each return of the clock to idle.
-std::vector<Bits> words_at(const Pair& pair, double phase, bool inverted, std::size_t most = 512) {
+std::vector<Bits> words_at(const Pair& pair, double phase, bool inverted) {
+  constexpr std::size_t most = 512;
   std::vector<Bits> words(pair.transfers.size());
   for (std::size_t i = 0; i < words.size(); ++i) {
     const Burst& burst = pair.clock.bursts[i];
@@ -219,18 +207,16 @@ void try_ssi(const Pair& pair, const BissTrial& biss, Guesses& guesses) {
   std::vector<double> releases;
   for (const Transfer& transfer : transfers) {
     if (transfer.before == level) begun.push_back(transfer);
-    if (transfer.gap_changes != 0) ended.push_back(transfer);
-    if (transfer.release) releases.push_back(*transfer.release);
+    if (transfer.gap_changes == 0) continue;
+    ended.push_back(transfer);
+    releases.push_back(transfer.release);
   }
-  if (begun.size() < 2 || releases.empty()) return;
   const double release = median_of(releases);
-  if (release <= 4 * microsecond || release >= 60 * microsecond) return;
-  if (release <= 0.8 * pair.clock.period) return;
+  if (begun.size() < 2 || release <= 4 * microsecond || release >= 60 * microsecond) return;
   const double behaved = std::min({
       share_of(transfers, [&](const Transfer& t) { return t.after != level; }),
       share_of(ended, [](const Transfer& t) { return t.gap_changes == 1; }),
       share_of(transfers, [](const Transfer& t) { return !t.prepared; }),
-      share_of(begun, [](const Transfer& t) { return !t.first_change || *t.first_change > -0.15; }),
       share_near_median(releases, 0.15 * release + 0.2 * pair.clock.period + 2e3),
   });
   if (behaved < 0.8) return;
@@ -239,8 +225,7 @@ void try_ssi(const Pair& pair, const BissTrial& biss, Guesses& guesses) {
     if (pulses > longest) confidence = std::min(confidence, 0.75);
     if (pulses % 8 == 0) confidence = std::min(confidence, 0.55);
     // Without a 0 in the first bit the encoder could be one of BiSS C.
-    const double zeros =
-        share_of(begun, [](const Transfer& t) { return t.first_change && *t.first_change < 0.85; });
+    const double zeros = share_of(begun, [](const Transfer& t) { return t.starts; });
     if (zeros < 0.05 && biss.guess.confidence > 0.2)
       confidence = std::min(confidence, pulses > longest ? 0.3 : 0.6);
   }
@@ -287,10 +272,8 @@ void try_alone(const ClockShape& clock, const std::vector<Pair>& pairs, Guesses&
   for (const Pair& pair : pairs) {
     if (pair.selects) continue;
     // Pulses that are too short for this clock may be those of another one.
-    const bool busy = 5 * pair.other.changes.size() > pair.line.changes.size();
-    const double answered = share_of(pair.transfers, [](const Transfer& t) {
-      return t.first_change.has_value() || t.gap_changes != 0;
-    });
+    const bool busy = 5 * pair.data.changes.size() > pair.line.changes.size();
+    const double answered = share_of(pair.transfers, [](const Transfer& t) { return t.moves; });
     answers = std::max(answers, busy ? 1.0 : answered);
   }
   if (answers >= 0.1) return;
@@ -324,7 +307,7 @@ double endat_mode_share(const Pair& pair, bool inverted) {
                                            0x38, 0x09, 0x1B, 0x24, 0x2D, 0x36, 0x12};
   double best = 0;
   for (const double phase : {-0.05, 0.2, 0.45}) {
-    const std::vector<Bits> words = words_at(pair, phase, inverted, 10);
+    const std::vector<Bits> words = words_at(pair, phase, inverted);
     for (const std::size_t from : {1U, 2U, 3U}) {
       best = std::max(best, share_of(words, [&](const Bits& bits) {
                         return bits.size() >= from + 6 && std::count(modes.begin(), modes.end(),
@@ -388,19 +371,14 @@ EndatFit fit_endat(const Pair& pair, bool inverted, double phase) {
 // time after the last clock: the recovery time of 1.25 us to 3.75 us, or of 10 us to 30 us.
 bool has_recovery(const Pair& pair) {
   std::vector<double> times;
-  std::size_t resting = 0;
-  for (std::size_t i = 1; i < pair.transfers.size(); ++i) {
-    if (pair.transfers[i].before == pair.clock.idle_high) continue;
-    ++resting;
-    const Picoseconds end = pair.transfers[i - 1].end;
-    const std::size_t at =
-        pair.data.after(later(pair.transfers[i].begin, -0.1 * pair.clock.period));
-    if (at == 0 || pair.data.changes[at - 1] <= end) continue;
-    times.push_back(length(end, pair.data.changes[at - 1]));
+  for (const Transfer& transfer : pair.transfers) {
+    if (transfer.gap_changes != 0) times.push_back(transfer.recovery);
   }
   const double usual = median_of(times);
-  return 10 * resting >= 9 * (pair.transfers.size() - 1) && 10 * times.size() >= 9 * resting &&
-         usual > 1.0 * microsecond && usual < 35 * microsecond &&
+  const double resting =
+      share_of(pair.transfers, [&](const Transfer& t) { return t.before != pair.clock.idle_high; });
+  return usual > 1.0 * microsecond && usual < 35 * microsecond && resting >= 0.9 &&
+         share(times.size(), pair.transfers.size()) >= 0.8 &&
          share_near_median(times, 0.15 * usual + 0.25 * pair.clock.period) > 0.85;
 }
 

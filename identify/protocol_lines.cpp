@@ -78,13 +78,6 @@ void read_clock(Trace& line, double sample) {
 
 }  // namespace
 
-double nth_of(std::vector<double> values, std::size_t index) {
-  if (values.empty()) return 0;
-  const auto place = values.begin() + static_cast<std::ptrdiff_t>(index);
-  std::nth_element(values.begin(), place, values.end());
-  return *place;
-}
-
 double mean_within(const std::vector<double>& values, double least, double most) {
   double sum = 0;
   double count = 0;

@@ -52,8 +52,15 @@ Value most_frequent(const std::vector<Value>& values) {
 }
 
 /// The one with this index in ascending order; 0 where there is none.
-double nth_of(std::vector<double> values, std::size_t index);
-inline double median_of(const std::vector<double>& values) {
+template <class Value>
+Value nth_of(std::vector<Value> values, std::size_t index) {
+  if (values.empty()) return 0;
+  const auto place = values.begin() + static_cast<std::ptrdiff_t>(index);
+  std::nth_element(values.begin(), place, values.end());
+  return *place;
+}
+template <class Value>
+Value median_of(const std::vector<Value>& values) {
   return nth_of(values, values.size() / 2);
 }
 

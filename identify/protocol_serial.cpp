@@ -19,8 +19,6 @@ struct Grid {
   double bit = 0;
   // Mean distance of the intervals of up to ten bits from whole bits, in bits.
   double off = 1;
-  // Share of the intervals that are not shorter than half a bit.
-  double whole = 0;
 };
 
 Grid grid_of(const std::vector<double>& intervals) {
@@ -48,8 +46,7 @@ Grid grid_of(const std::vector<double>& intervals) {
     off += std::abs(bits - std::round(bits));
     ++measured;
   }
-  return {bit, measured == 0 ? 1 : off / measured,
-          share_of(intervals, [&](double value) { return value / bit >= 0.5; })};
+  return {bit, measured == 0 ? 1 : off / measured};
 }
 
 // Words of a start bit, data and a stop bit.
@@ -161,8 +158,7 @@ void try_dsl(const Trace& line, const std::vector<double>& intervals, const Grid
 void try_words(const Trace& line, const Grid& grid, const Scene& scene, double trust,
                Guesses& guesses) {
   const double coarse = 0.1 + 0.5 * scene.sample / std::max(grid.bit, 1.0);
-  if (grid.bit <= 0 || grid.bit < 2.5 * scene.sample || grid.off > coarse || grid.whole < 0.97)
-    return;
+  if (grid.bit <= 0 || grid.bit < 2.5 * scene.sample || grid.off > coarse) return;
   const Words words = best_words(line, grid.bit, scene.end);
   const std::size_t count = words.values.size();
   if (count < 6 || words.error_share() > 0.007) return;
@@ -198,19 +194,9 @@ bool is_periodic(const std::vector<double>& intervals) {
 void try_noise(const Trace& line, const std::vector<double>& intervals, const Grid& grid,
                double sample, Guesses& guesses) {
   if (intervals.size() < 12) return;
-  double mean = 0;
-  double square = 0;
-  for (const double value : intervals) {
-    const double size = std::log(std::max(value, 1.0));
-    mean += size;
-    square += size * size;
-  }
-  const auto count = static_cast<double>(intervals.size());
-  mean /= count;
-  const double spread = std::sqrt(std::max(0.0, square / count - mean * mean));
   const bool coarse = grid.bit < 6 * sample;
-  const bool scattered = grid.off > 0.17 || coarse || grid.whole < 0.9;
-  if (!scattered || spread < 0.5 || is_periodic(intervals)) return;
+  const bool scattered = grid.off > 0.17 || coarse;
+  if (!scattered || is_periodic(intervals)) return;
   guesses.push_back({Protocol::noise, coarse ? 0.6 : 0.75,
                      fmt::format("{} changes in no period and no bit time", line.changes.size())});
 }
@@ -218,7 +204,6 @@ void try_noise(const Trace& line, const std::vector<double>& intervals, const Gr
 }  // namespace
 
 void try_serial(const Scene& scene, Guesses& guesses) {
-  bool any_clock = false;
   std::size_t busy = 0;
   Guesses noise;
   for (const Trace& line : scene.lines) {
@@ -229,7 +214,6 @@ void try_serial(const Scene& scene, Guesses& guesses) {
         std::any_of(scene.lines.begin(), scene.lines.end(), [&](const Trace& each) {
           return each.clock.regular >= clock_share && each.changes.size() > line.changes.size();
         });
-    any_clock = any_clock || clocked;
     if (line.clock.regular >= clock_share) continue;
     std::vector<double> intervals;
     for (std::size_t i = 0; i + 1 < std::min(line.changes.size(), intervals_used); ++i) {
@@ -241,7 +225,7 @@ void try_serial(const Scene& scene, Guesses& guesses) {
     try_words(line, grid, scene, clocked ? 0.4 : 1, guesses);
     try_noise(line, intervals, grid, scene.sample, noise);
   }
-  if (!any_clock && noise.size() == busy) guesses.insert(guesses.end(), noise.begin(), noise.end());
+  if (noise.size() == busy) guesses.insert(guesses.end(), noise.begin(), noise.end());
 }
 
 }  // namespace biss::identify
