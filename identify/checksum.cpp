@@ -28,7 +28,7 @@ constexpr std::size_t most_followed = 40;
 constexpr std::size_t most_open = 10;
 constexpr double most_worse = 80;
 // A frame with a wrong checksum, roughly.
-constexpr double misfit_cost = 12;
+constexpr double misfit_cost = 8;
 constexpr unsigned longest_channel = max_data_bits + max_crc_bits;
 
 // ---- What a choice costs, in bits
@@ -494,9 +494,29 @@ class LayoutSearch {
       layout.cost += channel_cost(channel) + further_channel_cost(k);
       if (channel.crc.present()) layout.unknown += unknown_share(channel, begins_still(channel));
     }
-    const double wrong = all_ - right;
-    layout.cost += data_weight * (events_cost(wrong, all_, 0.3, 3) + misfit_cost * wrong);
+    layout.cost += data_weight * events_cost(all_ - right, all_, 0.3, 3);
+    const Sample* near = nullptr;
+    for (std::size_t i = 0; i < frames_.samples.size(); ++i) {
+      if (layout.right[i]) {
+        near = frames_.samples[i];
+      } else {
+        layout.cost += data_weight * damage_cost(*frames_.samples[i], near, layout.end());
+      }
+    }
     layout.cost += tail_cost(layout);
+  }
+
+  // Which bits differ from a frame that is right, or all of them.
+  static double damage_cost(const Sample& sample, const Sample* near, unsigned bits) {
+    if (near == nullptr) return bits;
+    double wrong = 0;
+    for (unsigned at = 0; at < bits; at += 64) {
+      const unsigned now = std::min(bits - at, 64U);
+      wrong += std::popcount(sample.bits.view().word(at, now) ^ near->bits.view().word(at, now));
+    }
+    const double choice =
+        std::lgamma(bits + 1.0) - std::lgamma(wrong + 1.0) - std::lgamma(bits - wrong + 1.0);
+    return std::min<double>(bits, choice / std::log(2.0) + std::log2(bits + 1.0));
   }
 
   // How many differences of the data are independent, in the frames that are right.

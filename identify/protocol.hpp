@@ -46,10 +46,6 @@ struct ProtocolGuess {
   double confidence = 0;
   /// The figures of this capture that speak for it, one line.
   std::string why;
-  /// The two lines. Without a clock both are the line of the data.
-  wire::LineIndex clock = 0;
-  wire::LineIndex data = 0;
-  bool has_clock = false;
 };
 
 /// Judges which protocol the lines carry from their levels alone, best first; never empty. Another

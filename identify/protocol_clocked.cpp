@@ -1,26 +1,187 @@
-// Protocols with a clock in bursts: SSI, SPI, and a clock that nothing answers.
+// Protocols with a clock in bursts: SSI, EnDat, SPI, and a clock that nothing answers.
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <span>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <optional>
+#include <set>
 
-#include "identify/protocol_pair.hpp"
+#include "biss/crc/engines.hpp"
+#include "identify/protocol_lines.hpp"
 
 namespace biss::identify {
 
 namespace {
 
+// ---- A clock and a line of data, burst by burst
+
+constexpr double microsecond = 1e6;
+
+/// The data of one burst of the clock.
+struct Transfer {
+  std::size_t pulses = 0;
+  /// The level of the data when the clock starts, and a period after its last edge.
+  bool before = false;
+  bool after = false;
+  /// Data changes shortly before the clock starts.
+  bool prepared = false;
+  /// Data changes with the first pulse of the clock.
+  bool starts = false;
+  /// Data changes from here to the next burst.
+  bool moves = false;
+  /// Changes of the data in the gap after the burst, and from the end of the burst to the first one
+  /// and to the last one.
+  std::size_t gap_changes = 0;
+  double release = 0;
+  double recovery = 0;
+};
+
+/// A clock and a line of data.
+struct Pair {
+  const Trace& line;
+  const ClockShape& clock;
+  const Trace& data;
+  /// The data is held from before each burst to after it.
+  bool selects = false;
+  /// Changes of data per burst, and how far they keep to one phase of the clock: 0 to 1.
+  double changes = 0;
+  double coherence = 0;
+  /// The usual phase, in periods after the clock's return to idle: -0.5 to 0.5.
+  double phase = 0;
+  std::vector<Transfer> transfers;
+
+  Picoseconds begin_of(const Burst& burst) const { return line.changes[burst.first]; }
+  Picoseconds end_of(const Burst& burst) const { return line.changes[burst.last]; }
+  /// The time `periods` after the return of the clock to idle after pulse `k`.
+  Picoseconds return_of(const Burst& burst, std::size_t k, double periods) const {
+    return later(line.changes[burst.first + 2 * k + 1], periods * clock.period);
+  }
+  bool in_step() const { return coherence >= 0.75 && changes >= 0.3; }
+};
+
+bool is_select(const Pair& pair) {
+  const std::vector<Burst>& bursts = pair.clock.bursts;
+  const std::size_t changes = pair.data.changes.size();
+  if (changes < 4 || changes > 2 * bursts.size() + 2) return false;
+  std::size_t held = 0;
+  std::size_t high = 0;
+  for (const Burst& burst : bursts) {
+    const std::size_t at = pair.data.after(pair.begin_of(burst));
+    if (pair.data.after(pair.end_of(burst)) != at) continue;
+    ++held;
+    high += pair.data.level_before(at) ? 1U : 0U;
+  }
+  return 10 * std::max(high, held - high) >= 9 * bursts.size();
+}
+
+// Where in a period the data changes: the mean direction, where a period is a full turn, from the
+// edges that leave the idle level and from those that return to it.
+void measure_phase(Pair& pair) {
+  constexpr double turn = 2 * std::numbers::pi;
+  const auto& clock = pair.line.changes;
+  std::array<std::complex<double>, 2> sums;
+  std::size_t count = 0;
+  for (const Burst& burst : pair.clock.bursts) {
+    const Picoseconds stop = later(pair.end_of(burst), 0.9 * pair.clock.period);
+    std::size_t edge = burst.first;
+    for (std::size_t i = pair.data.after(pair.begin_of(burst)); i < pair.data.changes.size(); ++i) {
+      const Picoseconds time = pair.data.changes[i];
+      if (time > stop) break;
+      while (edge + 1 <= burst.last && clock[edge + 1] <= time) ++edge;
+      const std::size_t returns = (edge - burst.first) % 2;
+      const std::size_t other = edge == burst.first ? edge + 1 : edge - 1;
+      sums[returns] += std::polar(1.0, turn * offset(clock[edge], time) / pair.clock.period);
+      sums[1 - returns] += std::polar(1.0, turn * offset(clock[other], time) / pair.clock.period);
+      ++count;
+    }
+  }
+  if (count == 0) return;
+  // Where the clock pauses within a word, only the edges that move the data show the phase.
+  const bool leaves = std::abs(sums[0]) > std::abs(sums[1]) + 0.05 * static_cast<double>(count);
+  pair.coherence = std::max(std::abs(sums[0]), std::abs(sums[1])) / static_cast<double>(count);
+  pair.phase = std::arg(sums[leaves ? 0 : 1]) / turn - (leaves ? 0.5 : 0);
+  if (pair.phase < -0.5) pair.phase += 1;
+  pair.changes = share(count, pair.clock.bursts.size());
+}
+
+Transfer read_transfer(const Pair& pair, std::size_t index, Picoseconds capture_end) {
+  const std::vector<Burst>& bursts = pair.clock.bursts;
+  const Trace& data = pair.data;
+  const Burst& burst = bursts[index];
+  const Picoseconds begin = pair.begin_of(burst);
+  const Picoseconds end = pair.end_of(burst);
+  const double period = pair.clock.period;
+  const auto changes = [&](Picoseconds from, Picoseconds to) {
+    return data.after(from) < data.after(to);
+  };
+  const Picoseconds just_before = later(begin, -0.1 * period);
+  Picoseconds earliest = later(begin, -3.1 * period);
+  if (index != 0) earliest = std::max(earliest, later(pair.end_of(bursts[index - 1]), 2 * period));
+  const bool is_last = index + 1 == bursts.size();
+  const Picoseconds next =
+      is_last ? capture_end : later(pair.begin_of(bursts[index + 1]), -0.1 * period);
+  const double delay = pair.phase < -0.25 ? pair.phase + 1 : std::max(pair.phase, 0.0);
+  const Picoseconds settled = later(end, (delay + 0.3) * period);
+  Transfer transfer{.pulses = burst.pulses(),
+                    .before = data.level_at(just_before),
+                    .after = data.level_at(std::min(settled, next)),
+                    .prepared = changes(earliest, just_before),
+                    .starts = changes(begin, pair.return_of(burst, 0, 0.85)),
+                    .moves = changes(begin, next)};
+  if (changes(settled, next)) {
+    const std::size_t first = data.after(settled);
+    const std::size_t last = data.after(next) - 1;
+    transfer.gap_changes = last - first + 1;
+    transfer.release = length(end, data.changes[first]);
+    transfer.recovery = length(end, data.changes[last]);
+  }
+  return transfer;
+}
+
+Pair read_pair(const Scene& scene, const Trace& clock, const Trace& data) {
+  constexpr std::size_t bursts_used = 400;
+  Pair pair{.line = clock, .clock = clock.clock, .data = data, .transfers = {}};
+  pair.selects = is_select(pair);
+  measure_phase(pair);
+  for (std::size_t i = 0; i < std::min(clock.clock.bursts.size(), bursts_used); ++i) {
+    pair.transfers.push_back(read_transfer(pair, i, scene.end));
+  }
+  return pair;
+}
+
+using Bits = std::vector<bool>;
+
+// The level of the data in each burst, `phase` periods after each return of the clock to idle.
+std::vector<Bits> words_at(const Pair& pair, double phase, bool inverted) {
+  constexpr std::size_t most = 512;
+  std::vector<Bits> words(pair.transfers.size());
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const Burst& burst = pair.clock.bursts[i];
+    for (std::size_t k = 0; k < std::min(burst.pulses(), most); ++k) {
+      words[i].push_back(pair.data.level_at(pair.return_of(burst, k, phase)) != inverted);
+    }
+  }
+  return words;
+}
+
+// ---- SSI
+
 // The clocks of one word, where every burst gives one word several times; 0 where none does.
-std::size_t repeated_word(const std::vector<Transfer>& transfers, std::size_t pulses) {
-  for (const std::size_t words : {2U, 3U, 4U, 5U, 6U, 7U, 8U}) {
+std::size_t repeated_word(const Pair& pair) {
+  const std::size_t pulses = pair.clock.usual_pulses;
+  const std::vector<Bits> bursts = words_at(pair, pair.phase + 0.5, false);
+  for (std::size_t words = 2; words <= 8; ++words) {
     const std::size_t length_bits = pulses / words;
     if (pulses % words != 0 || length_bits < 10) continue;
-    const double same = share_of(transfers, [&](const Transfer& t) {
-      if (t.pulses != pulses || t.bits.size() != pulses) return false;
+    const double same = share_of(bursts, [&](const Bits& bits) {
+      if (bits.size() != pulses) return false;
       std::size_t changes = 0;
       for (std::size_t k = 0; k + length_bits < pulses; ++k) {
-        if (t.bits[k] != t.bits[k + length_bits]) return false;
-        changes += t.bits[k] != t.bits[k + 1] ? 1U : 0U;
+        if (bits[k] != bits[k + length_bits]) return false;
+        changes += bits[k] != bits[k + 1] ? 1U : 0U;
       }
       return changes >= 3;
     });
@@ -29,109 +190,68 @@ std::size_t repeated_word(const std::vector<Transfer>& transfers, std::size_t pu
   return 0;
 }
 
-// What speaks for SSI.
-struct SsiSigns {
-  // Least share of the transfers that behave as SSI does.
-  double share = 0;
-  // Share of the transfers whose first bit is a 0.
-  double first_bit = 0;
-  // From the last clock to the data's return, in picoseconds.
-  double release = 0;
-};
-
 // Data rests at one level, then a bit with each return of the clock to idle, then the other level
 // for a fixed time. Of several words in a row only the first one begins at rest.
-SsiSigns ssi_signs(const Pair& pair, bool level) {
+void try_ssi(const Pair& pair, const BissTrial& biss, Guesses& guesses) {
+  constexpr std::size_t longest = 40;
+  const std::vector<Transfer>& transfers = pair.transfers;
+  const std::size_t pulses = pair.clock.usual_pulses;
+  if (pulses < 9 || pulses > 8 * longest || pair.coherence < 0.75) return;
+  if (share_of(transfers, [&](const Transfer& t) { return t.pulses % pulses == 0; }) < 0.8) return;
+  // The probe may show either line inverted: data rests at the level it has before the longest gaps.
+  const double same =
+      share_of(transfers, [&](const Transfer& t) { return t.before == pair.clock.idle_high; });
+  const bool level = pair.clock.idle_high == (same >= 1.0 / 3);
   std::vector<Transfer> begun;
   std::vector<Transfer> ended;
   std::vector<double> releases;
-  for (const Transfer& transfer : pair.transfers) {
+  for (const Transfer& transfer : transfers) {
     if (transfer.before == level) begun.push_back(transfer);
-    if (transfer.gap_changes != 0) ended.push_back(transfer);
-    if (transfer.release) releases.push_back(*transfer.release);
+    if (transfer.gap_changes == 0) continue;
+    ended.push_back(transfer);
+    releases.push_back(transfer.release);
   }
-  SsiSigns signs;
-  if (begun.size() < 2 || releases.empty()) return signs;
-  signs.release = median_of(releases);
-  constexpr double nanosecond = 1e3;
-  const double tolerance = 0.15 * signs.release + 0.2 * pair.period() + 2 * nanosecond;
-  signs.share = std::min({
-      share_of(pair.transfers, [&](const Transfer& t) { return t.after != level; }),
+  const double release = median_of(releases);
+  if (begun.size() < 2 || release <= 4 * microsecond || release >= 60 * microsecond) return;
+  const double behaved = std::min({
+      share_of(transfers, [&](const Transfer& t) { return t.after != level; }),
       share_of(ended, [](const Transfer& t) { return t.gap_changes == 1; }),
-      share_of(pair.transfers, [](const Transfer& t) { return !t.prepared; }),
-      share_of(begun, [](const Transfer& t) { return !t.first_change || *t.first_change > -0.15; }),
-      share_near_median(releases, tolerance),
+      share_of(transfers, [](const Transfer& t) { return !t.prepared; }),
+      share_near_median(releases, 0.15 * release + 0.2 * pair.clock.period + 2e3),
   });
-  signs.first_bit =
-      share_of(begun, [](const Transfer& t) { return t.first_change && *t.first_change < 0.85; });
-  return signs;
-}
-
-ProtocolGuess try_ssi(const Pair& pair, const BissTrial& biss) {
-  ProtocolGuess guess = guess_of(Protocol::ssi, pair, 0, "");
-  const auto& transfers = pair.transfers;
-  const std::size_t pulses = usual_pulses(pair.shape->bursts);
-  constexpr std::size_t shortest = 9;
-  constexpr std::size_t longest = 40;
-  if (pulses < shortest || pulses > 8 * longest || pair.coherence < 0.75) return guess;
-  const double whole =
-      share_of(transfers, [&](const Transfer& t) { return t.pulses % pulses == 0; });
-  if (whole < 0.8) return guess;
-  // The probe may show either line inverted: data rests at the level it has before the longest gaps.
-  const bool same =
-      3 * std::count_if(transfers.begin(), transfers.end(),
-                        [&](const Transfer& t) { return t.before == pair.shape->idle_high; }) >=
-      static_cast<std::ptrdiff_t>(transfers.size());
-  const bool level = pair.shape->idle_high == same;
-  const SsiSigns signs = ssi_signs(pair, level);
-  constexpr double microsecond = 1e6;
-  const bool monoflop = signs.release > 4 * microsecond && signs.release < 60 * microsecond &&
-                        signs.release > 0.8 * pair.period();
-  if (!monoflop || signs.share < 0.8) return guess;
-  guess.confidence = 0.9 * signs.share;
-  const std::size_t word = repeated_word(transfers, pulses);
-  if (word == 0) {
-    if (pulses > longest) guess.confidence = std::min(guess.confidence, 0.75);
-    if (pulses % 8 == 0) guess.confidence = std::min(guess.confidence, 0.55);
+  if (behaved < 0.8) return;
+  double confidence = 0.9 * behaved;
+  if (repeated_word(pair) == 0) {
+    if (pulses > longest) confidence = std::min(confidence, 0.75);
+    if (pulses % 8 == 0) confidence = std::min(confidence, 0.55);
     // Without a 0 in the first bit the encoder could be one of BiSS C.
-    const bool doubtful = signs.first_bit < 0.05 && biss.guess.confidence > 0.2;
-    if (doubtful) guess.confidence = std::min(guess.confidence, pulses > longest ? 0.3 : 0.6);
+    const double zeros = share_of(begun, [](const Transfer& t) { return t.starts; });
+    if (zeros < 0.05 && biss.guess.confidence > 0.2)
+      confidence = std::min(confidence, pulses > longest ? 0.3 : 0.6);
   }
-  if (biss.evidence == BissEvidence::checksum) guess.confidence *= 0.3;
-  guess.why = fmt::format("bursts of {} clocks, data from the first one on, then {} for {:.1f} us",
-                          pulses, level ? "low" : "high", signs.release / microsecond);
-  return guess;
+  if (biss.evidence == BissEvidence::checksum) confidence *= 0.3;
+  guesses.push_back(
+      {Protocol::ssi, confidence,
+       fmt::format("bursts of {} clocks, data from the first one on, then {} for {:.1f} us", pulses,
+                   level ? "low" : "high", release / microsecond)});
 }
 
-// A line that is held from before each burst to after it.
-bool is_select(const Trace& line, const ClockShape& shape, const Trace& clock) {
-  if (line.changes.size() < 4 || line.changes.size() > 2 * shape.bursts.size() + 2) return false;
-  std::size_t low = 0;
-  std::size_t high = 0;
-  for (const Burst& burst : shape.bursts) {
-    const std::size_t at = line.after(clock.changes[burst.first]);
-    if (line.after(clock.changes[burst.last]) != at) continue;
-    ++(line.level_before(at) ? high : low);
-  }
-  return 10 * std::max(low, high) >= 9 * shape.bursts.size();
-}
+// ---- SPI, and a clock alone
 
 // A clock in bytes and data that keeps to it.
-ProtocolGuess try_spi(const Pair& pair, std::span<const Pair> pairs, const BissTrial& biss) {
-  ProtocolGuess guess = guess_of(Protocol::spi, pair, 0, "");
-  const auto& transfers = pair.transfers;
+void try_spi(const Pair& pair, const std::vector<Pair>& pairs, const BissTrial& biss,
+             Guesses& guesses) {
+  const std::vector<Transfer>& transfers = pair.transfers;
   const double bytes = share_of(transfers, [](const Transfer& t) { return t.pulses % 8 == 0; });
-  const bool in_step = pair.coherence >= 0.75 && pair.changes >= 0.3;
-  if (transfers.size() < 2 || bytes < 0.85 || !in_step) return guess;
+  if (transfers.size() < 2 || bytes < 0.85 || !pair.in_step()) return;
   bool selected = false;
   bool second = false;
-  for (const Pair& other : pairs) {
-    if (other.line == pair.line) continue;
-    const bool select = is_select(*other.line, *pair.shape, *pair.clock);
-    selected = selected || select;
-    second = second || (!select && other.coherence > 0.75 && other.changes > 0.3);
+  for (const Pair& each : pairs) {
+    if (&each == &pair) continue;
+    selected = selected || each.selects;
+    second = second || (!each.selects && each.in_step());
   }
-  const bool idle_low = !pair.shape->idle_high;
+  const bool idle_low = !pair.clock.idle_high;
   const double prepared = share_of(transfers, [](const Transfer& t) { return t.prepared; });
   double confidence = idle_low || prepared > 0.1 ? 0.8 : 0.7;
   if (second) confidence = 0.85;
@@ -139,59 +259,175 @@ ProtocolGuess try_spi(const Pair& pair, std::span<const Pair> pairs, const BissT
   // Sensors on SPI have checksums too; a select line says which it is.
   const bool may_be_biss = biss.of_catalogue || !selected;
   if (biss.evidence == BissEvidence::checksum && may_be_biss) confidence *= 0.4;
-  guess.confidence = confidence * bytes;
-  guess.why = fmt::format("bursts of {} clocks, idle {}, data in step with them{}{}",
-                          usual_pulses(pair.shape->bursts), idle_low ? "low" : "high",
-                          second ? ", on a second line too" : "",
-                          selected ? ", framed by a select line" : "");
-  return guess;
+  guesses.push_back({Protocol::spi, confidence * bytes,
+                     fmt::format("bursts of {} clocks, idle {}, data in step with them{}{}",
+                                 pair.clock.usual_pulses, idle_low ? "low" : "high",
+                                 second ? ", on a second line too" : "",
+                                 selected ? ", framed by a select line" : "")});
 }
 
-ProtocolGuess try_alone(const Scene& scene, std::size_t clock, std::span<const Pair> pairs) {
-  const ClockShape& shape = scene.clocks[clock];
-  const wire::LineIndex line = scene.traces[clock].line;
-  ProtocolGuess guess{Protocol::clock_alone, 0, "", line, line, true};
-  if (shape.regular < 0.75) return guess;
+void try_alone(const ClockShape& clock, const std::vector<Pair>& pairs, Guesses& guesses) {
+  if (clock.regular < 0.75) return;
   double answers = 0;
   for (const Pair& pair : pairs) {
-    const Trace& data = *pair.line;
-    if (is_select(data, shape, *pair.clock)) continue;
+    if (pair.selects) continue;
     // Pulses that are too short for this clock may be those of another one.
-    const bool busy = 5 * data.changes.size() > pair.clock->changes.size();
-    const double share = busy ? 1.0 : share_of(pair.transfers, [](const Transfer& t) {
-      return t.first_change.has_value() || t.gap_changes != 0;
-    });
-    answers = std::max(answers, share);
-    guess.data = data.line;
+    const bool busy = 5 * pair.data.changes.size() > pair.line.changes.size();
+    const double answered = share_of(pair.transfers, [](const Transfer& t) { return t.moves; });
+    answers = std::max(answers, busy ? 1.0 : answered);
   }
-  guess.confidence = answers < 0.02 ? 0.93 : answers < 0.1 ? 0.6 : 0;
-  guess.why = shape.pauses ? fmt::format("{} bursts of a clock of {:.0f} kHz, nothing answers",
-                                         shape.bursts.size(), 1e9 / shape.period)
-                           : fmt::format("a clock of {:.0f} kHz without a pause, nothing answers",
-                                         1e9 / shape.period);
-  return guess;
+  if (answers >= 0.1) return;
+  const double rate = 1e9 / clock.period;
+  guesses.push_back(
+      {Protocol::clock_alone, answers < 0.02 ? 0.93 : 0.6,
+       clock.pauses ? fmt::format("{} bursts of a clock of {:.0f} kHz, nothing answers",
+                                  clock.bursts.size(), rate)
+                    : fmt::format("a clock of {:.0f} kHz without a pause, nothing answers", rate)});
+}
+
+// ---- EnDat 2.1 and 2.2: mode commands of the master, then words with a CRC of 5 bits
+
+std::uint64_t number_of(const Bits& bits, std::size_t from, std::size_t count) {
+  std::uint64_t number = 0;
+  for (std::size_t i = from; i < from + count; ++i) number = number << 1U | (bits[i] ? 1U : 0U);
+  return number;
+}
+
+// Over F1, F2 and the position, or over additional information. EnDat sends it inverted, but not all
+// encoders do.
+bool endat_crc_fits(const Bits& bits, std::size_t from, unsigned count, bool plain) {
+  const CrcSpec spec{.polynomial = 0x2B, .start = 0x1F, .width_bits = 5, .inverted = !plain};
+  if (from + count + 5 > bits.size()) return false;
+  return CrcBitwise(spec)(number_of(bits, from, count), count) == number_of(bits, from + count, 5);
+}
+
+// The most bursts that begin with a mode command. The master changes its bits at one edge of the
+// clock or the other, without a delay.
+double endat_mode_share(const Pair& pair, bool inverted) {
+  constexpr std::array<unsigned, 14> modes{0x07, 0x0E, 0x1C, 0x23, 0x2A, 0x15, 0x31,
+                                           0x38, 0x09, 0x1B, 0x24, 0x2D, 0x36, 0x12};
+  double best = 0;
+  for (const double phase : {-0.05, 0.2, 0.45}) {
+    const std::vector<Bits> words = words_at(pair, phase, inverted);
+    for (const std::size_t from : {1U, 2U, 3U}) {
+      best = std::max(best, share_of(words, [&](const Bits& bits) {
+                        return bits.size() >= from + 6 && std::count(modes.begin(), modes.end(),
+                                                                     number_of(bits, from, 6)) != 0;
+                      }));
+    }
+  }
+  return best;
+}
+
+// How well the transfers agree with one reading of EnDat.
+struct EndatFit {
+  double bits = 0;
+  unsigned position_bits = 0;
+  std::size_t good = 0;
+};
+
+// F1, F2 and position of `count` bits, then the CRC. Only words that differ up to there count. The
+// clocks end with the CRC, or with that of additional information: START, 24 bits, CRC.
+EndatFit fit_of_count(const std::vector<Bits>& words, std::size_t length_bits, unsigned count,
+                      bool plain) {
+  std::set<std::uint64_t> different;
+  std::size_t good = 0;
+  for (const Bits& word : words) {
+    if (!endat_crc_fits(word, 0, count, plain)) continue;
+    ++good;
+    different.insert(number_of(word, 0, count));
+  }
+  if (share(good, words.size()) < 0.7) return {};
+  const std::size_t rest = length_bits - count - 5;
+  const bool all_used = rest % 30 <= 1 && rest <= 61;
+  double bits = 5 * static_cast<double>(different.size()) - (all_used ? 2.5 : 5.5);
+  for (std::size_t end = count + 5; all_used && end + 30 <= length_bits; end += 30) {
+    const double fit =
+        share_of(words, [&](const Bits& word) { return endat_crc_fits(word, end + 1, 24, plain); });
+    bits += fit >= 0.7 ? 5 : -5;
+  }
+  return {bits, count, good};
+}
+
+EndatFit fit_endat(const Pair& pair, bool inverted, double phase) {
+  // What the encoder sends after its START, the first 1 after the bits of the master.
+  std::vector<Bits> words;
+  std::size_t length_bits = 0;
+  for (const Bits& bits : words_at(pair, phase + 0.5, inverted)) {
+    if (bits.size() < 9) continue;
+    const auto start = std::find(bits.begin() + 9, bits.end(), true);
+    if (bits.end() - start < 2) continue;
+    words.emplace_back(start + 1, bits.end());
+    length_bits = std::max(length_bits, words.back().size());
+  }
+  EndatFit best;
+  if (words.size() < 2) return best;
+  for (unsigned count = 9; count <= 52 && count + 5 <= length_bits; ++count) {
+    for (const bool plain : {false, true}) {
+      const EndatFit fit = fit_of_count(words, length_bits, count, plain);
+      if (fit.bits > best.bits) best = fit;
+    }
+  }
+  return best;
+}
+
+// Data rests at the level at which the clock does not, and returns there from the other one a fixed
+// time after the last clock: the recovery time of 1.25 us to 3.75 us, or of 10 us to 30 us.
+bool has_recovery(const Pair& pair) {
+  std::vector<double> times;
+  for (const Transfer& transfer : pair.transfers) {
+    if (transfer.gap_changes != 0) times.push_back(transfer.recovery);
+  }
+  const double usual = median_of(times);
+  const double resting =
+      share_of(pair.transfers, [&](const Transfer& t) { return t.before != pair.clock.idle_high; });
+  return usual > 1.0 * microsecond && usual < 35 * microsecond && resting >= 0.9 &&
+         share(times.size(), pair.transfers.size()) >= 0.8 &&
+         share_near_median(times, 0.15 * usual + 0.25 * pair.clock.period) > 0.85;
+}
+
+void try_endat(const Pair& pair, Guesses& guesses) {
+  if (pair.clock.usual_pulses < 24 || pair.transfers.size() < 2) return;
+  const double recovery_bits = has_recovery(pair) ? 5 : 0;
+  ProtocolGuess guess{Protocol::endat22, 0, ""};
+  for (const bool inverted : {false, true}) {
+    const double modes = endat_mode_share(pair, inverted);
+    if (modes < 0.8) continue;
+    EndatFit best;
+    for (const double phase : {pair.phase, 0.0, 0.25, 0.5, -0.25}) {
+      const EndatFit fit = fit_endat(pair, inverted, phase);
+      if (fit.bits > best.bits) best = fit;
+    }
+    const double bits = best.bits + recovery_bits;
+    const double confidence = bits >= 14 ? 0.97 : bits >= 7 ? 0.85 : bits > 2 ? 0.6 : 0.1;
+    if (confidence <= guess.confidence) continue;
+    guess.confidence = confidence * modes;
+    guess.why = fmt::format(
+        "{:.0f} % of the bursts begin with a mode command, and the CRC x^5+x^3+x+1 fits {} words "
+        "after {} bits",
+        100 * modes, best.good, best.position_bits);
+  }
+  guesses.push_back(guess);
 }
 
 }  // namespace
 
-Guesses try_clocked(const Scene& scene, const BissTrial& biss) {
-  Guesses guesses;
-  for (std::size_t c = 0; c < scene.traces.size(); ++c) {
-    if (scene.clocks[c].regular < clock_share) continue;
+void try_clocked(const Scene& scene, const BissTrial& biss, Guesses& guesses) {
+  for (const Trace& clock : scene.lines) {
+    if (clock.clock.regular < clock_share) continue;
     std::vector<Pair> pairs;
-    for (std::size_t d = 0; d < scene.traces.size(); ++d) {
-      if (d != c) pairs.push_back(read_pair(scene, c, d));
+    for (const Trace& data : scene.lines) {
+      if (&data != &clock) pairs.push_back(read_pair(scene, clock, data));
     }
-    guesses.push_back(try_alone(scene, c, pairs));
-    if (!scene.clocks[c].pauses) continue;
+    try_alone(clock.clock, pairs, guesses);
+    if (!clock.clock.pauses) continue;
     for (const Pair& pair : pairs) {
       if (pair.data.changes.size() < 4) continue;
-      guesses.push_back(try_endat(pair));
-      guesses.push_back(try_ssi(pair, biss));
-      guesses.push_back(try_spi(pair, pairs, biss));
+      try_endat(pair, guesses);
+      try_ssi(pair, biss, guesses);
+      try_spi(pair, pairs, biss, guesses);
     }
   }
-  return guesses;
 }
 
 }  // namespace biss::identify
