@@ -29,11 +29,9 @@ std::vector<Change> merged(const Trace& first, const Trace& second) {
   return all;
 }
 
-// Follows START, bytes of nine clocks, repeated START, STOP. An inverter may be between; a free bus has
-// a high clock.
-void try_i2c(const Trace& clock, const Trace& data, Guesses& guesses) {
+// Follows START, bytes of nine clocks, repeated START, STOP.
+void try_i2c(const Trace& clock, const Trace& data, bool inverted, Guesses& guesses) {
   if (clock.changes.size() < 38) return;
-  const bool inverted = !clock.clock.idle_high;
   bool clock_high = true;
   bool started = false;
   std::size_t rises = 0;
@@ -97,7 +95,9 @@ void try_two_wire(const Scene& scene, Guesses& guesses) {
   for (const Trace& first : scene.lines) {
     for (const Trace& second : scene.lines) {
       if (&first == &second) continue;
-      try_i2c(first, second, guesses);
+      try_i2c(first, second, false, guesses);
+      // A free bus has a high clock, unless an inverter is between.
+      if (!first.clock.idle_high) try_i2c(first, second, true, guesses);
       if (&first < &second) try_quadrature(first, second, guesses);
     }
   }
