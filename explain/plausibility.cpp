@@ -26,6 +26,13 @@ std::int64_t way(std::uint64_t from, std::uint64_t to, unsigned bits) {
   return up <= down ? static_cast<std::int64_t>(up) : -static_cast<std::int64_t>(down);
 }
 
+// The power of two that this is nearly; 0 if there is none.
+std::uint64_t power_near(std::uint64_t size) {
+  const std::uint64_t power = std::bit_floor(size + size / 3);
+  const std::uint64_t off = size < power ? power - size : size - power;
+  return times * off > power ? 0 : power;
+}
+
 }  // namespace
 
 Plausibility::Plausibility(const FrameFormat& format, std::size_t channel)
@@ -111,9 +118,7 @@ void Plausibility::judge_step(const Step& step) {
       steps_[1].length >= taken_back) {
     spikes_[bits].add(judged.cycle, judged.time);
   } else if (judged.speed / times > std::max(steps_[3].speed, steps_[1].speed)) {
-    const std::uint64_t power = std::bit_floor(judged.length + judged.length / 3);
-    const std::uint64_t off = judged.length < power ? power - judged.length : judged.length - power;
-    if (off <= 4 * std::max(steps_[3].length, steps_[1].length)) {
+    if (const std::uint64_t power = power_near(judged.length); power != 0) {
       Wrap& wrap = wraps_[static_cast<std::size_t>(std::bit_width(power))];
       wrap.seen.add(judged.cycle, judged.time);
       wrap.bits = std::max(wrap.bits, bits);
@@ -128,10 +133,9 @@ void Plausibility::judge_step(const Step& step) {
 void Plausibility::judge_turn(const Step& before, const Step& judged) {
   const std::int64_t jump = judged.way - before.way;
   const auto size = static_cast<std::uint64_t>(jump < 0 ? -jump : jump);
-  const std::uint64_t power = std::bit_floor(size + size / 3);
-  const std::uint64_t off = size < power ? power - size : size - power;
+  const std::uint64_t power = power_near(size);
   constexpr std::uint64_t steps_in_turn = 6;
-  if (before.way == 0 || size < steps_in_turn * before.length || times * off > power) return;
+  if (before.way == 0 || size < steps_in_turn * before.length || power == 0) return;
   const bool up = before.way > 0;
   if (up == (jump < 0)) {
     fall_ = {power, up, judged.cycle, judged.time, before};
