@@ -307,6 +307,7 @@ void Pricer::learn(const Cycle& cycle) {
       const std::uint64_t position = cycle.frame->channel_list[k].position;
       steps_[k] = position - std::exchange(data_[k], position);
     }
+    step_time_ = decode::elapsed(std::exchange(data_time_, cycle.time), cycle.time);
   } else {
     if (cycle.ack && cycle.period) {
       ack = static_cast<std::uint16_t>((cycle.ack->count + cycle.period->count / 2) /
@@ -324,6 +325,7 @@ void Pricer::learn(const Cycle& cycle) {
 
 // The position of this frame is a likely one.
 void Pricer::remember(std::size_t start) {
+  data_time_ = view_.time;
   std::size_t at = start + 2;
   for (std::size_t k = 0; codec_ && k < codec_->format().channel_count; ++k) {
     data_[k] = position_of(view_.bits, at, k);
@@ -397,6 +399,7 @@ void Pricer::remove_pulses(std::vector<LevelChange>& ma) {
 
 void Pricer::count_pulses(const CycleEdges& edges) {
   view_ = {};
+  view_.time = edges.cycle.time;
   view_.period = edges.cycle.period.value_or(usual_.period);
   // The clock of a request with pulses is not measured well.
   if (usual_.period.count != 0 && (3 * view_.period < 2 * usual_.period)) {
@@ -552,10 +555,20 @@ float Pricer::data_price(const Bits& bits, std::size_t start, bool moves_on) con
     const unsigned size = std::max(1U, channel.position_bits());
     const std::uint64_t position = position_of(bits, at, k);
     const float same = change_price(data_[k], position, size);
-    price += moves_on ? std::min(same, change_price(data_[k] + steps_[k], position, size)) : same;
+    price += moves_on ? std::min(same, change_price(due_position(k), position, size)) : same;
     at += channel.total_bits();
   }
   return price;
+}
+
+// Where an axis is that moves on as between the last two good frames.
+std::uint64_t Pricer::due_position(std::size_t k) const {
+  const unsigned unused = 64 - std::max(1U, codec_->format().channel_list[k].position_bits());
+  const auto step = static_cast<std::int64_t>(steps_[k] << unused) >> unused;
+  const auto from_then = static_cast<double>(decode::elapsed(data_time_, view_.time).count);
+  const auto in_step = static_cast<double>(std::max<std::int64_t>(step_time_.count, 1));
+  const double way = static_cast<double>(step) * std::min(from_then / in_step, 100.0);
+  return data_[k] + static_cast<std::uint64_t>(std::llround(std::clamp(way, -9e18, 9e18)));
 }
 
 std::uint64_t Pricer::position_of(const Bits& bits, std::size_t at, std::size_t k) const {

@@ -112,6 +112,7 @@ class Pricer {
   // A request as a master reads it that knows the line delay.
   struct View {
     std::vector<Picoseconds> rises;
+    Picoseconds time{};
     Picoseconds period{};
     unsigned ma_pulses = 0;
     unsigned slo_pulses = 0;
@@ -152,8 +153,9 @@ class Pricer {
   bool has_strong_checksum() const;
   float slip_price() const;
   float ack_price(std::size_t clocks) const;
-  // moves_on: or the position moves on by as much as between the last two good frames
+  // moves_on: or the position moves on as between the last two good frames
   float data_price(const Bits& bits, std::size_t start, bool moves_on = false) const;
+  std::uint64_t due_position(std::size_t channel) const;
   std::uint64_t position_of(const Bits& bits, std::size_t at, std::size_t channel) const;
   float frame_change(const Bits& before, std::size_t size) const;
   Bits before_bits() const;
@@ -173,6 +175,8 @@ class Pricer {
   std::uint32_t fewest_clocks_ = UINT32_MAX;
   std::array<std::uint64_t, max_channels> data_{};
   std::array<std::uint64_t, max_channels> steps_{};
+  Picoseconds data_time_{};
+  Picoseconds step_time_{};
   std::optional<Picoseconds> shortest_rest_;
   // The last frame of any kind, the last one that was refused, and the last one whose length was
   // unusual, all from START on; the last unusual request from LAT on.
