@@ -36,7 +36,7 @@ void Statistics::add(const Cycle& cycle, LimitSet exceeded) {
   if (cycle.early) early_.add(cycle.early->count);
   if (cycle.ack) ack_.add(cycle.ack->count);
   if (cycle.ack && cycle.period) {
-    ack_clocks_.add((cycle.ack->count + cycle.period->count / 2) / cycle.period->count);
+    ack_clocks_.add(periods_in(*cycle.ack, *cycle.period));
   }
   if (cycle.duty_per_mille) duty_.add(*cycle.duty_per_mille);
 }

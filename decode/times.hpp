@@ -24,4 +24,9 @@ constexpr Picoseconds shifted(Picoseconds time, Picoseconds by) {
   return time + by;
 }
 
+/// How many periods a time has, to the nearest whole number. \pre the period is not 0
+constexpr std::int64_t periods_in(Picoseconds time, Picoseconds period) {
+  return (time.count + period.count / 2) / period.count;
+}
+
 }  // namespace biss::decode

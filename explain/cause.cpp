@@ -67,7 +67,9 @@ constexpr std::array<CauseText, cause_count> texts{{
     {"sampling_too_slow",
      "record with at least 4 samples in a period of MA, better 10; give --resolution if the file "
      "does not have the sample period"},
-    {"not_biss", "check which interface the device has; SSI, for example, has no ACK and no START"},
+    {"not_biss",
+     "check which interface the device has, and whether both lines are connected; SSI, for "
+     "example, has no ACK and no START"},
 }};
 
 }  // namespace

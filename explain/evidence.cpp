@@ -27,10 +27,6 @@ bool is_cut(CycleStatus status) {
   return status == CycleStatus::cut_start || status == CycleStatus::cut_end;
 }
 
-std::int64_t clocks_in(Picoseconds time, Picoseconds period) {
-  return (time.count + period.count / 2) / period.count;
-}
-
 bool lies_on(Picoseconds gap, Picoseconds step) {
   const std::int64_t off = (gap.count + step.count / 2) % step.count - step.count / 2;
   return grid_tolerance * std::max(off, -off) <= step.count;
@@ -90,7 +86,7 @@ bool SampleGrid::varies_by(Picoseconds step) const {
     std::array<std::size_t, 16> lengths{};
     std::size_t all = 0;
     for (const Picoseconds level : levels) {
-      const std::int64_t steps = clocks_in(level, step);
+      const std::int64_t steps = decode::periods_in(level, step);
       if (steps >= 16) continue;
       ++lengths[static_cast<std::size_t>(steps)];
       ++all;
@@ -378,7 +374,7 @@ void Observer::note_frame(std::uint64_t number, const Cycle& cycle) {
   if (cycle.status == CycleStatus::truncated || short_of_bits) {
     ++evidence_.truncated;
     if (cycle.ack && cycle.period) {
-      evidence_.truncated_ack_clocks.add(clocks_in(*cycle.ack, *cycle.period));
+      evidence_.truncated_ack_clocks.add(decode::periods_in(*cycle.ack, *cycle.period));
     }
     if (raw.size_bits() < stop) {
       evidence_.missing_bits.add(static_cast<std::int64_t>(stop - raw.size_bits()));
@@ -422,7 +418,7 @@ void Observer::note_times(const Cycle& cycle, bool good) {
   if (!good) return;
   if (cycle.release) evidence_.release.add(cycle.release->count);
   if (!cycle.ack || !cycle.period) return;
-  const std::int64_t ack_clocks = clocks_in(*cycle.ack, *cycle.period);
+  const std::int64_t ack_clocks = decode::periods_in(*cycle.ack, *cycle.period);
   evidence_.ack_clocks.add(ack_clocks);
   if (!cycle.frame) return;
   const std::int64_t needed = 1 + ack_clocks + 3 + std::int64_t{evidence_.usual.payload_bits};

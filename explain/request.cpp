@@ -310,8 +310,7 @@ void Pricer::learn(const Cycle& cycle) {
     step_time_ = decode::elapsed(std::exchange(data_time_, cycle.time), cycle.time);
   } else {
     if (cycle.ack && cycle.period) {
-      ack = static_cast<std::uint16_t>((cycle.ack->count + cycle.period->count / 2) /
-                                       cycle.period->count);
+      ack = static_cast<std::uint16_t>(decode::periods_in(*cycle.ack, *cycle.period));
     }
     const BitView raw = cycle.raw.view();
     const auto bits = static_cast<unsigned>(
@@ -730,7 +729,8 @@ void Pricer::price_wrong(FrameError error, float base, float after, Prices& pric
     }
     price_tails(prices);
     if (usual_.checksum) {
-      price_checksum(base + 2, prices);
+      price_checksum(ack + data_price(view_.bits, start, has_strong_checksum()) + after + 2,
+                     prices);
     } else if (usual_.no_checksum_fits) {
       const auto free = static_cast<float>(codec_->format().channel_list[0].crc.width_bits);
       set(prices, RequestKind::other_checksum,

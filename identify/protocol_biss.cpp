@@ -96,8 +96,7 @@ Structure structure_of(const std::vector<Cycle>& requests, bool any_ack) {
     return figures;
   };
   const auto ack_clocks = [](const Cycle& cycle) {
-    return (cycle.ack->count + cycle.period->count / 2) /
-           std::max<std::int64_t>(cycle.period->count, 1);
+    return decode::periods_in(*cycle.ack, std::max(*cycle.period, picoseconds(1)));
   };
   Structure found;
   found.line_delay = median_of(all([](const Cycle& cycle) { return cycle.line_delay->count; }));

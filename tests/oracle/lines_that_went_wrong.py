@@ -26,6 +26,10 @@ KINDS = {
     "a format that is a bit too short, and positions that look likely by it": {"with": (6369, 6438, 6638)},
     "frames that the master cuts while the axis rests": {"with": (6123, 6282, 6699, 6756), "without": (6123,)},
     "errors in frames that the master cuts": {"with": (6094, 6723, 6724)},
+    "positions that go round within their field": {"with": (6114, 8135, 8277), "without": (6114, 8135, 8277)},
+    "a position at constant speed that counts": {"without": (8175, 8700)},
+    "doubled clocks while the axis moves fast": {"with": (8215,), "without": (8215,)},
+    "short frames over a long cable, and reduced frames": {"with": (8189, 8744), "without": (8189, 8744)},
     "two causes, of which the second explains few requests": {"with": (6547, 6562), "without": (6562, 6734)},
 }
 
