@@ -36,7 +36,7 @@ constexpr double never = 1e6;
 constexpr int rounds = 8;
 
 // So far further is a second cause, so that the first is as likely as it is right.
-constexpr double apart = 2.5;
+constexpr double apart = 3.5;
 // So much longer is the account of a cause that explains some requests better, but not many.
 constexpr double also_apart = 12;
 
