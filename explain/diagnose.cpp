@@ -35,9 +35,10 @@ constexpr double second_saves = 20;
 constexpr double never = 1e6;
 constexpr int rounds = 8;
 
-// So far further is a second cause, so that the first is as likely as it is right.
+// The second of two causes counts as this much longer: then the first one is stated to be as likely
+// as it is right.
 constexpr double apart = 3.5;
-// So much longer is the account of a cause that explains some requests better, but not many.
+// A cause that would explain some requests, but not many, counts as this much longer.
 constexpr double also_apart = 12;
 
 // What is less likely is not listed.
@@ -220,8 +221,8 @@ class Diagnosis {
     if (seconds.front().first < alone - second_saves) std::tie(best, second) = seconds.front();
     // Causes that would explain requests as well.
     for (const auto& [together, other] : seconds) {
-      if (other != second)
-        at(bits, other->cause) = std::min(at(bits, other->cause), best + also_apart);
+      if (other == second) continue;
+      at(bits, other->cause) = std::min(at(bits, other->cause), best + also_apart);
     }
     if (second == nullptr) return;
     // The one that explains more requests comes first.

@@ -815,7 +815,10 @@ bool Pricer::is_brief() const {
   const std::int64_t period = std::max<std::int64_t>(view_.period.count, 1);
   std::size_t size = view_.clocks();
   // After CDM = 1, MA rises at the end of the timeout.
-  if (size > 2 && 2 * (view_.rises[size - 1] - view_.rises[size - 2]) > 3 * view_.period) --size;
+  if (size > 2 &&
+      2 * decode::elapsed(view_.rises[size - 2], view_.rises[size - 1]) > 3 * view_.period) {
+    --size;
+  }
   if (view_.ack != 1 || size < start + 3) return false;
   if (size == start + 3) return !view_.bits[size - 1];
   const auto late =
