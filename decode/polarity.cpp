@@ -40,20 +40,27 @@ Reading read(const Lines& lines, std::span<const wire::Edge> edges, const CycleR
   return reading;
 }
 
-// Whether MA, as the capture shows it, is low in the last idle gap before most requests.
+// Whether MA, as the capture shows it, is low in most of the longest gaps before requests. In a shorter
+// one, a master may pause within a request.
 bool rests_low(wire::LineIndex ma, std::span<const wire::Edge> edges, Picoseconds period) {
-  std::int64_t low = 0;
+  using Rest = std::pair<Picoseconds, bool>;
+  std::vector<Rest> rests;
   std::optional<wire::Edge> last;
-  std::optional<wire::Level> rest;
+  std::optional<Rest> rest;
   for (const wire::Edge& edge : edges) {
     if (edge.line != ma) continue;
     if (last && 4 * elapsed(last->time, edge.time) > 5 * period) {
-      rest = last->level;
+      rest = {elapsed(last->time, edge.time), last->level == wire::Level::low};
     } else if (rest) {
-      low += *rest == wire::Level::low ? 1 : -1;
-      rest.reset();
+      rests.push_back(*std::exchange(rest, std::nullopt));
     }
     last = edge;
+  }
+  if (rests.empty()) return false;
+  const Picoseconds longest = std::max_element(rests.begin(), rests.end())->first;
+  std::int64_t low = 0;
+  for (const auto& [length, is_low] : rests) {
+    if (5 * length >= 4 * longest) low += is_low ? 1 : -1;
   }
   return low > 0;
 }

@@ -463,9 +463,14 @@ class Diagnosis {
   }
 
   // Another protocol that is recognised outweighs all causes, unless most requests have ACK and START.
+  // A master that reads BiSS C over SPI has no select line either.
+  bool other_is_weak() const {
+    const auto& other = context_.other;
+    return !other || other->confidence < (other->name == "spi" ? 0.85 : 0.5);
+  }
   bool other_is_clear() const { return context_.other && context_.other->confidence > 0.9; }
   bool is_other_protocol() const {
-    if (!context_.other || context_.other->confidence < 0.5) return false;
+    if (other_is_weak()) return false;
     if (50 * evidence_.slo_edges < evidence_.ma_edges) return false;
     if (share(evidence_.passed) > (other_is_clear() ? 0.6 : 0.2) && evidence_.has_format)
       return false;
@@ -477,7 +482,11 @@ class Diagnosis {
     const bool passes = share(evidence_.passed) > 0.2 && evidence_.has_format;
     const bool coarse = samples_per_period() < coarse_samples;
     const bool most = evidence_.answered * 10 > evidence_.cycles * 6;
-    at(notes_, Cause::not_biss) += passes || most ? never : coarse ? 300 : answers ? 60 : 20;
+    const bool shows_frames = coarse || context_.identified;
+    const bool may_be_spi = context_.other && other_is_weak();
+    const bool is_biss = passes || most || (shows_frames && !other_is_clear()) ||
+                         (may_be_spi && evidence_.answered * 10 > evidence_.cycles);
+    at(notes_, Cause::not_biss) += is_biss ? never : answers ? 60 : 20;
   }
 
   // Bits become likelihoods by a fitted table.

@@ -114,7 +114,7 @@ std::optional<Picoseconds> find_groups(std::span<const Cycle> cycles, Picosecond
     if (3 * std::max(off, -off) <= period) ++answered[k];
   }
   const bool found = all[0] >= least_groups && 3 * all[0] < 2 * all[1] &&
-                     10 * answered[0] >= 9 * all[0] && 10 * answered[1] <= 4 * all[1];
+                     10 * answered[0] >= 8 * all[0] && 10 * answered[1] <= 4 * all[1];
   return found ? std::optional(usual_rest) : std::nullopt;
 }
 

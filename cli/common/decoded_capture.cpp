@@ -276,7 +276,7 @@ class FrameCollection {
  public:
   explicit FrameCollection(const DecodedCapture& capture)
       : lines_(capture.lines().lines),
-        decoder_(decode::CycleReader(std::nullopt, {.timeout = capture.structure_timing().timeout},
+        decoder_(decode::CycleReader(std::nullopt, {.timeout = capture.reading_timing().timeout},
                                      capture.margin()),
                  [this, &capture](const decode::Cycle& cycle) {
                    if (capture.is_wanted(cycle)) collector_.add(number_, cycle);
@@ -454,7 +454,7 @@ void DecodedCapture::begin_steps(OnCycle on_cycle) {
   deliver_ = [this](const decode::Cycle& cycle) {
     step_wanted_ = step_wanted_ && hand_out(step_number_++, cycle, on_step_);
   };
-  const decode::CleanCycleFinder finder(format_, timing_, margin_);
+  const decode::CleanCycleFinder finder(format_, reading_timing(), margin_);
   if (!finder.may_find()) return;
   piece_.emplace(finder);
   join_.emplace(finder, decoder());
@@ -512,7 +512,7 @@ bool DecodedCapture::read(const OnCycle& on_cycle) {
     }
     return wanted;
   };
-  const decode::CleanCycleFinder finder(format_, timing_, margin_);
+  const decode::CleanCycleFinder finder(format_, reading_timing(), margin_);
   if (finder.may_find()) {
     read_pieces(finder, go_on);
   } else {
@@ -555,7 +555,7 @@ bool DecodedCapture::read_edges(const std::function<bool(std::span<const wire::E
   return input_.error().empty();
 }
 
-DeviceTiming DecodedCapture::structure_timing() const {
+DeviceTiming DecodedCapture::reading_timing() const {
   DeviceTiming timing = timing_;
   if (paused_timeout_) timing.timeout = *paused_timeout_;
   return timing;

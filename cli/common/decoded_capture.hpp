@@ -134,11 +134,11 @@ class DecodedCapture {
   std::span<const wire::Edge> beginning() { return input_.beginning(); }
   /// A reader of cycles as read() uses it.
   decode::CycleReader reader() const {
-    return decode::CycleReader(format_, format_ ? timing_ : structure_timing(), margin_);
+    return decode::CycleReader(format_, reading_timing(), margin_);
   }
-  /// The timing by which cycles are read without a format: with the timeout that the capture shows if
-  /// the master pauses its clock.
-  DeviceTiming structure_timing() const;
+  /// The timing by which cycles are read: where no format was given, with the timeout that the capture
+  /// shows if the master pauses its clock.
+  DeviceTiming reading_timing() const;
   /// What the lines at the beginning of the capture carry. \pre next() was true and read() has not
   /// been called since
   identify::ProtocolGuess protocol();
