@@ -228,7 +228,7 @@ class FieldSearch {
   }
 
   // Bits that count the frames may be a position at constant speed, unless they are where a safety
-  // word has them; they rather are one if they are not as many.
+  // word has them.
   void doubt_counters() {
     double with = HUGE_VAL;
     double without = HUGE_VAL;
@@ -243,9 +243,8 @@ class FieldSearch {
         least = std::min(least, each.cost);
       }
     }
+    const double more = without - 1 - with;
     for (Fields& each : all_) {
-      const bool usual = each.channel.life_counter.bits == safety_counter_bits;
-      const double more = without - with + (usual ? -1 : 1);
       if (more > 0 && more < HUGE_VAL && is_doubtful(each)) each.cost += more;
     }
   }

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <memory>
 #include <optional>
@@ -54,6 +55,14 @@ double rounded(double likelihood) {
   return static_cast<double>(static_cast<int>(likelihood * 100 + 0.5)) / 100;
 }
 
+// Its signs of life, if it has any, are as wide as that of BiSS Safety.
+bool has_usual_counter(const FrameFormat& format) {
+  const auto channels = format.channels();
+  return std::all_of(channels.begin(), channels.end(), [](const ChannelFormat& each) {
+    return !each.life_counter.present() || each.life_counter.bits == safety_counter_bits;
+  });
+}
+
 class ExplainRun {
  public:
   explicit ExplainRun(const ExplainOptions& options) : options_(options) {}
@@ -95,7 +104,11 @@ class ExplainRun {
     const bool moves = finding != nullptr && !finding->still;
     if (!capture_.format() && !context_.given && moves && !context_.candidates.empty() &&
         finding->candidates.front().confidence > 0.05) {
-      const FrameFormat& likeliest = context_.candidates.front();
+      // A position at constant speed may look like a sign of life.
+      const auto plain =
+          std::find_if(context_.candidates.begin(), context_.candidates.end(), has_usual_counter);
+      const FrameFormat& likeliest =
+          plain == context_.candidates.end() ? context_.candidates.front() : *plain;
       const CrcSpec& crc = likeliest.channel_list[0].crc;
       const CrcSpec usual{.polynomial = default_polynomial(crc.width_bits),
                           .width_bits = crc.width_bits};
