@@ -117,8 +117,7 @@ class Flow {
 
   // False where no further piece counts.
   bool settle(Piece& piece) {
-    const bool regular = piece.settle(source_, setup_.lines, join_, setup_.on_edges);
-    if (regular && setup_.on_changes) setup_.on_changes(piece.changes());
+    piece.settle(source_, setup_.lines, join_, setup_.watch);
     return !source_.error() && (!setup_.go_on || setup_.go_on());
   }
 

@@ -7,6 +7,7 @@
 #include "capture/pair_source.hpp"
 #include "decode/clean_cycles.hpp"
 #include "decode/decoder.hpp"
+#include "flow/piece.hpp"
 
 namespace biss::flow {
 
@@ -14,9 +15,7 @@ struct FlowSetup {
   decode::Lines lines;
   /// 1: all in the thread that calls. 0: as many as the machine has processors.
   unsigned threads = 0;
-  /// Called for each piece in its turn, as Piece::settle() says; or null.
-  capture::PairSource::OnEdges on_edges = nullptr;
-  std::function<void(const capture::PairPiece& changes)> on_changes = nullptr;
+  Watch watch = {};
   /// Called after each piece; false ends the reading.
   std::function<bool()> go_on = nullptr;
 };

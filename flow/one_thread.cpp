@@ -11,7 +11,7 @@ void decode_pieces(capture::PairSource& source, const decode::CleanCycleFinder& 
   bool wanted = true;
   while (wanted && piece.fetch(source)) {
     piece.expand(setup.lines);
-    piece.settle(source, setup.lines, join);
+    piece.settle(source, setup.lines, join, setup.watch);
     wanted = !source.error() && (!setup.go_on || setup.go_on());
   }
   join.flush();

@@ -14,14 +14,15 @@ void Piece::expand(const decode::Lines& lines, std::size_t others) {
   finder_.find(run_of(lines), clean_, piece_->ahead(others));
 }
 
-bool Piece::settle(capture::PairSource& source, const decode::Lines& lines, decode::RunJoin& join,
-                   const capture::PairSource::OnEdges& on_edges) {
+void Piece::settle(capture::PairSource& source, const decode::Lines& lines, decode::RunJoin& join,
+                   const Watch& watch) {
   const bool regular = source.settle(*piece_, [&](std::span<const wire::Edge> edges) {
-    if (on_edges) on_edges(edges);
+    if (watch.on_edges) watch.on_edges(edges);
     join.push(edges, lines);
   });
-  if (regular) join.push(run_of(lines), clean_);
-  return regular;
+  if (!regular) return;
+  join.push(run_of(lines), clean_);
+  if (watch.on_changes) watch.on_changes(*piece_);
 }
 
 decode::PairRun Piece::run_of(const decode::Lines& lines) const {

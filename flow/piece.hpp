@@ -1,6 +1,7 @@
 // A piece of a capture on its way to the decoder.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -10,6 +11,14 @@
 #include "decode/run_join.hpp"
 
 namespace biss::flow {
+
+/// Who sees each piece in its turn, as PairSource::settle() gives it; or null.
+struct Watch {
+  /// Before the decoder gets the edges.
+  capture::PairSource::OnEdges on_edges = nullptr;
+  /// After it, where the piece is regular.
+  std::function<void(const capture::PairPiece& changes)> on_changes = nullptr;
+};
 
 /// A piece, with what is needed to search it for clean cycles. fetch(), expand() and settle() are
 /// called in this order; expand() by any thread.
@@ -25,13 +34,8 @@ class Piece {
   void expand(const decode::Lines& lines, std::size_t others = 0);
 
   /// Pushes the piece into the decoder of `join`.
-  /// \param on_edges as PairSource::settle(); called before the decoder gets the edges; or null
-  /// \return true: the piece is regular, and changes() are its changes
-  bool settle(capture::PairSource& source, const decode::Lines& lines, decode::RunJoin& join,
-              const capture::PairSource::OnEdges& on_edges = nullptr);
-
-  /// \pre settle() was true
-  const capture::PairPiece& changes() const { return *piece_; }
+  void settle(capture::PairSource& source, const decode::Lines& lines, decode::RunJoin& join,
+              const Watch& watch);
 
  private:
   decode::PairRun run_of(const decode::Lines& lines) const;

@@ -473,10 +473,7 @@ bool DecodedCapture::step() {
 bool DecodedCapture::step_piece() {
   if (!piece_->fetch(*pair_source_)) return false;
   piece_->expand(lines().lines);
-  const bool regular = piece_->settle(*pair_source_, lines().lines, *join_, [this](auto edges) {
-    if (watcher_ != nullptr) watcher_->take(edges);
-  });
-  if (regular && watcher_ != nullptr) watcher_->take(piece_->changes());
+  piece_->settle(*pair_source_, lines().lines, *join_, watch_of_pieces());
   return !pair_source_->error();
 }
 
@@ -538,13 +535,16 @@ void DecodedCapture::read_blocks(const std::function<bool()>& go_on) {
 void DecodedCapture::read_pieces(const decode::CleanCycleFinder& finder,
                                  const std::function<bool()>& go_on) {
   const auto threads = static_cast<unsigned>(std::min<std::uint64_t>(threads_, 1024));
-  flow::FlowSetup setup{.lines = lines().lines, .threads = threads, .go_on = go_on};
-  if (watcher_ != nullptr) {
-    setup.on_edges = [this](std::span<const wire::Edge> edges) { watcher_->take(edges); };
-    setup.on_changes = [this](const capture::PairPiece& changes) { watcher_->take(changes); };
-  }
+  const flow::FlowSetup setup{
+      .lines = lines().lines, .threads = threads, .watch = watch_of_pieces(), .go_on = go_on};
   flow::decode_pieces(input_.pairs(lines().lines), finder, setup, decoder());
   input_.end_pairs();
+}
+
+flow::Watch DecodedCapture::watch_of_pieces() const {
+  if (watcher_ == nullptr) return {};
+  return {[this](std::span<const wire::Edge> edges) { watcher_->take(edges); },
+          [this](const capture::PairPiece& changes) { watcher_->take(changes); }};
 }
 
 bool DecodedCapture::read_edges(const std::function<bool(std::span<const wire::Edge>)>& on_edges) {

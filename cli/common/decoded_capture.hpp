@@ -197,6 +197,7 @@ class DecodedCapture {
   decode::Decoder& decoder();
   void push(std::span<const wire::Edge> edges);
   bool step_piece();
+  flow::Watch watch_of_pieces() const;
   void read_blocks(const std::function<bool()>& go_on);
   void read_pieces(const decode::CleanCycleFinder& finder, const std::function<bool()>& go_on);
   void measure_polarity(decode::FoundLines& found);
