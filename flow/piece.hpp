@@ -35,7 +35,7 @@ class Piece {
 
   /// Pushes the piece into the decoder of `join`.
   void settle(capture::PairSource& source, const decode::Lines& lines, decode::RunJoin& join,
-              const Watch& watch);
+              const Watch& watch = {});
 
  private:
   decode::PairRun run_of(const decode::Lines& lines) const;
