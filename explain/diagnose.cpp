@@ -462,13 +462,14 @@ class Diagnosis {
     at(notes_, varies ? Cause::master_stops_early : Cause::ack_longer_than_master_waits) += 6;
   }
 
-  // Another protocol that is recognised outweighs all causes, unless most requests have ACK and START.
   // A master that reads BiSS C over SPI has no select line either.
   bool other_is_weak() const {
     const auto& other = context_.other;
     return !other || other->confidence < (other->name == "spi" ? 0.85 : 0.5);
   }
   bool other_is_clear() const { return context_.other && context_.other->confidence > 0.9; }
+
+  // Another protocol that is recognised outweighs all causes, unless most requests have ACK and START.
   bool is_other_protocol() const {
     if (other_is_weak()) return false;
     if (50 * evidence_.slo_edges < evidence_.ma_edges) return false;
