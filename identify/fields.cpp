@@ -15,17 +15,13 @@ namespace biss::identify {
 namespace {
 
 constexpr unsigned most_zeros = 12;
-constexpr unsigned least_gray_bits = 6;
 constexpr unsigned least_turn_bits = 4;
-constexpr unsigned least_track_bits = 8;
+constexpr unsigned least_split = 8;
 // Positions for which the rarer codings are tried.
 constexpr std::size_t most_coded = 4;
-// Bits of a position that never move below others that do are unlikely by this much at most: a scale
-// explains them.
-constexpr double most_scale_cost = 5;
 // Frames that jump show no order of the bits: below this share of the cost, a difference between
 // two codings is luck.
-constexpr double least_difference = 0.15;
+constexpr double least_difference = 0.10;
 
 // ---- Choices, and what they cost in bits
 
@@ -42,12 +38,12 @@ constexpr std::array<FlagKind, 9> flag_kinds{{{0.15, 2, 'n', 'n'},
                                               {8, 2, 'n', 'a'},
                                               {5.5, 2, 'n', ' '},
                                               {7, 2, ' ', ' '},
-                                              {9, 1, 'n', ' '},
+                                              {8.2, 1, 'n', ' '},
                                               {12.5, 1, 'a', ' '},
-                                              {8.5, 0, ' ', ' '}}};
+                                              {13, 0, ' ', ' '}}};
 
 double coding_cost(Coding coding) {
-  constexpr std::array<double, 7> costs{0, 6, 10, 12, 12, 12, 20};
+  constexpr std::array<double, 7> costs{0, 6, 12, 13, 9, 12, 20};
   return costs[static_cast<std::size_t>(coding)];
 }
 
@@ -186,8 +182,9 @@ class FieldSearch {
     // Flags before the position, or followed by zeros.
     const unsigned still = still_bits(moved_, base);
     for (unsigned zeros = 0; zeros <= still && base + zeros + 3 <= top; ++zeros) {
-      for (const std::size_t kind : {0U, 2U}) {
-        divide(fields, flag_kinds[kind], 9 + scale_cost(zeros), top - 2, base + zeros, top - 2);
+      for (const std::size_t kind : {0U, 2U, 6U}) {
+        const unsigned high = top - flag_kinds[kind].bits;
+        divide(fields, flag_kinds[kind], 12.5 + scale_cost(zeros), high, base + zeros, high);
       }
     }
     const unsigned zero = still_bits(moved_ | words_.data.front(), base);
@@ -296,13 +293,12 @@ class FieldSearch {
     using enum Coding;
     const auto top = static_cast<unsigned>(std::bit_width(place.of(moved_)));
     const double least = Timeline::rough_cost(numbers(place, binary, 0), top);
-    for (unsigned split = least_turn_bits; split + 1 < top; ++split) {
+    for (unsigned split = least_split; split < top; ++split) {
       for (const Coding coding : {singleturn_gray, multiturn_gray, both_gray, two_tracks}) {
-        const bool gray_below = coding == singleturn_gray || coding == both_gray;
-        if (gray_below && split < least_gray_bits) continue;
-        if (coding != singleturn_gray && split + least_turn_bits > top) continue;
-        const bool too_short = split < least_track_bits || split + least_track_bits > top;
-        if (coding == two_tracks && too_short) continue;
+        // Turns of which few were seen are in Gray code if the singleturn is.
+        const unsigned above = top - split;
+        if (coding == multiturn_gray && above < least_turn_bits) continue;
+        if (coding == two_tracks && above < least_split) continue;
         std::vector<std::uint64_t> values = numbers(place, coding, split);
         double rough = Timeline::rough_cost(values, coding == two_tracks ? split : top);
         if (coding == two_tracks) {
@@ -369,11 +365,11 @@ class FieldSearch {
       for (const std::uint64_t each : values) moving.push_back(each >> low & low_mask(bits));
       const double moved = timeline_.cost(moving, bits) - bits;
       cost += moved;
-      // The lowest bits of a position that moves stand still by its scale, which is as it is.
+      // The lowest bits of a position that moves may stand still by its scale.
       if (low != 0) {
         for (std::uint64_t& each : values) each &= low_mask(low + bits);
         const double scaled = timeline_.cost(values, low + bits) - low - bits;
-        cost += std::clamp(scaled - moved, 0.0, most_scale_cost);
+        cost += std::clamp(scaled - moved, 0.0, scale_cost(low));
       }
     }
     number_costs_[key] = cost;

@@ -265,20 +265,32 @@ std::vector<FormatPart> find_parts(std::span<const Sample> samples) {
     std::size_t last = 0;
     std::size_t frames() const { return last - first + 1; }
   };
+  const auto bits_of = [&](const Run& run) { return samples[run.last].bits.size_bits(); };
   std::vector<Run> runs;
   for (std::size_t i = 0; i < samples.size(); ++i) {
     const std::size_t bits = samples[i].bits.size_bits();
     const std::size_t frames = lengths[bits];
     if (bits < least_bits || frames < least_frames || 20 * frames < samples.size()) continue;
-    if (runs.empty() || samples[runs.back().last].bits.size_bits() != bits) runs.push_back({i, i});
+    if (runs.empty() || bits_of(runs.back()) != bits) runs.push_back({i, i});
     runs.back().last = i;
   }
-  const bool parted = runs.size() > 1 && runs.size() <= most_parts &&
-                      std::all_of(runs.begin(), runs.end(),
-                                  [](const Run& each) { return each.frames() >= least_frames; });
-  std::vector<FormatPart> parts;
-  if (!parted) runs.assign(samples.empty() ? 0 : 1, {0, samples.size() - 1});
+  // A few frames of another length are damaged ones.
+  std::size_t stray = 0;
+  std::vector<Run> long_runs;
   for (const Run& run : runs) {
+    if (run.frames() < least_frames) {
+      stray += run.frames();
+    } else if (!long_runs.empty() && bits_of(long_runs.back()) == bits_of(run)) {
+      long_runs.back().last = run.last;
+    } else {
+      long_runs.push_back(run);
+    }
+  }
+  const bool parted = long_runs.size() > 1 && long_runs.size() <= most_parts &&
+                      20 * stray <= samples.size();
+  std::vector<FormatPart> parts;
+  if (!parted) long_runs.assign(samples.empty() ? 0 : 1, {0, samples.size() - 1});
+  for (const Run& run : long_runs) {
     FormatPart part{samples[run.first].cycle, samples[run.last].cycle,
                     static_cast<unsigned>(samples[run.first].bits.size_bits()),
                     find_format(samples.subspan(run.first, run.frames()))};
