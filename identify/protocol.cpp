@@ -28,18 +28,15 @@ void weigh(BissTrial& biss, Guesses& guesses) {
   if (endat > 0.9) confidence *= 0.3;
   // A frame of BiSS C that does not change may have the clocks of whole bytes, and a byte of I2C the
   // bits of a frame; a checksum decides.
-  if (biss.evidence == BissEvidence::checksum) {
+  if (biss.checked) {
     for (ProtocolGuess& guess : guesses) {
       if (guess.protocol == Protocol::i2c) guess.confidence *= 0.3;
     }
   } else if (i2c > 0.9) {
     confidence *= 0.3;
   }
-  // So sure only with a select line.
-  const bool selected = !biss.of_catalogue && confidence_in(guesses, Protocol::spi) > 0.9;
-  const bool neighbour = biss.evidence == BissEvidence::structure &&
-                         std::max(endat, confidence_in(guesses, Protocol::ssi)) > clear;
-  if (selected || neighbour) confidence = std::min(confidence, 0.4);
+  if (!biss.checked && std::max(endat, confidence_in(guesses, Protocol::ssi)) > clear)
+    confidence = std::min(confidence, 0.4);
 }
 
 }  // namespace

@@ -74,8 +74,6 @@ struct Structure {
   std::int64_t line_delay = 0;
   // SLO's release after the last edge of MA; 0 where it is not seen.
   std::int64_t release = 0;
-  // Share of the frames with CDS 1.
-  double cds_share = 0;
   // The checksum that explains the frames best, and the bits for it.
   Layout checksum;
   double bits = 0;
@@ -107,8 +105,6 @@ Structure structure_of(const std::vector<Cycle>& requests, bool any_ack) {
            (!any_ack && std::abs(ack_clocks(*cycle) - found.ack_clocks) > 1);
   });
   found.clocks = most_frequent(all([](const Cycle& cycle) { return cycle.rising_edges; }));
-  found.cds_share =
-      share_of(alike, [](const Cycle* cycle) { return cycle->cds().value_or(false); });
   found.share = share(alike.size(), requests.size());
   std::vector<std::int64_t> releases;
   for (const Cycle* cycle : alike) {
@@ -157,25 +153,11 @@ bool repeats(const FrameSet& frames) {
   return false;
 }
 
-// Bits that change independently of each other.
-std::size_t rank_of(const FrameSet& frames) {
-  Basis basis;
-  const Span bits{0, std::min(frames.length, 127U)};
-  for (const FrameSet::Pattern& each : frames.patterns) {
-    basis.add(polynomial_of(*each.sample, bits) ^ polynomial_of(*frames.patterns[0].sample, bits));
-  }
-  return basis.rank();
-}
-
 // How sure the words are those of BiSS C where no checksum says so.
 double confidence_of_structure(const Structure& structure, std::size_t pulses) {
   // Of clocks or pauses between clocks, what no SSI encoder sends: the longest word and its STOP.
   const bool long_for_ssi = pulses > 36;
   const bool bytes = pulses % 8 == 0;
-  const std::size_t alike = structure.samples.size();
-  // Much has moved and no checksum with it.
-  if (rank_of(structure.frames) >= 8)
-    return long_for_ssi && !bytes && structure.share > 0.95 && alike >= 20 ? 0.45 : 0.3;
   // What an SSI encoder's monoflop releases.
   const Picoseconds release{structure.release};
   const bool monoflop =
@@ -195,20 +177,18 @@ BissTrial judge(const std::vector<Cycle>& requests, std::size_t pulses) {
   if (alike < 2 || structure.share < 0.4) return trial;
   const Layout& checksum = structure.checksum;
   const CrcSpec crc = checksum.channels.empty() ? CrcSpec{} : checksum.channels.front().crc;
-  trial.of_catalogue = is_known(checksum);
   const bool certain = structure.bits >= certain_bits;
   const double clean = std::min(1.0, structure.share / 0.8);
   double confidence =
       certain ? 0.91 + 0.07 * clean : clean * confidence_of_structure(structure, pulses);
-  // CDS is 1 only now and then; the inverse of another protocol has it always.
-  if (structure.cds_share > 0.95) confidence = std::min(confidence, 0.25);
   // A clock in bytes that idles low, read from its second edge on.
   const bool one_less =
       pulses % 8 == 0 && structure.clocks + 1 == static_cast<std::int64_t>(pulses);
   const bool usual = certain && crc.polynomial == default_polynomial(crc.width_bits);
   if (one_less && !usual) confidence = std::min(confidence, 0.4);
-  if (repeats(structure.frames)) confidence = std::min(confidence, 0.2);
-  trial.evidence = certain && confidence >= 0.5 ? BissEvidence::checksum : BissEvidence::structure;
+  trial.repeats = repeats(structure.frames);
+  if (trial.repeats) confidence = std::min(confidence, 0.2);
+  trial.checked = certain && confidence >= 0.5;
   trial.guess.confidence = confidence * (alike < 8 ? 0.7 : 1);
   trial.guess.why = fmt::format(
       "{} of {} requests are answered alike: {} clocks, ACK of {} clocks after {:.0f} ns; {}",
@@ -218,20 +198,10 @@ BissTrial judge(const std::vector<Cycle>& requests, std::size_t pulses) {
   return trial;
 }
 
-std::vector<wire::Edge> edges_of(const Lines& lines, std::span<const wire::Edge> edges) {
-  constexpr std::size_t edges_of_a_trial = 12'000;
-  std::vector<wire::Edge> pair;
-  for (const wire::Edge& edge : edges) {
-    if (edge.line != lines.ma && edge.line != lines.slo) continue;
-    pair.push_back(edge);
-    if (pair.size() == edges_of_a_trial) break;
-  }
-  return pair;
-}
-
 }  // namespace
 
 BissTrial try_biss(const Scene& scene) {
+  constexpr std::size_t edges_of_a_trial = 12'000;
   BissTrial best;
   const decode::CycleReader reader(std::nullopt, {});
   for (const Trace& clock : scene.lines) {
@@ -239,7 +209,8 @@ BissTrial try_biss(const Scene& scene) {
     for (const Trace& data : scene.lines) {
       if (&clock == &data) continue;
       const Lines lines{clock.line, data.line};
-      const std::vector<wire::Edge> edges = edges_of(lines, scene.edges);
+      std::vector<wire::Edge> edges = decode::first_edges(lines, scene.edges);
+      edges.resize(std::min(edges.size(), edges_of_a_trial));
       const BissTrial trial =
           judge(read_requests(decode::find_polarity(lines, edges, reader), edges),
                 clock.clock.usual_pulses);

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
-#include <optional>
 #include <set>
 
 #include "biss/crc/engines.hpp"
@@ -26,8 +25,6 @@ struct Transfer {
   /// The level of the data when the clock starts, and a period after its last edge.
   bool before = false;
   bool after = false;
-  /// Data changes shortly before the clock starts.
-  bool prepared = false;
   /// Data changes with the first pulse of the clock.
   bool starts = false;
   /// Data changes from here to the next burst.
@@ -59,7 +56,6 @@ struct Pair {
   Picoseconds return_of(const Burst& burst, std::size_t k, double periods) const {
     return later(line.changes[burst.first + 2 * k + 1], periods * clock.period);
   }
-  bool in_step() const { return coherence >= 0.75 && changes >= 0.3; }
 };
 
 bool is_select(const Pair& pair) {
@@ -99,11 +95,8 @@ void measure_phase(Pair& pair) {
     }
   }
   if (count == 0) return;
-  // Where the clock pauses within a word, only the edges that move the data show the phase.
-  const bool leaves = std::abs(sums[0]) > std::abs(sums[1]) + 0.05 * static_cast<double>(count);
   pair.coherence = std::max(std::abs(sums[0]), std::abs(sums[1])) / static_cast<double>(count);
-  pair.phase = std::arg(sums[leaves ? 0 : 1]) / turn - (leaves ? 0.5 : 0);
-  if (pair.phase < -0.5) pair.phase += 1;
+  pair.phase = std::arg(sums[1]) / turn;
   pair.changes = share(count, pair.clock.bursts.size());
 }
 
@@ -117,18 +110,14 @@ Transfer read_transfer(const Pair& pair, std::size_t index, Picoseconds capture_
   const auto changes = [&](Picoseconds from, Picoseconds to) {
     return data.after(from) < data.after(to);
   };
-  const Picoseconds just_before = later(begin, -0.1 * period);
-  Picoseconds earliest = later(begin, -3.1 * period);
-  if (index != 0) earliest = std::max(earliest, later(pair.end_of(bursts[index - 1]), 2 * period));
   const bool is_last = index + 1 == bursts.size();
   const Picoseconds next =
       is_last ? capture_end : later(pair.begin_of(bursts[index + 1]), -0.1 * period);
   const double delay = pair.phase < -0.25 ? pair.phase + 1 : std::max(pair.phase, 0.0);
   const Picoseconds settled = later(end, (delay + 0.3) * period);
   Transfer transfer{.pulses = burst.pulses(),
-                    .before = data.level_at(just_before),
+                    .before = data.level_at(later(begin, -0.1 * period)),
                     .after = data.level_at(std::min(settled, next)),
-                    .prepared = changes(earliest, just_before),
                     .starts = changes(begin, pair.return_of(burst, 0, 0.85)),
                     .moves = changes(begin, next)};
   if (changes(settled, next)) {
@@ -152,43 +141,21 @@ Pair read_pair(const Scene& scene, const Trace& clock, const Trace& data) {
   return pair;
 }
 
-using Bits = std::vector<bool>;
+using Bits = BitBuffer<512>;
 
 // The level of the data in each burst, `phase` periods after each return of the clock to idle.
 std::vector<Bits> words_at(const Pair& pair, double phase, bool inverted) {
-  constexpr std::size_t most = 512;
   std::vector<Bits> words(pair.transfers.size());
   for (std::size_t i = 0; i < words.size(); ++i) {
     const Burst& burst = pair.clock.bursts[i];
-    for (std::size_t k = 0; k < std::min(burst.pulses(), most); ++k) {
-      words[i].push_back(pair.data.level_at(pair.return_of(burst, k, phase)) != inverted);
+    for (std::size_t k = 0; k < burst.pulses(); ++k) {
+      words[i].append(pair.data.level_at(pair.return_of(burst, k, phase)) != inverted);
     }
   }
   return words;
 }
 
 // ---- SSI
-
-// The clocks of one word, where every burst gives one word several times; 0 where none does.
-std::size_t repeated_word(const Pair& pair) {
-  const std::size_t pulses = pair.clock.usual_pulses;
-  const std::vector<Bits> bursts = words_at(pair, pair.phase + 0.5, false);
-  for (std::size_t words = 2; words <= 8; ++words) {
-    const std::size_t length_bits = pulses / words;
-    if (pulses % words != 0 || length_bits < 10) continue;
-    const double same = share_of(bursts, [&](const Bits& bits) {
-      if (bits.size() != pulses) return false;
-      std::size_t changes = 0;
-      for (std::size_t k = 0; k + length_bits < pulses; ++k) {
-        if (bits[k] != bits[k + length_bits]) return false;
-        changes += bits[k] != bits[k + 1] ? 1U : 0U;
-      }
-      return changes >= 3;
-    });
-    if (same > 0.8) return length_bits;
-  }
-  return 0;
-}
 
 // Data rests at one level, then a bit with each return of the clock to idle, then the other level
 // for a fixed time. Of several words in a row only the first one begins at rest.
@@ -216,12 +183,11 @@ void try_ssi(const Pair& pair, const BissTrial& biss, Guesses& guesses) {
   const double behaved = std::min({
       share_of(transfers, [&](const Transfer& t) { return t.after != level; }),
       share_of(ended, [](const Transfer& t) { return t.gap_changes == 1; }),
-      share_of(transfers, [](const Transfer& t) { return !t.prepared; }),
       share_near_median(releases, 0.15 * release + 0.2 * pair.clock.period + 2e3),
   });
   if (behaved < 0.8) return;
   double confidence = 0.9 * behaved;
-  if (repeated_word(pair) == 0) {
+  if (!biss.repeats) {
     if (pulses > longest) confidence = std::min(confidence, 0.75);
     if (pulses % 8 == 0) confidence = std::min(confidence, 0.55);
     // Without a 0 in the first bit the encoder could be one of BiSS C.
@@ -229,7 +195,7 @@ void try_ssi(const Pair& pair, const BissTrial& biss, Guesses& guesses) {
     if (zeros < 0.05 && biss.guess.confidence > 0.2)
       confidence = std::min(confidence, pulses > longest ? 0.3 : 0.6);
   }
-  if (biss.evidence == BissEvidence::checksum) confidence *= 0.3;
+  if (biss.checked) confidence *= 0.3;
   guesses.push_back(
       {Protocol::ssi, confidence,
        fmt::format("bursts of {} clocks, data from the first one on, then {} for {:.1f} us", pulses,
@@ -243,26 +209,15 @@ void try_spi(const Pair& pair, const std::vector<Pair>& pairs, const BissTrial& 
              Guesses& guesses) {
   const std::vector<Transfer>& transfers = pair.transfers;
   const double bytes = share_of(transfers, [](const Transfer& t) { return t.pulses % 8 == 0; });
-  if (transfers.size() < 2 || bytes < 0.85 || !pair.in_step()) return;
-  bool selected = false;
-  bool second = false;
-  for (const Pair& each : pairs) {
-    if (&each == &pair) continue;
-    selected = selected || each.selects;
-    second = second || (!each.selects && each.in_step());
-  }
-  const bool idle_low = !pair.clock.idle_high;
-  const double prepared = share_of(transfers, [](const Transfer& t) { return t.prepared; });
-  double confidence = idle_low || prepared > 0.1 ? 0.8 : 0.7;
-  if (second) confidence = 0.85;
-  if (selected) confidence = 0.93;
+  if (transfers.size() < 2 || bytes < 0.85 || pair.coherence < 0.75 || pair.changes < 0.3) return;
+  const bool selected = std::any_of(
+      pairs.begin(), pairs.end(), [&](const Pair& each) { return &each != &pair && each.selects; });
+  double confidence = selected ? 0.93 : 0.8;
   // Sensors on SPI have checksums too; a select line says which it is.
-  const bool may_be_biss = biss.of_catalogue || !selected;
-  if (biss.evidence == BissEvidence::checksum && may_be_biss) confidence *= 0.4;
+  if (biss.checked && !selected) confidence *= 0.4;
   guesses.push_back({Protocol::spi, confidence * bytes,
-                     fmt::format("bursts of {} clocks, idle {}, data in step with them{}{}",
-                                 pair.clock.usual_pulses, idle_low ? "low" : "high",
-                                 second ? ", on a second line too" : "",
+                     fmt::format("bursts of {} clocks, idle {}, data in step with them{}",
+                                 pair.clock.usual_pulses, pair.clock.idle_high ? "high" : "low",
                                  selected ? ", framed by a select line" : "")});
 }
 
@@ -271,10 +226,8 @@ void try_alone(const ClockShape& clock, const std::vector<Pair>& pairs, Guesses&
   double answers = 0;
   for (const Pair& pair : pairs) {
     if (pair.selects) continue;
-    // Pulses that are too short for this clock may be those of another one.
-    const bool busy = 5 * pair.data.changes.size() > pair.line.changes.size();
-    const double answered = share_of(pair.transfers, [](const Transfer& t) { return t.moves; });
-    answers = std::max(answers, busy ? 1.0 : answered);
+    answers =
+        std::max(answers, share_of(pair.transfers, [](const Transfer& t) { return t.moves; }));
   }
   if (answers >= 0.1) return;
   const double rate = 1e9 / clock.period;
@@ -287,18 +240,12 @@ void try_alone(const ClockShape& clock, const std::vector<Pair>& pairs, Guesses&
 
 // ---- EnDat 2.1 and 2.2: mode commands of the master, then words with a CRC of 5 bits
 
-std::uint64_t number_of(const Bits& bits, std::size_t from, std::size_t count) {
-  std::uint64_t number = 0;
-  for (std::size_t i = from; i < from + count; ++i) number = number << 1U | (bits[i] ? 1U : 0U);
-  return number;
-}
-
 // Over F1, F2 and the position, or over additional information. EnDat sends it inverted, but not all
 // encoders do.
-bool endat_crc_fits(const Bits& bits, std::size_t from, unsigned count, bool plain) {
+bool endat_crc_fits(BitView word, unsigned count, bool plain) {
   const CrcSpec spec{.polynomial = 0x2B, .start = 0x1F, .width_bits = 5, .inverted = !plain};
-  if (from + count + 5 > bits.size()) return false;
-  return CrcBitwise(spec)(number_of(bits, from, count), count) == number_of(bits, from + count, 5);
+  if (count + 5 > word.size_bits()) return false;
+  return CrcBitwise(spec)(word.word(0, count), count) == word.word(count, 5);
 }
 
 // The most bursts that begin with a mode command. The master changes its bits at one edge of the
@@ -310,10 +257,11 @@ double endat_mode_share(const Pair& pair, bool inverted) {
   for (const double phase : {-0.05, 0.2, 0.45}) {
     const std::vector<Bits> words = words_at(pair, phase, inverted);
     for (const std::size_t from : {1U, 2U, 3U}) {
-      best = std::max(best, share_of(words, [&](const Bits& bits) {
-                        return bits.size() >= from + 6 && std::count(modes.begin(), modes.end(),
-                                                                     number_of(bits, from, 6)) != 0;
-                      }));
+      best =
+          std::max(best, share_of(words, [&](const Bits& bits) {
+                     return bits.size_bits() >= from + 6 &&
+                            std::count(modes.begin(), modes.end(), bits.view().word(from, 6)) != 0;
+                   }));
     }
   }
   return best;
@@ -328,22 +276,22 @@ struct EndatFit {
 
 // F1, F2 and position of `count` bits, then the CRC. Only words that differ up to there count. The
 // clocks end with the CRC, or with that of additional information: START, 24 bits, CRC.
-EndatFit fit_of_count(const std::vector<Bits>& words, std::size_t length_bits, unsigned count,
+EndatFit fit_of_count(const std::vector<BitView>& words, std::size_t length_bits, unsigned count,
                       bool plain) {
   std::set<std::uint64_t> different;
   std::size_t good = 0;
-  for (const Bits& word : words) {
-    if (!endat_crc_fits(word, 0, count, plain)) continue;
+  for (const BitView word : words) {
+    if (!endat_crc_fits(word, count, plain)) continue;
     ++good;
-    different.insert(number_of(word, 0, count));
+    different.insert(word.word(0, count));
   }
   if (share(good, words.size()) < 0.7) return {};
   const std::size_t rest = length_bits - count - 5;
   const bool all_used = rest % 30 <= 1 && rest <= 61;
   double bits = 5 * static_cast<double>(different.size()) - (all_used ? 2.5 : 5.5);
   for (std::size_t end = count + 5; all_used && end + 30 <= length_bits; end += 30) {
-    const double fit =
-        share_of(words, [&](const Bits& word) { return endat_crc_fits(word, end + 1, 24, plain); });
+    const double fit = share_of(
+        words, [&](BitView word) { return endat_crc_fits(word.from(end + 1), 24, plain); });
     bits += fit >= 0.7 ? 5 : -5;
   }
   return {bits, count, good};
@@ -351,14 +299,15 @@ EndatFit fit_of_count(const std::vector<Bits>& words, std::size_t length_bits, u
 
 EndatFit fit_endat(const Pair& pair, bool inverted, double phase) {
   // What the encoder sends after its START, the first 1 after the bits of the master.
-  std::vector<Bits> words;
+  const std::vector<Bits> all = words_at(pair, phase + 0.5, inverted);
+  std::vector<BitView> words;
   std::size_t length_bits = 0;
-  for (const Bits& bits : words_at(pair, phase + 0.5, inverted)) {
-    if (bits.size() < 9) continue;
-    const auto start = std::find(bits.begin() + 9, bits.end(), true);
-    if (bits.end() - start < 2) continue;
-    words.emplace_back(start + 1, bits.end());
-    length_bits = std::max(length_bits, words.back().size());
+  for (const Bits& bits : all) {
+    std::size_t start = 9;
+    while (start < bits.size_bits() && !bits.view()[start]) ++start;
+    if (start + 2 > bits.size_bits()) continue;
+    words.push_back(bits.view().from(start + 1));
+    length_bits = std::max(length_bits, words.back().size_bits());
   }
   EndatFit best;
   if (words.size() < 2) return best;

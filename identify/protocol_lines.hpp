@@ -133,13 +133,11 @@ inline constexpr double damaged_clock_share = 0.4;
 
 using Guesses = std::vector<ProtocolGuess>;
 
-/// What says that the words are those of BiSS C.
-enum class BissEvidence : std::uint8_t { none, structure, checksum };
-
 struct BissTrial {
-  BissEvidence evidence = BissEvidence::none;
-  /// The checksums of a type of the catalogue fit.
-  bool of_catalogue = false;
+  /// A checksum says that the words are those of BiSS C.
+  bool checked = false;
+  /// The words consist of one that repeats, as SSI sends it.
+  bool repeats = false;
   ProtocolGuess guess{Protocol::biss_c, 0, ""};
 };
 
