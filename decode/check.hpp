@@ -51,6 +51,8 @@ class Check {
   void finish();
 
   RuleResult result(Rule rule) const;
+  /// As in the result.
+  std::uint64_t faults(Rule rule) const { return tallies_.faults(rule); }
 
  private:
   Tallies tallies_;

@@ -11,21 +11,15 @@ namespace {
 
 using wire::Level;
 
-Level level_seen(Level level, bool inverted) {
-  if (!inverted || level == Level::unknown) return level;
-  return level == Level::low ? Level::high : Level::low;
-}
-
 bool is_earlier(const LevelChange& change, Picoseconds time) { return change.time < time; }
 
 }  // namespace
 
 CycleReading read_again(const CycleEdges& edges, CycleReader& reader, bool slo_inverted) {
   LineHistory slo;
-  slo.push(
-      {shifted(edges.cycle.time, -picoseconds(1)), level_seen(edges.slo_before, slo_inverted)});
+  slo.push({shifted(edges.cycle.time, -picoseconds(1)), seen_as(edges.slo_before, slo_inverted)});
   for (const LevelChange& change : edges.slo) {
-    slo.push({change.time, level_seen(change.level, slo_inverted)});
+    slo.push({change.time, seen_as(change.level, slo_inverted)});
   }
   const Picoseconds last = edges.ma.empty() ? edges.cycle.time : edges.ma.back().time;
   const LevelChange nothing{edges.cycle.time, Level::low};
@@ -49,9 +43,9 @@ void CycleEdgeReader::push(std::span<const wire::Edge> edges) {
     const auto now = edges.first(std::min(piece, edges.size()));
     for (const wire::Edge& edge : now) {
       if (edge.line == lines_.ma) {
-        ma_.push({edge.time, level_seen(edge.level, lines_.ma_inverted)});
+        ma_.push({edge.time, seen_as(edge.level, lines_.ma_inverted)});
       } else if (edge.line == lines_.slo) {
-        slo_.push({edge.time, level_seen(edge.level, lines_.slo_inverted)});
+        slo_.push({edge.time, seen_as(edge.level, lines_.slo_inverted)});
       }
     }
     decoder_.push(now, lines_);
@@ -86,24 +80,24 @@ void CycleEdgeReader::deliver(Picoseconds limit, bool last_of_capture) {
              .last_of_capture = last_of_capture});
 }
 
-void CycleEdgeReader::Line::push(LevelChange change) {
-  if (!changes.empty() && changes.back().level == change.level) return;
-  if (changes.size() >= max_edges) {
-    before = changes[max_edges / 2 - 1].level;
-    changes.erase(changes.begin(), changes.begin() + std::ptrdiff_t{max_edges / 2});
+void LineChanges::push(LevelChange change) {
+  if ((changes.empty() ? before : changes.back().level) == change.level) return;
+  if (changes.size() >= most) {
+    const std::size_t gone = most / 2;
+    before = changes[gone - 1].level;
+    changes.erase(changes.begin(), changes.begin() + static_cast<std::ptrdiff_t>(gone));
   }
   changes.push_back(change);
 }
 
-void CycleEdgeReader::Line::forget_before(Picoseconds time) {
+void LineChanges::forget_before(Picoseconds time) {
   const auto end = std::lower_bound(changes.begin(), changes.end(), time, is_earlier);
   if (end == changes.begin()) return;
   before = (end - 1)->level;
   changes.erase(changes.begin(), end);
 }
 
-std::span<const LevelChange> CycleEdgeReader::Line::between(Picoseconds from,
-                                                            Picoseconds to) const {
+std::span<const LevelChange> LineChanges::between(Picoseconds from, Picoseconds to) const {
   const auto first = std::lower_bound(changes.begin(), changes.end(), from, is_earlier);
   const auto last = std::lower_bound(first, changes.end(), to, is_earlier);
   return std::span<const LevelChange>(changes).subspan(

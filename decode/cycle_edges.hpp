@@ -30,6 +30,19 @@ struct CycleEdges {
   bool last_of_capture = false;
 };
 
+/// The changes of a line that cycles still to be looked at may need.
+struct LineChanges {
+  /// Where these are too many, the older half is forgotten.
+  std::size_t most = 0;
+  std::vector<LevelChange> changes{};
+  wire::Level before = wire::Level::unknown;
+
+  void push(LevelChange change);
+  void forget_before(Picoseconds time);
+  /// Valid until the next push().
+  std::span<const LevelChange> between(Picoseconds from, Picoseconds to) const;
+};
+
 /// Reads a cycle again from its edges.
 /// \param slo_inverted take SLO as the inverse of what the capture shows
 CycleReading read_again(const CycleEdges& edges, CycleReader& reader, bool slo_inverted = false);
@@ -52,22 +65,13 @@ class CycleEdgeReader {
   void finish(Picoseconds end_time);
 
  private:
-  struct Line {
-    std::vector<LevelChange> changes;
-    wire::Level before = wire::Level::unknown;
-
-    void push(LevelChange change);
-    void forget_before(Picoseconds time);
-    std::span<const LevelChange> between(Picoseconds from, Picoseconds to) const;
-  };
-
   void take(const Cycle& cycle);
   void deliver(Picoseconds limit, bool last_of_capture);
 
   Lines lines_;
   OnCycle on_cycle_;
-  Line ma_;
-  Line slo_;
+  LineChanges ma_{.most = max_edges};
+  LineChanges slo_{.most = max_edges};
   // The cycle whose end is not known yet.
   std::optional<Cycle> waiting_;
   std::uint64_t number_ = 0;

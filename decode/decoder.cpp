@@ -19,11 +19,6 @@ using wire::Level;
 constexpr Picoseconds longest_period = microseconds(16);
 constexpr Picoseconds period_when_unknown = period_of(biss_clock_min);
 
-Level seen_as(Level level, bool inverted) {
-  if (!inverted || level == Level::unknown) return level;
-  return level == Level::low ? Level::high : Level::low;
-}
-
 // Of a period, how far two line delays of one line may be apart.
 constexpr std::int64_t usual_delay_share = 4;
 

@@ -17,6 +17,12 @@ struct LevelChange {
   wire::Level level = wire::Level::unknown;
 };
 
+/// A level of a line that is taken for inverted, or not.
+constexpr wire::Level seen_as(wire::Level level, bool inverted) {
+  if (!inverted || level == wire::Level::unknown) return level;
+  return level == wire::Level::low ? wire::Level::high : wire::Level::low;
+}
+
 /// The changes of SLO that cycles still to be read may need. Bounded: beyond `max_changes` the
 /// level is unknown until something is forgotten.
 class LineHistory {

@@ -144,6 +144,7 @@ class Tallies {
   /// The capture has at least four samples in such a period of MA: its bits are certain.
   bool shows_bits(Picoseconds period) const { return 4 * resolution_ <= period; }
   RuleResult result(Rule rule) const;
+  std::uint64_t faults(Rule rule) const { return tallies_[static_cast<std::size_t>(rule)].faults; }
 
  private:
   struct Tally {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 
-#include "biss/crc/engines.hpp"
 #include "biss/frame/codec.hpp"
 #include "biss/frame/format_text.hpp"
 
@@ -62,6 +61,14 @@ CrcSpec with_error(CrcSpec crc, Mistake mistake) {
   return crc;
 }
 
+// The checksum of BiSS is no mistake.
+bool is_usual(ChannelFormat channel, BitView raw) {
+  channel.crc = {.polynomial = default_polynomial(channel.crc.width_bits),
+                 .width_bits = channel.crc.width_bits};
+  return frame_detail::deviating_crc(channel, data_of(channel, raw), false) ==
+         received(channel, raw);
+}
+
 // Enough of them differ.
 bool vary(const ChannelFormat& channel, std::span<const WrongFrame> frames) {
   std::vector<std::uint64_t> data;
@@ -91,35 +98,23 @@ std::string_view text_of(Mistake mistake) {
   return words[static_cast<std::size_t>(mistake)];
 }
 
-bool ChecksumVariant::fits(BitView raw, BitView before) const {
-  const BitView covered = channel.crc.of_previous ? before : raw;
-  if (!is_whole(channel, raw) || !is_whole(channel, covered)) return false;
-  const std::uint64_t data = data_of(channel, covered);
-  const std::uint64_t seen = received(channel, raw);
-  const CrcBitwise usual(channel.crc);
-  switch (mistake) {
-    case Mistake::cds:
-      // A leading zero changes nothing.
-      if (!raw[1]) return false;
-      [[fallthrough]];
-    case Mistake::reversed:
-    case Mistake::no_flags:
-    case Mistake::previous:
-      return seen == frame_detail::deviating_crc(channel, data, raw[1]);
-    case Mistake::lsb:
-      return seen ==
-             usual(frame_detail::bits_reversed(data >> flag_bits, channel.data_bits - flag_bits)
-                           << flag_bits |
-                       (data & low_mask(flag_bits)),
-                   channel.data_bits);
-    case Mistake::all_lsb:
-      return seen == usual(frame_detail::bits_reversed(data, channel.data_bits), channel.data_bits);
-    case Mistake::other_start:
-      return (seen ^ usual(data, channel.data_bits)) == rest;
-    case Mistake::constant:
-      return seen == rest;
+std::uint64_t ChecksumVariant::rest_of(BitView raw, BitView before) const {
+  std::uint64_t data = data_of(channel, channel.crc.of_previous ? before : raw);
+  if (mistake == Mistake::constant) return received(channel, raw);
+  if (mistake == Mistake::lsb || mistake == Mistake::all_lsb) {
+    const unsigned kept = mistake == Mistake::lsb ? flag_bits : 0;
+    data = frame_detail::bits_reversed(data >> kept, channel.data_bits - kept) << kept |
+           (data & low_mask(kept));
   }
-  return false;
+  return received(channel, raw) ^ frame_detail::deviating_crc(channel, data, raw[1]);
+}
+
+bool ChecksumVariant::fits(BitView raw, BitView before) const {
+  if (!is_whole(channel, raw) || (channel.crc.of_previous && !is_whole(channel, before))) {
+    return false;
+  }
+  // A leading zero changes nothing.
+  return (mistake != Mistake::cds || raw[1]) && rest_of(raw, before) == rest;
 }
 
 std::optional<ChecksumVariant> find_variant(std::span<const WrongFrame> frames,
@@ -136,20 +131,13 @@ std::optional<ChecksumVariant> find_variant(std::span<const WrongFrame> frames,
       continue;
     }
     const BitView last = whole.back().raw.view();
-    for (std::size_t m = 0; m < mistake_count; ++m) {
+    // Those without a checksum of their own are formats.
+    const auto mistakes = static_cast<std::size_t>(Mistake::other_start);
+    for (std::size_t m = 0; m < (format ? mistake_count : mistakes); ++m) {
       ChecksumVariant rule{.mistake = static_cast<Mistake>(m), .channel = channel};
       rule.channel.crc = with_error(channel.crc, rule.mistake);
-      // These are formats of their own.
-      if (!format && rule.mistake >= Mistake::other_start) continue;
-      rule.rest = static_cast<std::uint16_t>(received(channel, last));
-      if (rule.mistake == Mistake::other_start) {
-        const std::uint64_t data = data_of(channel, last);
-        const CrcBitwise usual({.polynomial = default_polynomial(channel.crc.width_bits),
-                                .width_bits = channel.crc.width_bits});
-        // The checksum of BiSS is no mistake.
-        if (usual(data, channel.data_bits) == rule.rest) continue;
-        rule.rest ^= CrcBitwise(channel.crc)(data, channel.data_bits);
-      }
+      if (m >= mistakes) rule.rest = rule.rest_of(last, last);
+      if (rule.mistake == Mistake::other_start && is_usual(channel, last)) continue;
       const std::size_t count = fitting(rule, whole);
       if (count <= most || 100 * count < fitting_percent * whole.size()) continue;
       most = count;

@@ -30,12 +30,14 @@ struct ChecksumVariant {
   /// The only one; its checksum has the error, if formats have a word for it.
   ChannelFormat channel{};
   /// What is left of the checksum, for `other_start` and `constant`.
-  std::uint16_t rest = 0;
+  std::uint64_t rest = 0;
   /// A format that reads the positions; empty where none does.
   std::string format{};
 
   /// \param raw START, CDS, data, checksum … \param before the frame before it
   bool fits(BitView raw, BitView before) const;
+  /// By what the checksum differs from the rule without `rest`. \pre both frames are whole
+  std::uint64_t rest_of(BitView raw, BitView before) const;
 };
 
 /// What is wrong with the checksum, for the evidence.

@@ -2,11 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
 #include <utility>
 
 #include "biss/timing/cable.hpp"
-#include "explain/fitted.hpp"
 
 namespace biss::explain {
 
@@ -18,8 +16,10 @@ double& at(Bits& bits, Cause cause) { return bits[static_cast<std::size_t>(cause
 
 // A kind that a cause predicts, and what it costs more than its price there.
 struct Part {
-  RequestKind kind{};
-  double extra = 0;
+  Part(RequestKind predicted = {}, double more = 0) : kind(predicted), extra(more) {}
+
+  RequestKind kind;
+  double extra;
 };
 struct Model {
   Cause cause{};
@@ -40,7 +40,10 @@ constexpr int rounds = 8;
 constexpr double apart = 3.5;
 // A cause that would explain some requests, but not many, counts as this much longer.
 constexpr double also_apart = 12;
-
+// A cause whose account is `b` bits longer than the shortest one weighs
+// (1 + b / weight_scale)^-weight_power: rounded from what tests/explain/fit.py printed for development seeds.
+constexpr double weight_scale = 1.2;
+constexpr double weight_power = 1.5;
 // What is less likely is not listed.
 constexpr double least_likelihood = 0.015;
 // Without a format no checksum is judged: damaged frames look like good ones.
@@ -49,56 +52,43 @@ constexpr double healthy_without_format = 0.5;
 constexpr double coarse_samples = 5;
 
 const std::vector<Model>& models() {
-  using C = Cause;
-  using K = RequestKind;
+  using enum Cause;
+  using enum RequestKind;
   static const std::vector<Model> all{
-      {C::healthy, {}},
-      {C::wrong_format,
-       {{K::refused}, {K::stop_high}, {K::cds_high}, {K::other_ack}, {K::ones, 6}, {K::zeros, 6}}},
-      {C::wrong_checksum, {{K::other_checksum}}},
-      {C::format_changes, {{K::other_length}}},
-      {C::ma_slo_swapped, {{K::silent}}},
+      {healthy, {}},
+      {wrong_format, {refused, stop_high, cds_high, other_ack, {ones, 6}, {zeros, 6}}},
+      {wrong_checksum, {other_checksum}},
+      {format_changes, {other_length}},
+      {ma_slo_swapped, {silent}},
       // A master that takes SLO for inverted asks while the encoder is busy.
-      {C::slo_inverted, {{K::inverted}, {K::busy}, {K::hurried}, {K::stuck}}},
-      {C::ma_inverted, {{K::half_early}, {K::stop_repeats}}},
-      {C::clock_too_fast_for_cable, {{K::smeared}, {K::delay_part}, {K::flip}, {K::slo_pulse}}},
-      {C::ack_longer_than_master_waits, {{K::cut_in_ack}, {K::cut_late}}},
-      {C::master_stops_early, {{K::cut_in_data}, {K::cut_in_ack, 3}}},
-      {C::master_pauses_clock, {{K::paused}, {K::restart}}},
-      {C::requested_too_soon, {{K::hurried}}},
-      {C::noise_on_slo, {{K::flip}, {K::slo_pulse}, {K::smeared, 3}}},
-      {C::noise_on_ma,
-       {{K::ma_pulse}, {K::slip}, {K::delay_clocks, 2}, {K::literal, 2}, {K::ma_held, 2}}},
-      {C::supply_or_intermittent, {{K::silent}, {K::ones}, {K::delay_clocks}, {K::ma_held}}},
-      {C::no_encoder, {{K::silent}}},
-      {C::stuck_low, {{K::stuck}, {K::zeros}, {K::cut_in_ack, 4}, {K::busy}}},
-      {C::encoder_error, {{K::error_flag}}},
-      {C::frames_lost_or_repeated, {{K::life_jump}}},
-      {C::position_implausible, {{K::implausible}}},
-      {C::limits_exceeded, {{K::other_ack}}},
-      {C::sampling_too_slow,
-       {{K::literal},
-        {K::flip},
-        {K::slip},
-        {K::smeared},
-        {K::delay_part},
-        {K::silent},
-        {K::busy},
-        {K::cut_in_data},
-        {K::cut_in_ack},
-        {K::refused},
-        {K::other_length},
-        {K::delay_clocks},
-        {K::hurried},
-        {K::half_early},
-        {K::slo_pulse},
-        {K::ma_pulse}}},
-      {C::not_biss, {{K::foreign}, {K::literal}}},
+      {slo_inverted, {inverted, busy, hurried, stuck}},
+      {ma_inverted, {half_early, stop_repeats}},
+      {clock_too_fast_for_cable, {smeared, delay_part, flip, slo_pulse}},
+      {ack_longer_than_master_waits, {cut_in_ack, cut_late}},
+      {master_stops_early, {cut_in_data, {cut_in_ack, 3}}},
+      {master_pauses_clock, {paused, restart}},
+      {requested_too_soon, {hurried}},
+      {noise_on_slo, {flip, slo_pulse, {smeared, 3}}},
+      {noise_on_ma, {ma_pulse, slip, {delay_clocks, 2}, {literal, 2}, {ma_held, 2}}},
+      {supply_or_intermittent, {silent, ones, delay_clocks, ma_held}},
+      {no_encoder, {silent}},
+      {stuck_low, {stuck, zeros, {cut_in_ack, 4}, busy}},
+      {encoder_error, {error_flag}},
+      {frames_lost_or_repeated, {life_jump}},
+      {position_implausible, {implausible}},
+      {limits_exceeded, {other_ack}},
+      {sampling_too_slow,
+       {literal, flip, slip, smeared, delay_part, silent, busy, cut_in_data, cut_in_ack, refused,
+        other_length, delay_clocks, hurried, half_early, slo_pulse, ma_pulse}},
+      {not_biss, {foreign, literal}},
   };
   return all;
 }
 
 class Diagnosis {
+  using enum Cause;
+  using enum RequestKind;
+
  public:
   Diagnosis(const Evidence& evidence, const Context& context)
       : evidence_(evidence), context_(context) {}
@@ -106,8 +96,8 @@ class Diagnosis {
   std::vector<Finding> run() {
     if (evidence_.cycles == 0) {
       // A line at rest shows nothing.
-      if (context_.reading.swapped) return {{Cause::ma_slo_swapped, 0.98}};
-      if (context_.other) return {{Cause::not_biss, 0.98}};
+      if (context_.reading.swapped) return {{ma_slo_swapped, 0.98}};
+      if (context_.other) return {{not_biss, 0.98}};
       return {};
     }
     if (evidence_.rows.empty()) return {};
@@ -115,12 +105,8 @@ class Diagnosis {
     Bits bits{};
     for (const Model& model : models()) {
       std::vector<Part> parts = model.parts;
-      // Only where SLO is read inverted is it the master who asks while the encoder is busy.
-      if (model.cause == Cause::slo_inverted && !context_.reading.slo_inverted) parts.resize(1);
       // By the format that the frames show, the checksum is right.
-      if (model.cause == Cause::wrong_format && shows_other_format()) {
-        parts.push_back({RequestKind::other_checksum});
-      }
+      if (model.cause == wrong_format && shows_other_format()) parts.push_back(other_checksum);
       at(bits, model.cause) = note_on(model.cause) + length(parts);
     }
     // The parts of a request, and frames of two formats, show nothing else.
@@ -128,17 +114,14 @@ class Diagnosis {
       at(bits, cause) = *std::min_element(bits.begin(), bits.end()) - 30;
       return findings(bits);
     };
-    if (evidence_.usual.rest_in_group && !other_is_clear()) return only(Cause::master_pauses_clock);
-    if (!context_.format_parts.empty()) return only(Cause::format_changes);
+    const bool clear = context_.other && context_.other->confidence > 0.9;
+    if (evidence_.usual.rest_in_group && !clear) return only(master_pauses_clock);
+    if (!context_.format_parts.empty()) return only(format_changes);
     if (is_other_protocol()) {
-      at(bits, Cause::not_biss) =
+      at(bits, not_biss) =
           *std::min_element(bits.begin(), bits.end()) - 30 * context_.other->confidence;
-    }
-    const double least = *std::min_element(bits.begin(), bits.end());
-    // Another protocol may have ACK and START by chance, but no checksum.
-    const bool proven = evidence_.has_format ? share(evidence_.passed) > 0.02 : has_checksum();
-    if (context_.other && !proven) {
-      at(bits, Cause::not_biss) = std::min(at(bits, Cause::not_biss), least + apart);
+    } else if (context_.other && !(evidence_.has_format ? passes() : has_checksum())) {
+      list_second(not_biss, bits);
     }
     const auto best = std::min_element(bits.begin(), bits.end());
     const auto first = static_cast<Cause>(best - bits.begin());
@@ -150,9 +133,9 @@ class Diagnosis {
   // The bits of all requests under these kinds, whose shares are those that fit best.
   double length(const std::vector<Part>& parts) const {
     std::vector<std::pair<std::size_t, double>> kinds{
-        {static_cast<std::size_t>(RequestKind::ok), 1},
-        {static_cast<std::size_t>(RequestKind::short_frame), 1},
-        {static_cast<std::size_t>(RequestKind::literal), std::exp2(-not_predicted)}};
+        {static_cast<std::size_t>(ok), 1},
+        {static_cast<std::size_t>(short_frame), 1},
+        {static_cast<std::size_t>(literal), std::exp2(-not_predicted)}};
     for (const Part& part : parts) {
       const auto kind = static_cast<std::size_t>(part.kind);
       const auto known = std::find_if(kinds.begin(), kinds.end(),
@@ -190,25 +173,30 @@ class Diagnosis {
     return sum + price * static_cast<double>(std::max<std::ptrdiff_t>(used, 1));
   }
 
+  static void list_second(Cause cause, Bits& bits) {
+    at(bits, cause) =
+        std::min(at(bits, cause), *std::min_element(bits.begin(), bits.end()) + apart);
+  }
+
+  std::uint64_t explained(const Model& model) const {
+    std::uint64_t sum = 0;
+    for (const Part& part : model.parts) sum += evidence_.count(part.kind);
+    return sum;
+  }
+
   // A second cause, if it explains some requests that the first one does not.
   void add_second(Cause first, Bits& bits) const {
-    if (first == Cause::not_biss) return;
+    if (first == not_biss) return;
     // What frames say that the master cuts, no checksum proves.
-    const bool cut =
-        first == Cause::master_stops_early || first == Cause::ack_longer_than_master_waits;
-    if (cut && evidence_.cut_errors.count >= 2) {
-      double& error = at(bits, Cause::encoder_error);
-      error = std::min(error, at(bits, first) + apart);
-    }
+    const bool cut = first == master_stops_early || first == ack_longer_than_master_waits;
+    if (cut && evidence_.cut_errors.count >= 2) list_second(encoder_error, bits);
     if (4 * evidence_.good < evidence_.cycles && !evidence_.usual.checksum) return;
     const Model& model = models()[static_cast<std::size_t>(first)];
     const double alone = at(bits, first);
     std::vector<std::pair<double, const Model*>> seconds;
     for (const Model& other : models()) {
-      if (other.cause == first || other.cause == Cause::not_biss || other.parts.empty()) continue;
-      std::uint64_t explained = 0;
-      for (const Part& part : other.parts) explained += evidence_.count(part.kind);
-      if (explained < 2 && demanded_[static_cast<std::size_t>(other.cause)] <= 0) continue;
+      if (other.cause == first || other.cause == not_biss || other.parts.empty()) continue;
+      if (explained(other) < 2 && demanded_[static_cast<std::size_t>(other.cause)] <= 0) continue;
       std::vector<Part> both = model.parts;
       both.insert(both.end(), other.parts.begin(), other.parts.end());
       const double together = note_on(first) + note_on(other.cause) - all_demanded_ + length(both);
@@ -216,21 +204,16 @@ class Diagnosis {
     }
     if (seconds.empty()) return;
     std::sort(seconds.begin(), seconds.end());
-    double best = alone;
-    const Model* second = nullptr;
-    if (seconds.front().first < alone - second_saves) std::tie(best, second) = seconds.front();
+    const auto [together, second] = seconds.front();
+    const bool saves = together < alone - second_saves;
+    const double best = saves ? together : alone;
     // Causes that would explain requests as well.
-    for (const auto& [together, other] : seconds) {
-      if (other == second) continue;
-      at(bits, other->cause) = std::min(at(bits, other->cause), best + also_apart);
+    for (const auto& each : seconds) {
+      double& length_of_other = at(bits, each.second->cause);
+      length_of_other = std::min(length_of_other, best + also_apart);
     }
-    if (second == nullptr) return;
+    if (!saves) return;
     // The one that explains more requests comes first.
-    const auto explained = [this](const Model& of) {
-      std::uint64_t sum = 0;
-      for (const Part& part : of.parts) sum += evidence_.count(part.kind);
-      return sum;
-    };
     const bool more = explained(*second) > explained(model);
     at(bits, first) = best + (more ? apart : 0);
     at(bits, second->cause) = best + (more ? 0 : apart);
@@ -276,42 +259,41 @@ class Diagnosis {
       unseen_[static_cast<std::size_t>(model.cause)] = !seen;
       if (!seen) at(notes_, model.cause) += not_seen;
     }
-    at(notes_, Cause::healthy) = 0;
+    at(notes_, healthy) = 0;
     note_format();
     note_lines();
     note_delay();
     note_sampling();
     if (evidence_.limits.empty()) {
-      at(notes_, Cause::limits_exceeded) += never;
+      at(notes_, limits_exceeded) += never;
     } else {
-      demand(Cause::limits_exceeded, 30);
-      accept(Cause::limits_exceeded);
-      at(notes_, Cause::limits_exceeded) -= cause_price;
+      demand(limits_exceeded, 30);
+      accept(limits_exceeded);
+      at(notes_, limits_exceeded) -= cause_price;
     }
     if (evidence_.life_zeros != 0) {
-      accept(Cause::frames_lost_or_repeated);
-    } else if (evidence_.count(RequestKind::life_jump) == 0) {
-      at(notes_, Cause::frames_lost_or_repeated) += never;
+      accept(frames_lost_or_repeated);
+    } else if (evidence_.count(life_jump) == 0) {
+      at(notes_, frames_lost_or_repeated) += never;
     }
-    if (share(evidence_.answered) > 0.02) at(notes_, Cause::no_encoder) += 20;
+    if (share(evidence_.answered) > 0.02) at(notes_, no_encoder) += 20;
     if (share(evidence_.good) < 0.05) {
-      at(notes_, Cause::supply_or_intermittent) += 12;
-      at(notes_, Cause::noise_on_slo) += 15;
-      at(notes_, Cause::noise_on_ma) += 60;
-      at(notes_, Cause::requested_too_soon) += 40;
+      at(notes_, supply_or_intermittent) += 12;
+      at(notes_, noise_on_slo) += 15;
+      at(notes_, noise_on_ma) += 60;
+      at(notes_, requested_too_soon) += 40;
     }
     note_slips();
-    const bool smeared = is_smeared();
-    if (evidence_.count(RequestKind::flip) + evidence_.count(RequestKind::slo_pulse) != 0) {
-      at(notes_, smeared ? Cause::noise_on_slo : Cause::clock_too_fast_for_cable) +=
-          smeared ? 25 : 80;
+    const bool of_cable = is_smeared();
+    if (evidence_.count(flip) + evidence_.count(slo_pulse) != 0) {
+      at(notes_, of_cable ? noise_on_slo : clock_too_fast_for_cable) += of_cable ? 25 : 80;
     }
-    note_truncation();
-    note_other();
+    const bool most = share(evidence_.answered) > 0.6;
+    at(notes_, not_biss) += passes() || most ? never : answers() ? 60 : 20;
   }
 
   // Smeared edges are of the cable if there are many.
-  bool is_smeared() const { return share(evidence_.count(RequestKind::smeared)) > 0.15; }
+  bool is_smeared() const { return share(evidence_.count(smeared)) > 0.15; }
 
   // An encoder that counted a clock too many sends STOP where the last bit is expected; one that
   // missed a clock sends the last bit where STOP is expected.
@@ -321,45 +303,37 @@ class Diagnosis {
     const bool slips =
         100 * evidence_.last_bit_low >= 85 * failed || 100 * evidence_.stops_high >= 15 * failed;
     const double price = 6 * static_cast<double>(failed);
-    at(notes_, slips ? Cause::noise_on_slo : Cause::noise_on_ma) += price;
-    if (slips) at(notes_, Cause::clock_too_fast_for_cable) += price;
+    at(notes_, slips ? noise_on_slo : noise_on_ma) += price;
+    if (slips) at(notes_, clock_too_fast_for_cable) += price;
   }
 
   // A wrong format, or a wrong checksum, lets frames pass by chance only.
   void note_format() {
     const double passed = static_cast<double>(evidence_.passed) /
                           static_cast<double>(std::max<std::uint64_t>(evidence_.answered, 1));
-    if (!context_.given || !context_.format) at(notes_, Cause::wrong_format) += never;
-    if (passed > 0.08) at(notes_, Cause::wrong_format) += 30;
-    if (passed > 0.3 && evidence_.has_format) at(notes_, Cause::wrong_checksum) += 30;
-    const bool refused = passed <= 0.08;
+    if (!context_.given || !context_.format) at(notes_, wrong_format) += never;
+    if (passed > 0.08) at(notes_, wrong_format) += 30;
+    const bool passes_none = passed <= 0.08;
     if (const auto& found = context_.identified; found && context_.given && context_.format) {
       if (found->format == *context_.format) {
-        at(notes_, Cause::wrong_format) += 25;
-      } else if (differs_in_maker_error(found->format)) {
-        at(notes_, Cause::wrong_checksum) -= 25;
-      } else if (refused) {
-        demand(Cause::wrong_format, 60);
+        at(notes_, wrong_format) += 25;
+      } else if (passes_none && !differs_in_maker_error(found->format)) {
+        demand(wrong_format, 60);
         // The checksum is right, in another place or by another rule of BiSS C.
-        if (!found->format.deviates()) at(notes_, Cause::wrong_checksum) += never;
+        if (!found->format.deviates()) at(notes_, wrong_checksum) += never;
       }
-    } else if (evidence_.usual.no_checksum_fits) {
-      if (has_checksum()) at(notes_, Cause::wrong_format) -= 12;
+    } else if (evidence_.usual.no_checksum_fits && has_checksum()) {
+      at(notes_, wrong_format) -= 12;
     }
-    // A frame of another length has STOP; one that the master cuts ends with a bit of either level.
-    const auto other = static_cast<double>(evidence_.count(RequestKind::other_length));
-    const auto high = static_cast<double>(evidence_.truncated - evidence_.truncated_low);
-    const bool most = 3 * other > 2 * static_cast<double>(evidence_.answered);
-    if (other == 0 || (most && !evidence_.has_format)) at(notes_, Cause::format_changes) += never;
-    if (10 * high > other) at(notes_, Cause::format_changes) += 4 * high;
-    if (refused && context_.given) {
-      at(notes_, Cause::format_changes) += never;
+    if (evidence_.count(other_length) == 0) at(notes_, format_changes) += never;
+    if (passes_none && context_.given) {
+      at(notes_, format_changes) += never;
       // Noise that spoils nearly all checksums spoils ACK, START and STOP as well.
       if (share(evidence_.answered) > 0.9) {
         const double price = 60 + 4 * static_cast<double>(evidence_.failed_checks);
-        at(notes_, Cause::noise_on_slo) += price;
-        at(notes_, Cause::noise_on_ma) += price;
-        if (!is_smeared()) at(notes_, Cause::clock_too_fast_for_cable) += price;
+        at(notes_, noise_on_slo) += price;
+        at(notes_, noise_on_ma) += price;
+        if (!is_smeared()) at(notes_, clock_too_fast_for_cable) += price;
       }
     }
   }
@@ -390,24 +364,21 @@ class Diagnosis {
 
   void note_lines() {
     const Reading& reading = context_.reading;
-    // What reads hardly better that way says nothing.
-    const bool reads = 2 * evidence_.answered > evidence_.cycles || evidence_.cycles == 0;
     const auto judge = [&](Cause cause, bool changed) {
-      if (!changed || !reads) return;
+      if (!changed) return;
       demand(cause, 30);
       accept(cause);
     };
-    judge(Cause::ma_slo_swapped, reading.swapped);
-    judge(Cause::slo_inverted, reading.slo_inverted);
-    judge(Cause::ma_inverted, reading.ma_inverted);
+    judge(ma_slo_swapped, reading.swapped);
+    judge(slo_inverted, reading.slo_inverted);
+    judge(ma_inverted, reading.ma_inverted);
     // Pairs that are exchanged at the connector: both inputs are open.
     const bool open = share(evidence_.answered) < 0.02;
-    if (!reading.swapped) at(notes_, Cause::ma_slo_swapped) += open ? 6 : never;
-    if (!reading.slo_inverted && evidence_.count(RequestKind::inverted) == 0) {
-      at(notes_, Cause::slo_inverted) += never;
+    if (!reading.swapped) at(notes_, ma_slo_swapped) += open ? 6 : never;
+    if (!reading.slo_inverted && evidence_.count(inverted) == 0) {
+      at(notes_, slo_inverted) += never;
     }
-    const std::uint64_t half =
-        evidence_.count(RequestKind::half_early) + evidence_.count(RequestKind::stop_repeats);
+    const std::uint64_t half = evidence_.count(half_early) + evidence_.count(stop_repeats);
     // Without a format, only that each request ends with the same bit twice shows that it has no STOP.
     const auto& last = evidence_.last_bits;
     const std::uint64_t twice = std::min(last[0], last[3]);
@@ -415,79 +386,45 @@ class Diagnosis {
     const bool no_stop = judged || (has_checksum() && 6 * twice > evidence_.answered &&
                                     20 * (last[1] + last[2]) < evidence_.answered);
     if (!reading.ma_inverted && (half == 0 || !no_stop)) {
-      at(notes_, Cause::ma_inverted) += no_stop ? 30 : never;
+      at(notes_, ma_inverted) += no_stop ? 30 : never;
     }
   }
 
   void note_delay() {
     if (evidence_.line_delay.count() == 0 || period() <= 0) return;
-    const auto delay = static_cast<double>(evidence_.line_delay.median());
-    const double periods = delay / period();
-    const Picoseconds cycle_period{evidence_.period.median()};
-    const auto longest = cable_max_compensated(rate_of(cycle_period));
+    const Picoseconds delay{evidence_.line_delay.median()};
+    const Picoseconds clock{evidence_.period.median()};
+    const auto longest = cable_max_compensated(rate_of(clock));
     // A line delay is measured to a sample, a good part of the period at most.
-    const Picoseconds inside = context_.timing.internal_delay_max;
-    const bool too_long = longest && Picoseconds{evidence_.line_delay.median()} >
-                                         line_delay(*longest, inside) * 11 / 10 + cycle_period / 4;
-    const double margin = std::abs(periods - std::floor(periods) - 0.5);
-    // A master that compensates nothing sees START as many clocks late and sends as many more.
-    const auto late = static_cast<std::int64_t>(std::floor(periods + 0.5));
-    const bool sends_more =
-        late >= 1 && evidence_.extra_clocks.count() != 0 && evidence_.extra_clocks.median() == late;
-    double price = 0;
-    if (too_long) price = 20;
-    if (sends_more && margin < 0.15) price = std::max(price, 4.0);
-    if (context_.compensated == false && (margin < 0.25 || periods > 0.25)) price = 25;
-    if (price == 0) return;
-    demand(Cause::clock_too_fast_for_cable, price);
-    accept(Cause::clock_too_fast_for_cable);
+    const bool too_long =
+        longest &&
+        delay > line_delay(*longest, context_.timing.internal_delay_max) * 11 / 10 + clock / 4;
+    // A master that compensates nothing samples well for short delays only.
+    const bool late = context_.compensated == false && 4 * delay > clock;
+    if (!too_long && !late) return;
+    demand(clock_too_fast_for_cable, late ? 25 : 20);
+    accept(clock_too_fast_for_cable);
   }
 
   void note_sampling() {
     const double samples = samples_per_period();
     if (samples < coarse_samples) {
-      demand(Cause::sampling_too_slow, 15 + 2 * static_cast<double>(evidence_.cycles));
+      demand(sampling_too_slow, 15 + 2 * static_cast<double>(evidence_.cycles));
     } else {
-      at(notes_, Cause::sampling_too_slow) += samples < coarse_samples + 0.5 ? 40 : never;
+      at(notes_, sampling_too_slow) += samples < coarse_samples + 0.5 ? 40 : never;
     }
   }
 
-  // Where no frame is whole, only ACK tells whether the master stops early or waits too short.
-  void note_truncation() {
-    if (evidence_.truncated == 0 || evidence_.ack_clocks.count() != 0) return;
-    const auto& ack = evidence_.truncated_ack_clocks;
-    const bool varies = ack.count() != 0 && ack.max() > ack.min() + 1;
-    const bool cut = evidence_.count(RequestKind::cut_in_data) != 0;
-    if (varies && cut) accept(Cause::ack_longer_than_master_waits);
-    at(notes_, varies ? Cause::master_stops_early : Cause::ack_longer_than_master_waits) += 6;
-  }
-
-  // A master that reads BiSS C over SPI has no select line either.
-  bool other_is_weak() const {
-    const auto& other = context_.other;
-    return !other || other->confidence < (other->name == "spi" ? 0.85 : 0.5);
-  }
-  bool other_is_clear() const { return context_.other && context_.other->confidence > 0.9; }
+  // Frames pass by their format. Another protocol may have ACK and START by chance, but no checksum.
+  bool passes() const { return evidence_.has_format && share(evidence_.passed) > 0.2; }
+  bool answers() const { return share(evidence_.answered) > 0.4; }
 
   // Another protocol that is recognised outweighs all causes, unless most requests have ACK and START.
   bool is_other_protocol() const {
-    if (other_is_weak()) return false;
-    if (50 * evidence_.slo_edges < evidence_.ma_edges) return false;
-    if (share(evidence_.passed) > (other_is_clear() ? 0.6 : 0.2) && evidence_.has_format)
-      return false;
-    return evidence_.answered * 10 < evidence_.cycles * 4 || context_.other->confidence > 0.85;
-  }
-
-  void note_other() {
-    const bool answers = evidence_.answered * 10 > evidence_.cycles * 4;
-    const bool passes = share(evidence_.passed) > 0.2 && evidence_.has_format;
-    const bool coarse = samples_per_period() < coarse_samples;
-    const bool most = evidence_.answered * 10 > evidence_.cycles * 6;
-    const bool shows_frames = coarse || context_.identified;
-    const bool may_be_spi = context_.other && other_is_weak();
-    const bool is_biss = passes || most || (shows_frames && !other_is_clear()) ||
-                         (may_be_spi && evidence_.answered * 10 > evidence_.cycles);
-    at(notes_, Cause::not_biss) += is_biss ? never : answers ? 60 : 20;
+    const auto& other = context_.other;
+    // A master that reads BiSS C over SPI has no select line either.
+    if (!other || passes() || other->confidence < (other->name == "spi" ? 0.85 : 0.5)) return false;
+    return !answers() || other->confidence > 0.85;
   }
 
   // Bits become likelihoods by a fitted table.
@@ -497,7 +434,7 @@ class Diagnosis {
     double sum = 0;
     for (std::size_t c = 0; c < cause_count; ++c) {
       const double more = bits[c] - least;
-      weights[c] = fitted::prior[c] * std::pow(1 + more / fitted::scale, -fitted::power);
+      weights[c] = std::pow(1 + more / weight_scale, -weight_power);
       sum += weights[c];
     }
     std::vector<Finding> all;
@@ -505,7 +442,7 @@ class Diagnosis {
       const auto cause = static_cast<Cause>(c);
       // Nothing is certain.
       double likelihood = 0.98 * weights[c] / sum;
-      if (cause == Cause::healthy && (!evidence_.has_format || context_.assumed)) {
+      if (cause == healthy && (!evidence_.has_format || context_.assumed)) {
         likelihood = std::min(likelihood, healthy_without_format);
       }
       if (likelihood >= least_likelihood) all.push_back({cause, likelihood, bits[c] - least});

@@ -21,7 +21,6 @@ constexpr std::int64_t grid_tolerance = 12;
 // Gaps longer than this many steps say nothing about the step.
 constexpr std::int64_t grid_steps = 40;
 constexpr std::size_t rows_kept = 4096;
-constexpr std::size_t edges_kept = std::size_t{1} << 18U;
 
 bool is_cut(CycleStatus status) {
   return status == CycleStatus::cut_start || status == CycleStatus::cut_end;
@@ -37,17 +36,28 @@ bool warns(const Frame& frame) {
   return std::any_of(channels.begin(), channels.end(), [](const auto& each) { return !each.nW; });
 }
 
-Level seen_as(Level level, bool inverted) {
-  if (!inverted || level == Level::unknown) return level;
-  return level == Level::low ? Level::high : Level::low;
-}
-
 // The limits of the master, the encoder and its times. What else `check` judges has a cause of its
 // own.
 constexpr Rule limit_rules[] = {Rule::ack_shortest,   Rule::ack_longest,  Rule::clock_max,
                                 Rule::clock_min,      Rule::clock_change, Rule::cycle_min,
                                 Rule::duty,           Rule::ma_level,     Rule::timeout_shortest,
                                 Rule::timeout_longest};
+
+// The changes of a run from this time on.
+void push(decode::LineChanges& line, const decode::LineRun& run, Picoseconds from, bool inverted) {
+  const auto begin = std::lower_bound(run.times.begin(), run.times.end(), from.count);
+  auto index = static_cast<std::size_t>(begin - run.times.begin());
+  const auto level = [&](std::size_t i) {
+    return decode::seen_as(run.first_high == (i % 2 == 0) ? Level::high : Level::low, inverted);
+  };
+  if (index != 0) {
+    line.changes.clear();
+    line.before = level(index - 1);
+  }
+  for (; index < run.times.size(); ++index) {
+    line.push({Picoseconds{run.times[index]}, level(index)});
+  }
+}
 
 std::vector<Cycle> cycles_of(const ObserverSetup& setup, std::span<const wire::Edge> beginning) {
   const std::vector<wire::Edge> edges = decode::first_edges(setup.lines, beginning);
@@ -81,28 +91,20 @@ void SampleGrid::push(wire::Edge edge, wire::LineIndex ma) {
 
 // A level of a clock that is sampled lasts a step more at times.
 bool SampleGrid::varies_by(Picoseconds step) const {
-  bool varies = false;
   for (const auto& levels : ma_levels_) {
     std::array<std::size_t, 16> lengths{};
-    std::size_t all = 0;
     for (const Picoseconds level : levels) {
       const std::int64_t steps = decode::periods_in(level, step);
-      if (steps >= 16) continue;
-      ++lengths[static_cast<std::size_t>(steps)];
-      ++all;
+      if (steps < std::ssize(lengths)) ++lengths[static_cast<std::size_t>(steps)];
     }
-    const auto occurs = [&](std::size_t steps) {
-      return lengths[steps] >= 3 && 400 * lengths[steps] > all;
-    };
-    std::size_t most = 0;
-    for (std::size_t steps = 1; steps + 1 < lengths.size(); ++steps) {
-      most = std::max(most, lengths[steps - 1] + lengths[steps] + lengths[steps + 1]);
-      if (occurs(steps) && occurs(steps + 1)) varies = true;
+    std::size_t in_a_row = 0;
+    for (std::size_t steps = 1; steps < lengths.size(); ++steps) {
+      const bool occurs = lengths[steps] >= 3 && 400 * lengths[steps] > levels.size();
+      in_a_row = occurs ? in_a_row + 1 : 0;
+      if (in_a_row == 2) return true;
     }
-    // Levels of many different lengths are data, for example of a UART.
-    if (25 * (all - most) >= all + 1) return false;
   }
-  return varies;
+  return false;
 }
 
 std::optional<Picoseconds> SampleGrid::step() const {
@@ -119,52 +121,12 @@ std::optional<Picoseconds> SampleGrid::step() const {
   return step;
 }
 
-void Observer::Line::push(LevelChange change) {
-  const Level last = changes.empty() ? before : changes.back().level;
-  if (last == change.level) return;
-  if (changes.size() >= edges_kept) {
-    before = changes[edges_kept / 2 - 1].level;
-    changes.erase(changes.begin(), changes.begin() + std::ptrdiff_t{edges_kept / 2});
-  }
-  changes.push_back(change);
-}
-
-void Observer::Line::push(const decode::LineRun& run, Picoseconds from, bool inverted) {
-  const auto begin = std::lower_bound(run.times.begin(), run.times.end(), from.count);
-  auto index = static_cast<std::size_t>(begin - run.times.begin());
-  const auto level = [&](std::size_t i) {
-    return seen_as(run.first_high == (i % 2 == 0) ? Level::high : Level::low, inverted);
-  };
-  if (index != 0) {
-    changes.clear();
-    before = level(index - 1);
-  }
-  for (; index < run.times.size(); ++index) push({Picoseconds{run.times[index]}, level(index)});
-}
-
-void Observer::Line::forget_before(Picoseconds time) {
-  const auto end =
-      std::lower_bound(changes.begin(), changes.end(), time,
-                       [](const LevelChange& change, Picoseconds at) { return change.time < at; });
-  if (end == changes.begin()) return;
-  before = (end - 1)->level;
-  changes.erase(changes.begin(), end);
-}
-
-std::span<const LevelChange> Observer::Line::between(Picoseconds from, Picoseconds to) const {
-  const auto is_earlier = [](const LevelChange& change, Picoseconds at) {
-    return change.time < at;
-  };
-  const auto first = std::lower_bound(changes.begin(), changes.end(), from, is_earlier);
-  const auto last = std::lower_bound(first, changes.end(), to, is_earlier);
-  return std::span(changes).subspan(static_cast<std::size_t>(first - changes.begin()),
-                                    static_cast<std::size_t>(last - first));
-}
-
 Observer::Observer(const ObserverSetup& setup, std::span<const wire::Edge> beginning)
     : setup_(setup),
       check_({.format = setup.format,
               .timing = setup.timing,
+              // Shows too a sign of life of 6 bits that begins again with 0.
+              .renishaw_cables = true,
               .compensated = setup.margin.compensated,
               .resolution = setup.margin.resolution}) {
   for (std::size_t k = 0; setup.format && k < setup.format->channel_count; ++k) {
@@ -191,10 +153,10 @@ void Observer::take(std::span<const wire::Edge> edges) {
   for (const wire::Edge& edge : edges) {
     if (edge.line == setup_.lines.ma) {
       ++evidence_.ma_edges;
-      ma_.push({edge.time, seen_as(edge.level, setup_.lines.ma_inverted)});
+      ma_.push({edge.time, decode::seen_as(edge.level, setup_.lines.ma_inverted)});
     } else if (edge.line == setup_.lines.slo) {
       ++evidence_.slo_edges;
-      slo_.push({edge.time, seen_as(edge.level, setup_.lines.slo_inverted)});
+      slo_.push({edge.time, decode::seen_as(edge.level, setup_.lines.slo_inverted)});
     }
   }
 }
@@ -202,14 +164,16 @@ void Observer::take(std::span<const wire::Edge> edges) {
 void Observer::take(const decode::PairRun& run) {
   evidence_.ma_edges += run.ma.times.size();
   evidence_.slo_edges += run.slo.times.size();
-  ma_.push(run.ma, needed_from(), setup_.lines.ma_inverted);
-  slo_.push(run.slo, needed_from(), setup_.lines.slo_inverted);
+  push(ma_, run.ma, needed_from(), setup_.lines.ma_inverted);
+  push(slo_, run.slo, needed_from(), setup_.lines.slo_inverted);
 }
 
 void Observer::add(std::uint64_t number, const Cycle& cycle) {
   last_end_ = decode::shifted(cycle.time, cycle.clocked);
   ++evidence_.statuses[static_cast<std::size_t>(cycle.status)];
+  const std::uint64_t jumps = check_.faults(Rule::sign_of_life);
   check_.push(number, cycle);
+  if (check_.faults(Rule::sign_of_life) != jumps) life_jumps_.add(number, cycle.time);
   if (waiting_.empty() && !is_cut(cycle.status) && pricer_->is_plain(cycle)) {
     process({number, cycle}, std::nullopt, false);
   } else {
@@ -243,6 +207,8 @@ const Evidence& Observer::finish(Picoseconds end_time) {
     if (result.verdict == decode::Verdict::fail && !pauses)
       evidence_.limits.push_back({rule, result});
   }
+  evidence_.life_zeros = check_.faults(Rule::counter_values);
+  move_good(RequestKind::life_jump, life_jumps_);
   Sightings implausible;
   for (const Plausibility& each : plausibility_) {
     evidence_.late_turns = std::max(evidence_.late_turns, each.longest());
@@ -283,17 +249,8 @@ void Observer::process(const Waiting& waiting, std::optional<Picoseconds> next, 
     note_times(cycle, true);
     pricer_->learn(cycle);
     silence_ = 0;
-    if (life_jumped_) {
-      Prices prices;
-      prices.fill(impossible);
-      prices[static_cast<std::size_t>(RequestKind::life_jump)] = 0;
-      prices[static_cast<std::size_t>(RequestKind::literal)] =
-          static_cast<float>(cycle.rising_edges);
-      note_unusual(number, cycle, prices);
-    } else {
-      ++plain_;
-      evidence_.kinds[0].add(number, cycle.time);
-    }
+    ++plain_;
+    evidence_.kinds[0].add(number, cycle.time);
     return;
   }
   note_times(cycle, false);
@@ -387,25 +344,6 @@ void Observer::note_frame(std::uint64_t number, const Cycle& cycle) {
     if (raw[stop]) ++evidence_.stops_high;
   }
   if (cycle.frame && warns(*cycle.frame)) evidence_.warnings.add(number, cycle.time);
-  note_life(cycle);
-}
-
-// With each frame the sign of life is one more; after the last value comes 1, or 0.
-void Observer::note_life(const Cycle& cycle) {
-  const auto before = std::exchange(life_, std::nullopt);
-  life_jumped_ = false;
-  if (!cycle.frame || !setup_.format) return;
-  const auto channels = setup_.format->channels();
-  const auto with = std::find_if(channels.begin(), channels.end(), [](const ChannelFormat& each) {
-    return each.life_counter.present();
-  });
-  if (with == channels.end()) return;
-  const auto k = static_cast<std::size_t>(with - channels.begin());
-  life_ = cycle.frame->channel_list[k].life_counter;
-  if (!before) return;
-  const bool wraps = *before == low_mask(with->life_counter.bits) && *life_ <= 1;
-  if (wraps && *life_ == 0) ++evidence_.life_zeros;
-  life_jumped_ = !wraps && *life_ != *before + 1;
 }
 
 void Observer::note_times(const Cycle& cycle, bool good) {

@@ -159,22 +159,12 @@ class Observer {
 
  private:
   using Waiting = std::pair<std::uint64_t, decode::Cycle>;
-  struct Line {
-    std::vector<decode::LevelChange> changes;
-    wire::Level before = wire::Level::unknown;
-
-    void push(decode::LevelChange change);
-    void push(const decode::LineRun& run, Picoseconds from, bool inverted);
-    void forget_before(Picoseconds time);
-    std::span<const decode::LevelChange> between(Picoseconds from, Picoseconds to) const;
-  };
 
   Picoseconds needed_from() const;
   bool is_cut_at_end(const decode::Cycle& cycle, Picoseconds end_of_capture) const;
   void process(const Waiting& waiting, std::optional<Picoseconds> next, bool last);
   void note_unusual(std::uint64_t number, const decode::Cycle& cycle, const Prices& prices);
   void note_frame(std::uint64_t number, const decode::Cycle& cycle);
-  void note_life(const decode::Cycle& cycle);
   void note_times(const decode::Cycle& cycle, bool good);
   void add_row(const Prices& prices);
   void move_good(RequestKind to, const Sightings& seen);
@@ -184,8 +174,9 @@ class Observer {
   std::optional<Pricer> pricer_;
   std::vector<Plausibility> plausibility_;
   decode::Check check_;
-  Line ma_;
-  Line slo_;
+  static constexpr std::size_t edges_kept = std::size_t{1} << 18U;
+  decode::LineChanges ma_{.most = edges_kept};
+  decode::LineChanges slo_{.most = edges_kept};
   std::deque<Waiting> waiting_;
   Picoseconds last_end_{};
   std::uint64_t plain_ = 0;
@@ -193,9 +184,8 @@ class Observer {
   // Of the unusual requests, one in N has a row.
   std::uint64_t stride_ = 1;
   std::uint64_t unusual_ = 0;
-  // The sign of life of the cycle before.
-  std::optional<std::uint32_t> life_;
-  bool life_jumped_ = false;
+  // Good frames whose sign of life is not one more than before.
+  Sightings life_jumps_;
 };
 
 }  // namespace biss::explain

@@ -18,8 +18,10 @@ using decode::LevelChange;
 using wire::Level;
 
 // A change of SLO belongs to the grid of the bits within this share of a period, and samples.
-constexpr double grid_share = 0.16;
-constexpr double grid_samples = 1.6;
+Picoseconds tolerance_of_grid(Picoseconds period, Picoseconds resolution) {
+  return period * 16 / 100 + resolution * 16 / 10;
+}
+
 // A level of SLO shorter than a period over this is a pulse, and one of MA shorter than this share of
 // its usual length, in per cent.
 constexpr std::int64_t pulse_share = 5;
@@ -45,13 +47,10 @@ float change_price(std::uint64_t before, std::uint64_t now, unsigned bits) {
   return std::min(static_cast<float>(bits) + 1, 2 * bits_of(static_cast<double>(change) + 1) + 2);
 }
 
-// The first 64 of bits [begin, end) as a number, and how many these are.
-std::pair<std::uint64_t, unsigned> number_of(const std::vector<bool>& bits, std::size_t begin,
-                                             std::size_t end) {
-  std::uint64_t value = 0;
-  end = std::min({end, bits.size(), begin + 63});
-  for (std::size_t i = begin; i < end; ++i) value = value << 1U | (bits[i] ? 1U : 0U);
-  return {value, end > begin ? static_cast<unsigned>(end - begin) : 0};
+// The first of these bits as a number, and how many these are.
+std::pair<std::uint64_t, unsigned> number_of(BitView bits, std::size_t most) {
+  const auto size = static_cast<unsigned>(std::min<std::size_t>({most, bits.size_bits(), 63}));
+  return {bits.word(0, size), size};
 }
 
 bool is_low(Level level) { return level == Level::low; }
@@ -61,15 +60,10 @@ void set(Prices& prices, RequestKind kind, float price) {
   old = std::min(old, price);
 }
 
-std::size_t tail_of(const std::vector<bool>& bits, bool level) {
-  return static_cast<std::size_t>(std::find(bits.rbegin(), bits.rend(), !level) - bits.rbegin());
-}
-
-std::size_t find(const std::vector<bool>& bits, bool level, std::size_t from) {
-  if (from >= bits.size()) return bits.size();
-  return static_cast<std::size_t>(
-      std::find(bits.begin() + static_cast<std::ptrdiff_t>(from), bits.end(), level) -
-      bits.begin());
+std::size_t tail_of(BitView bits, bool level) {
+  std::size_t tail = 0;
+  while (tail < bits.size_bits() && bits[bits.size_bits() - 1 - tail] == level) ++tail;
+  return tail;
 }
 
 // Parts of requests, between which MA pauses for longer than the decoder waits: most rests are alike
@@ -224,21 +218,19 @@ Usual usual_of(std::span<const Cycle> cycles, const std::optional<FrameFormat>& 
 
 Pricer::Pricer(const std::optional<FrameFormat>& format, Picoseconds resolution, const Usual& usual)
     : resolution_(resolution), usual_(usual) {
-  if (!format) return;
-  codec_.emplace(*format);
-  for (std::size_t k = 0; k < format->channel_count; ++k) {
-    const ChannelFormat& channel = format->channel_list[k];
-    if (!channel.crc.present()) continue;
-    const CrcBitwise crc(channel.crc);
-    const std::uint16_t none = crc(0, channel.data_bits);
-    for (unsigned bit = 0; bit < channel.data_bits; ++bit) {
-      const std::uint64_t flipped = std::uint64_t{1} << (channel.data_bits - 1U - bit);
-      syndromes_[k].push_back(crc(flipped, channel.data_bits) ^ none);
+  if (format) {
+    codec_.emplace(*format);
+    std::size_t at = 2;
+    for (const ChannelFormat& channel : format->channels()) {
+      channels_.push_back({channel, at});
+      at += channel.total_bits();
     }
-    for (unsigned bit = channel.crc.width_bits; bit-- > 0;) {
-      syndromes_[k].push_back(static_cast<std::uint16_t>(1U << bit));
-    }
+    return;
   }
+  // All bits are a position.
+  ChannelFormat all;
+  all.data_bits = all.position.bits = static_cast<std::uint8_t>(std::min(usual.payload_bits, 63U));
+  channels_.push_back({all, 2});
 }
 
 bool Pricer::is_plain(const Cycle& cycle) const {
@@ -247,9 +239,7 @@ bool Pricer::is_plain(const Cycle& cycle) const {
   const Picoseconds period = usual_.period;
   const Picoseconds doubt = 2 * resolution_;
   const Picoseconds off = *cycle.line_delay - usual_.delay;
-  const auto tolerance =
-      Picoseconds{static_cast<std::int64_t>(grid_share * static_cast<double>(period.count) +
-                                            grid_samples * static_cast<double>(resolution_.count))};
+  const Picoseconds tolerance = tolerance_of_grid(period, resolution_);
   if (std::max(off, -off) > tolerance) return false;
   // MA may pause for a part of a period. Its last edge rises, or falls where it rests low.
   const auto clocked = std::int64_t{cycle.rising_edges} * *cycle.period -
@@ -312,10 +302,7 @@ void Pricer::learn(const Cycle& cycle) {
     if (cycle.ack && cycle.period) {
       ack = static_cast<std::uint16_t>(decode::periods_in(*cycle.ack, *cycle.period));
     }
-    const BitView raw = cycle.raw.view();
-    const auto bits = static_cast<unsigned>(
-        std::min<std::size_t>({63, usual_.payload_bits, raw.size_bits() - 2}));
-    data_[0] = raw.word(2, bits);
+    data_[0] = position_of(cycle.raw.view(), channels_[0]);
   }
   before_ = cycle.raw;
   longest_ack_ = std::max(longest_ack_, ack);
@@ -323,14 +310,11 @@ void Pricer::learn(const Cycle& cycle) {
 }
 
 // The position of this frame is a likely one.
-void Pricer::remember(std::size_t start) {
+void Pricer::remember() {
   data_time_ = view_.time;
-  std::size_t at = start + 2;
-  for (std::size_t k = 0; codec_ && k < codec_->format().channel_count; ++k) {
-    data_[k] = position_of(view_.bits, at, k);
-    at += codec_->format().channel_list[k].total_bits();
+  for (std::size_t k = 0; k < channels_.size(); ++k) {
+    data_[k] = position_of(view_.frame(), channels_[k]);
   }
-  if (!codec_) data_[0] = number_of(view_.bits, at, at + usual_.payload_bits).first;
 }
 
 void Pricer::look(const CycleEdges& edges, Picoseconds delay) {
@@ -347,19 +331,17 @@ void Pricer::look(const CycleEdges& edges, Picoseconds delay) {
     }
     // Between two bits of a good frame, SLO changes once at most.
     pulses += static_cast<unsigned>(next - first) / 2;
-    view_.bits.push_back(!is_low(level));
+    view_.bits.append(!is_low(level));
   }
   view_.pulses_in_bits = pulses;
-  view_.ack = find(view_.bits, false, 0);
-  view_.start = find(view_.bits, true, view_.ack);
+  view_.ack = view_.bits.view().find(false, 0);
+  view_.start = view_.bits.view().find(true, view_.ack);
   view_.off_grid = 0;
   view_.smear = {};
   if (view_.rises.size() < 2) return;
   const std::size_t end = std::min(view_.clocks() - 1, view_.start + 2 + usual_.payload_bits);
   const Picoseconds last = decode::shifted(view_.rises[end], delay + half);
-  const auto tolerance =
-      Picoseconds{static_cast<std::int64_t>(grid_share * static_cast<double>(view_.period.count) +
-                                            grid_samples * static_cast<double>(resolution_.count))};
+  const Picoseconds tolerance = tolerance_of_grid(view_.period, resolution_);
   for (const LevelChange& change : edges.slo) {
     if (change.time > last) break;
     const Picoseconds moved = decode::shifted(change.time, -delay);
@@ -400,18 +382,14 @@ void Pricer::count_pulses(const CycleEdges& edges) {
   view_ = {};
   view_.time = edges.cycle.time;
   view_.period = edges.cycle.period.value_or(usual_.period);
-  // The clock of a request with pulses is not measured well.
-  if (usual_.period.count != 0 && (3 * view_.period < 2 * usual_.period)) {
-    view_.period = usual_.period;
-  }
   const auto is_short = [&](Picoseconds from, Picoseconds to) {
     return pulse_share * (decode::elapsed(from, to) + resolution_) < view_.period;
   };
   std::vector<LevelChange> ma(edges.ma.begin(), edges.ma.end());
   remove_pulses(ma);
-  if (!edges.ma_after.empty() && edges.ma_after.size() > 1) ++view_.ma_pulses;
   for (const LevelChange& change : ma) {
-    if (change.level == Level::high) view_.rises.push_back(change.time);
+    const bool fits = view_.rises.size() < Bits::capacity_bits;
+    if (change.level == Level::high && fits) view_.rises.push_back(change.time);
   }
   for (std::size_t i = 1; i < view_.rises.size(); ++i) {
     const Picoseconds gap = decode::elapsed(view_.rises[i - 1], view_.rises[i]);
@@ -439,28 +417,23 @@ Prices Pricer::read(const CycleEdges& edges, bool thorough) {
   look(edges, usual_.delay);
   const auto clocks = static_cast<float>(view_.clocks());
   set(prices, RequestKind::literal,
-      clocks + edge_price * static_cast<float>(view_.off_grid) + 6 +
+      clocks + edge_price * view_.off_grid + 6 +
           pause_price * static_cast<float>(view_.pauses != 0));
-  if (!last_.empty()) {
-    const auto [value, size] = number_of(view_.bits, 0, view_.clocks());
-    const auto [last, last_size] = number_of(last_, 0, last_.size());
+  if (last_.size_bits() != 0) {
+    const auto [value, size] = number_of(view_.bits.view(), SIZE_MAX);
+    const auto [last, last_size] = number_of(last_.view(), SIZE_MAX);
     const float change = size == last_size ? change_price(last, value, size) : clocks;
     set(prices, RequestKind::foreign,
-        change + clocks - static_cast<float>(size) + 3 +
-            edge_price * static_cast<float>(view_.off_grid));
+        change + clocks - static_cast<float>(size) + 3 + edge_price * view_.off_grid);
   }
   last_ = view_.bits;
   const bool low = is_low(edges.slo_before);
   if (edges.cycle.status == CycleStatus::ma_glitch) {
     set(prices, RequestKind::ma_pulse, 6);
-  } else if (edges.slo.empty()) {
-    if (low) {
-      price_low(edges, prices);
-    } else {
-      set(prices, RequestKind::silent, 0.5F);
-    }
   } else if (low) {
     price_low(edges, prices);
+  } else if (edges.slo.empty()) {
+    set(prices, RequestKind::silent, 0.5F);
   } else {
     price_frame(edges, prices);
     // What the encoder takes for a part of the request before.
@@ -481,7 +454,7 @@ Prices Pricer::read(const CycleEdges& edges, bool thorough) {
     ++frames_;
     ++acks_[std::min(view_.ack_clocks(), acks_.size() - 1)];
     before_ = {};
-    for (std::size_t i = view_.start; i < view_.clocks(); ++i) before_.append(view_.bits[i]);
+    before_.append(view_.frame());
   }
   return prices;
 }
@@ -505,31 +478,21 @@ void Pricer::price_low(const CycleEdges& edges, Prices& prices) const {
     if (soon && was_part_) set(prices, RequestKind::restart, 1 + 2 * (more - 1));
   }
   // ACK is high, and SLO goes back to the level at which it rests.
-  const std::size_t ack = find(view_.bits, true, 0);
+  const std::size_t ack = view_.bits.view().find(true, 0);
   const bool back = !edges.slo.empty() && is_low(edges.slo.back().level);
   if (ack == 1 && rises != 0 && back && view_.slo_pulses == 0) {
     set(prices, RequestKind::inverted, 2 + 2 * (more - static_cast<float>(rises) - 1));
   }
 }
 
-Result<Frame, FrameFault> Pricer::judge(const Bits& bits, std::size_t start) const {
-  FrameBits line;
-  line.append_run(true, 1);
-  line.append_run(false, 1);
-  for (std::size_t i = start; i < bits.size(); ++i) line.append(bits[i]);
-  return decode_payload(line.view(), FrameStart{2, 1, 1}, *codec_);
-}
-
-Pricer::Bits Pricer::before_bits() const {
-  Bits bits;
-  for (std::size_t i = 0; i < before_.view().size_bits(); ++i) bits.push_back(before_.view()[i]);
-  return bits;
+Result<Frame, FrameFault> Pricer::judge(BitView bits) const {
+  return decode_payload(bits, FrameStart{view_.start, 1, 1}, *codec_);
 }
 
 // The first bits after CDS, by their change from those of another frame.
-float Pricer::frame_change(const Bits& before, std::size_t size) const {
-  const auto [value, bits] = number_of(view_.bits, view_.start + 2, view_.start + 2 + size);
-  const auto [last, last_bits] = number_of(before, 2, 2 + size);
+float Pricer::frame_change(BitView before, std::size_t size) const {
+  const auto [value, bits] = number_of(view_.frame().from(2), size);
+  const auto [last, last_bits] = number_of(before.from(2), size);
   if (bits == 0) return 0;
   const auto rest = static_cast<float>(size - bits);
   if (last_bits != bits) return rest + static_cast<float>(bits);
@@ -542,27 +505,20 @@ float Pricer::ack_price(std::size_t clocks) const {
 }
 
 // The position fields of a frame, whatever its checksum is.
-float Pricer::data_price(const Bits& bits, std::size_t start, bool moves_on) const {
-  if (!codec_) {
-    const auto [value, size] = number_of(bits, start + 2, start + 2 + usual_.payload_bits);
-    return size == 0 ? 0 : change_price(data_[0], value, size);
-  }
+float Pricer::data_price(BitView frame, bool moves_on) const {
   float price = 0;
-  std::size_t at = start + 2;
-  for (std::size_t k = 0; k < codec_->format().channel_count; ++k) {
-    const ChannelFormat& channel = codec_->format().channel_list[k];
-    const unsigned size = std::max(1U, channel.position_bits());
-    const std::uint64_t position = position_of(bits, at, k);
+  for (std::size_t k = 0; k < channels_.size(); ++k) {
+    const unsigned size = std::max(1U, channels_[k].format.position_bits());
+    const std::uint64_t position = position_of(frame, channels_[k]);
     const float same = change_price(data_[k], position, size);
     price += moves_on ? std::min(same, change_price(due_position(k), position, size)) : same;
-    at += channel.total_bits();
   }
   return price;
 }
 
 // Where an axis is that moves on as between the last two good frames.
 std::uint64_t Pricer::due_position(std::size_t k) const {
-  const unsigned unused = 64 - std::max(1U, codec_->format().channel_list[k].position_bits());
+  const unsigned unused = 64 - std::max(1U, channels_[k].format.position_bits());
   const auto step = static_cast<std::int64_t>(steps_[k] << unused) >> unused;
   const auto from_then = static_cast<double>(decode::elapsed(data_time_, view_.time).count);
   const auto in_step = static_cast<double>(std::max<std::int64_t>(step_time_.count, 1));
@@ -570,32 +526,25 @@ std::uint64_t Pricer::due_position(std::size_t k) const {
   return data_[k] + static_cast<std::uint64_t>(std::llround(std::clamp(way, -9e18, 9e18)));
 }
 
-std::uint64_t Pricer::position_of(const Bits& bits, std::size_t at, std::size_t k) const {
-  const ChannelFormat& channel = codec_->format().channel_list[k];
-  std::uint64_t data = 0;
-  for (std::size_t i = at; i < at + channel.data_bits; ++i) {
-    data = data << 1U | (i < bits.size() && bits[i] ? 1U : 0U);
-  }
-  return frame_detail::position_of(channel, data);
+// Bits that are missing at the end are 0.
+std::uint64_t Pricer::position_of(BitView frame, const Place& place) {
+  const unsigned bits = place.format.data_bits;
+  const BitView data = frame.from(place.at).first(bits);
+  if (data.empty()) return 0;
+  const auto seen = static_cast<unsigned>(data.size_bits());
+  return frame_detail::position_of(place.format, data.word(0, seen) << (bits - seen));
 }
 
 void Pricer::price_frame(const CycleEdges& edges, Prices& prices) {
+  const BitView bits = view_.bits.view();
   const std::size_t size = view_.clocks();
   const std::size_t start = view_.start;
   // Reduced frames have LAT and ACK alone, short ones no channel.
   const bool reduced = size == 2 && view_.ack == 1;
   if ((reduced || is_brief()) && view_.off_grid == 0) set(prices, RequestKind::short_frame, 1);
-  if (view_.ack != 1 || edges.cycle.early) {
-    // The encoder answers from some clock on.
-    if (view_.ack > 1 && view_.ack < size) {
-      set(prices, RequestKind::delay_clocks,
-          count_price(size) + 4 + static_cast<float>(size - view_.ack) / 2 +
-              flip_edge_price * static_cast<float>(view_.off_grid));
-    }
-    return price_moved(edges, prices);
-  }
+  if (view_.ack != 1 || edges.cycle.early) return price_moved(edges, prices);
   if (start >= size) {
-    const float price = 2 + edge_price * static_cast<float>(view_.off_grid);
+    const float price = 2 + edge_price * view_.off_grid;
     set(prices, RequestKind::cut_in_ack, price);
     if (is_part(edges)) set(prices, RequestKind::restart, price);
     if (is_held(edges)) set(prices, RequestKind::ma_held, price - 1);
@@ -603,12 +552,9 @@ void Pricer::price_frame(const CycleEdges& edges, Prices& prices) {
   }
   const std::size_t stop = start + 2 + usual_.payload_bits;
   // After STOP, SLO is low.
-  const auto ones = stop + 1 < size
-                        ? std::count(view_.bits.begin() + static_cast<std::ptrdiff_t>(stop) + 1,
-                                     view_.bits.end(), true)
-                        : 0;
-  const float base = ack_price(view_.ack_clocks()) + data_price(view_.bits, start) +
-                     (codec_ ? one_price * static_cast<float>(ones) : 0.0F);
+  float ones = 0;
+  for (std::size_t i = stop + 1; codec_ && i < size; ++i) ones += bits[i] ? one_price : 0;
+  const float base = ack_price(view_.ack_clocks()) + data_price(view_.frame()) + ones;
   if (size < stop) {
     price_cut(edges, prices);
     price_tails(prices);
@@ -617,14 +563,14 @@ void Pricer::price_frame(const CycleEdges& edges, Prices& prices) {
   }
   if (!codec_) {
     if (size == stop) price_cut(edges, prices);
-    if (find(view_.bits, true, stop) == size) {
+    if (bits.find(true, stop) == size) {
       Frame frame;
       // The bits of the checksum are no longer free.
       if (usual_.checksum)
         price_checksum(base - usual_.checksum->channel.crc.width_bits + 2, prices);
       // A frame whose STOP is not seen may be longer, or its last bit is there in place of STOP.
       price_good(frame, size == stop ? base + 4 : base, prices);
-      if (size == stop && view_.bits[size - 1] == view_.bits[size - 2]) {
+      if (size == stop && bits[size - 1] == bits[size - 2]) {
         set(prices, RequestKind::stop_repeats, base);
       }
     } else {
@@ -635,21 +581,20 @@ void Pricer::price_frame(const CycleEdges& edges, Prices& prices) {
     }
     return;
   }
-  const auto frame = judge(view_.bits, start);
+  const auto frame = judge(bits);
   if (frame.ok()) {
     // Another channel follows, whose first bit is 0.
-    if (ones != 0)
-      set(prices, RequestKind::stop_high, base - one_price * static_cast<float>(ones) + 2);
+    if (ones != 0) set(prices, RequestKind::stop_high, base - ones + 2);
     return price_good(*frame, base, prices);
   }
   price_moved(edges, prices);
   if (frame.error().cause != FrameError::stop_bit) price_length(prices);
-  price_wrong(frame.error().cause, base, one_price * static_cast<float>(ones), prices);
+  price_wrong(frame.error().cause, base, ones, prices);
 }
 
 void Pricer::price_good(const Frame& frame, float base, Prices& prices) {
-  remember(view_.start);
-  const auto off = static_cast<float>(view_.off_grid);
+  remember();
+  const float off = view_.off_grid;
   const bool trusted = !codec_ || frame.trusted();
   float good = base + edge_price * off + (view_.pauses != 0 ? pause_price : 0.0F) +
                10 * static_cast<float>(view_.ma_pulses);
@@ -672,55 +617,31 @@ void Pricer::price_good(const Frame& frame, float base, Prices& prices) {
 void Pricer::price_wrong(FrameError error, float base, float after, Prices& prices) {
   const auto payload = static_cast<float>(usual_.payload_bits);
   const auto pulses = static_cast<float>(view_.ma_pulses);
-  const auto off = static_cast<float>(view_.off_grid);
+  const float off = view_.off_grid;
   // A pulse on MA is no work of SLO.
   const float edges = flip_edge_price * off + 10 * pulses + after;
   const float ack = ack_price(view_.ack_clocks());
-  const std::size_t start = view_.start;
   // By the whole payload as the last one that was refused.
-  const float refused = std::min(payload + 1, frame_change(refused_, usual_.payload_bits));
+  const float refused = std::min(payload + 1, frame_change(refused_.view(), usual_.payload_bits));
   if (error == FrameError::stop_bit) {
     // Another channel follows.
     set(prices, RequestKind::stop_high, base - after + 1);
-    const std::size_t stop = start + 2 + usual_.payload_bits;
-    if (view_.bits[stop - 1]) set(prices, RequestKind::stop_repeats, base + 1 + edges);
+    if (view_.frame()[1 + usual_.payload_bits])
+      set(prices, RequestKind::stop_repeats, base + 1 + edges);
     set(prices, RequestKind::flip, base + bits_of(payload) + edges);
-    remember(start);
+    remember();
   } else if (error == FrameError::cds) {
     set(prices, RequestKind::cds_high, base + 1);
     set(prices, RequestKind::flip, base + bits_of(payload) + edges);
-    remember(start);
+    remember();
   } else {
-    // The flip of one bit that mends a channel, else all its bits.
-    float flips = 0;
-    std::size_t at = start + 2;
-    Bits mended = view_.bits;
-    for (std::size_t k = 0; k < codec_->format().channel_count; ++k) {
-      const ChannelFormat& channel = codec_->format().channel_list[k];
-      const unsigned data_bits = channel.data_bits;
-      if (channel.crc.present()) {
-        const auto [data, n] = number_of(view_.bits, at, at + data_bits);
-        std::uint64_t word = data;
-        if (n < data_bits) word = word << 1U | (view_.bits[at + data_bits - 1] ? 1U : 0U);
-        const auto seen = number_of(view_.bits, at + data_bits, at + channel.total_bits()).first;
-        const std::uint64_t syndrome = seen ^ CrcBitwise(channel.crc)(word, data_bits);
-        const auto& all = syndromes_[k];
-        const auto flip = std::find(all.begin(), all.end(), syndrome);
-        if (syndrome != 0 && flip != all.end()) {
-          const std::size_t bit = at + static_cast<std::size_t>(flip - all.begin());
-          mended[bit] = !mended[bit];
-          flips += count_price(all.size());
-        } else if (syndrome != 0) {
-          flips += static_cast<float>(channel.total_bits());
-        }
-      }
-      at += channel.total_bits();
-    }
-    const float single = ack + flips + data_price(mended, start, has_strong_checksum());
     constexpr float near = 12;
-    view_.likely = data_price(view_.bits, start) < near;
-    set(prices, RequestKind::flip, std::min(single, ack + payload + 2) + edges);
-    if (thorough_) set(prices, RequestKind::slip, slip_price() + edges);
+    view_.likely = data_price(view_.frame()) < near;
+    set(prices, RequestKind::flip, ack + payload + 2 + edges);
+    if (thorough_) {
+      set(prices, RequestKind::flip, flip_price() + edges);
+      set(prices, RequestKind::slip, slip_price() + edges);
+    }
     if (view_.gave_up && view_.ma_pulses == 0) {
       set(prices, RequestKind::restart, ack + payload / 2 + 4);
     }
@@ -729,26 +650,23 @@ void Pricer::price_wrong(FrameError error, float base, float after, Prices& pric
     }
     price_tails(prices);
     if (usual_.checksum) {
-      price_checksum(ack + data_price(view_.bits, start, has_strong_checksum()) + after + 2,
-                     prices);
+      price_checksum(ack + data_price(view_.frame(), has_strong_checksum()) + after + 2, prices);
     } else if (usual_.no_checksum_fits) {
       const auto free = static_cast<float>(codec_->format().channel_list[0].crc.width_bits);
-      set(prices, RequestKind::other_checksum,
-          base + free + 4 + edge_price * static_cast<float>(view_.off_grid));
-      remember(start);
+      set(prices, RequestKind::other_checksum, base + free + 4 + edge_price * view_.off_grid);
+      remember();
     }
   }
   set(prices, RequestKind::refused, ack + after + refused + 1 + edge_price * off);
-  refused_.assign(view_.bits.begin() + static_cast<std::ptrdiff_t>(start), view_.bits.end());
+  refused_ = {};
+  refused_.append(view_.frame());
 }
 
 // The checksum is right by the rule of the maker.
 void Pricer::price_checksum(float price, Prices& prices) {
-  decode::RawBits raw;
-  for (std::size_t i = view_.start; i < view_.bits.size(); ++i) raw.append(view_.bits[i]);
-  if (!usual_.checksum->fits(raw.view(), before_.view())) return;
-  set(prices, RequestKind::other_checksum, price + edge_price * static_cast<float>(view_.off_grid));
-  remember(view_.start);
+  if (!usual_.checksum->fits(view_.frame(), before_.view())) return;
+  set(prices, RequestKind::other_checksum, price + edge_price * view_.off_grid);
+  remember();
 }
 
 // A weak one fits after a change at one of the places by chance, and the position then looks likely.
@@ -756,34 +674,48 @@ bool Pricer::has_strong_checksum() const {
   return codec_->format().channel_list[0].crc.width_bits >= 6;
 }
 
+// The frame with what mends it.
+float Pricer::mended_price(BitView bits) const {
+  if (!judge(bits).ok()) return impossible;
+  return ack_price(view_.ack_clocks()) + data_price(bits.from(view_.start), has_strong_checksum());
+}
+
+// One bit is wrong.
+float Pricer::flip_price() const {
+  float best = impossible;
+  Bits bits = view_.bits;
+  for (std::size_t i = 0; i < usual_.payload_bits; ++i) {
+    bits.flip(view_.start + 2 + i);
+    best = std::min(best, count_price(usual_.payload_bits) + mended_price(bits.view()));
+    bits.flip(view_.start + 2 + i);
+  }
+  return best;
+}
+
 // The encoder has taken a clock twice, or missed one: the frame with it mended, and STOP.
 float Pricer::slip_price() const {
+  const BitView bits = view_.bits.view();
   const std::size_t begin = view_.start + 2;
   const std::size_t end = begin + usual_.payload_bits;
   float best = impossible;
-  const float choice = count_price(2 * std::size_t{usual_.payload_bits}) + 3;
-  const bool strong = has_strong_checksum();
   for (std::size_t at = begin; at < end; ++at) {
     // A clock too many: the bit that was not seen is either.
     for (const bool level : {false, true}) {
-      Bits bits = view_.bits;
-      bits.insert(bits.begin() + static_cast<std::ptrdiff_t>(at), level);
-      if (judge(bits, view_.start).ok()) {
-        best = std::min(best, choice + 1 + data_price(bits, view_.start, strong));
-      }
+      Bits longer;
+      longer.append(bits.first(at));
+      longer.append(level);
+      longer.append(bits.from(at));
+      best = std::min(best, 1 + mended_price(longer.view()));
     }
-    if (at != begin && view_.bits[at] == view_.bits[at - 1]) continue;
-    Bits bits = view_.bits;
-    bits.erase(bits.begin() + static_cast<std::ptrdiff_t>(at));
-    if (judge(bits, view_.start).ok()) {
-      best = std::min(best, choice + data_price(bits, view_.start, strong));
-    }
+    Bits shorter;
+    shorter.append(bits.first(at));
+    shorter.append(bits.from(at + 1));
+    best = std::min(best, mended_price(shorter.view()));
   }
   // After a clock too many STOP is where the last bit was; after one too few the last bit is where
   // STOP was.
-  const bool last_low = !view_.bits[end - 1];
-  const bool stop_high = end < view_.bits.size() && view_.bits[end];
-  return best + ack_price(view_.ack_clocks()) + (last_low || stop_high ? -1.0F : 5.0F);
+  const bool fits = !bits[end - 1] || (end < bits.size_bits() && bits[end]);
+  return best + count_price(2 * std::size_t{usual_.payload_bits}) + (fits ? 2.0F : 8.0F);
 }
 
 // Before or after it, MA rests for a much shorter time than before good frames.
@@ -813,34 +745,31 @@ bool Pricer::is_held(const CycleEdges& edges) const {
 bool Pricer::is_brief() const {
   const std::size_t start = view_.start;
   const std::int64_t period = std::max<std::int64_t>(view_.period.count, 1);
-  std::size_t size = view_.clocks();
-  // After CDM = 1, MA rises at the end of the timeout.
-  if (size > 2 &&
-      2 * decode::elapsed(view_.rises[size - 2], view_.rises[size - 1]) > 3 * view_.period) {
-    --size;
-  }
+  const std::size_t size = view_.clocks();
   if (view_.ack != 1 || size < start + 3) return false;
-  if (size == start + 3) return !view_.bits[size - 1];
+  if (size == start + 3) return !view_.bits.view()[size - 1];
   const auto late =
       static_cast<std::size_t>(std::max<std::int64_t>(usual_.delay.count, 0) / period);
   const std::size_t more = start == 2 ? late + 1 : fewest_clocks_ != UINT32_MAX ? late : 0;
-  return size <= start + 3 + more && find(view_.bits, true, start + 2) >= size;
+  return size <= start + 3 + more && view_.bits.view().find(true, start + 2) >= size;
 }
 
 // MA stopped before the last bit.
 void Pricer::price_cut(const CycleEdges& edges, Prices& prices) const {
   const std::size_t begin = view_.start + 2;
   const std::size_t size = view_.clocks();
-  const float off = edge_price * static_cast<float>(view_.off_grid);
+  const float off = edge_price * view_.off_grid;
   const std::size_t bits = size > begin ? size - begin : 0;
-  const float data = frame_change(before_bits(), bits);
+  const float data = frame_change(before_.view(), bits);
   const float price = 2 + ack_price(view_.ack_clocks()) / 2 + data + off;
   const bool late = longest_ack_ != 0 && view_.ack_clocks() > longest_ack_;
   set(prices, RequestKind::cut_late, late ? price : price + (longest_ack_ == 0 ? 0.01F : 8.0F));
   set(prices, RequestKind::cut_in_data, late ? price + 3 : price);
   if (codec_) {
     // A shorter frame has its STOP, and mostly a usual checksum.
-    const float whole = view_.bits.back() ? 12.0F : bits_before_checksum() ? -1.0F : 3.0F;
+    const float whole = tail_of(view_.frame(), true) != 0 ? 12.0F
+                        : bits_before_checksum()          ? -1.0F
+                                                          : 3.0F;
     set(prices, RequestKind::refused, ack_price(view_.ack_clocks()) + data + 1 + off + whole);
   }
   if (is_part(edges)) set(prices, RequestKind::restart, price - 1);
@@ -848,34 +777,28 @@ void Pricer::price_cut(const CycleEdges& edges, Prices& prices) const {
 }
 
 bool Pricer::shows_error() const {
-  std::size_t at = view_.start + 2;
-  for (std::size_t k = 0; codec_ && k < codec_->format().channel_count; ++k) {
-    const ChannelFormat& channel = codec_->format().channel_list[k];
-    const std::size_t place = at + channel.data_bits - 1 - channel.error.shift;
-    if (channel.error.present && place < view_.bits.size() &&
-        view_.bits[place] == channel.error.active_high) {
-      return true;
-    }
-    at += channel.total_bits();
-  }
-  return false;
+  const BitView bits = view_.frame();
+  return std::any_of(channels_.begin(), channels_.end(), [&](const Place& place) {
+    const FlagField& error = place.format.error;
+    const std::size_t at = place.at + place.format.data_bits - 1 - error.shift;
+    return error.present && at < bits.size_bits() && bits[at] == error.active_high;
+  });
 }
 
 // SLO does not change any more from a bit on.
 void Pricer::price_tails(Prices& prices) const {
   const float where = count_price(view_.clocks());
-  const float off = edge_price * static_cast<float>(view_.off_grid);
+  const float off = edge_price * view_.off_grid;
   const auto before = [&](std::size_t tail) {
     const std::size_t begin = view_.start + 2;
     const std::size_t end = view_.clocks() - tail;
-    return end <= begin ? 0.0F : frame_change(before_bits(), end - begin);
+    return end <= begin ? 0.0F : frame_change(before_.view(), end - begin);
   };
-  // Ones at the end of a request that the master cut are data.
-  const std::size_t ones = tail_of(view_.bits, true);
-  if (ones >= least_ones && (fewest_clocks_ == UINT32_MAX || view_.clocks() >= fewest_clocks_)) {
+  const std::size_t ones = tail_of(view_.bits.view(), true);
+  if (ones >= least_ones) {
     set(prices, RequestKind::ones, where + 3 + before(ones) + off);
   }
-  const std::size_t zeros = tail_of(view_.bits, false);
+  const std::size_t zeros = tail_of(view_.bits.view(), false);
   if (zeros >= least_zeros) set(prices, RequestKind::zeros, where + 4 + before(zeros) + off);
 }
 
@@ -892,34 +815,26 @@ void Pricer::price_moved(const CycleEdges& edges, Prices& prices) {
   const View as_usual = view_;
   look(edges, delay);
   const bool answered = view_.ack == 1 && view_.start < view_.clocks();
-  const float off = edge_price * static_cast<float>(view_.off_grid);
+  const float off = edge_price * view_.off_grid;
   if (answered) {
-    const float base = ack_price(view_.ack_clocks()) + data_price(view_.bits, view_.start) + off;
+    const float base = ack_price(view_.ack_clocks()) + data_price(view_.frame()) + off;
+    const BitView bits = view_.bits.view();
     const std::size_t stop = view_.start + 2 + usual_.payload_bits;
-    const bool good = codec_
-                          ? judge(view_.bits, view_.start).ok()
-                          : view_.clocks() > stop && find(view_.bits, true, stop) == view_.clocks();
+    const bool good = codec_ ? judge(bits).ok()
+                             : view_.clocks() > stop && bits.find(true, stop) == view_.clocks();
     const double whole = std::abs(periods - std::round(periods));
     const bool half = std::abs(std::abs(periods) - 0.5) < 0.15;
-    const bool repeats = !good && codec_ && view_.clocks() > stop && view_.bits[stop] &&
-                         view_.bits[stop - 1] &&
-                         judge(view_.bits, view_.start).error().cause == FrameError::stop_bit;
+    const bool repeats = !good && codec_ && view_.clocks() > stop && bits[stop] && bits[stop - 1] &&
+                         judge(bits).error().cause == FrameError::stop_bit;
     if (half && repeats) {
       set(prices, RequestKind::half_early, base + 3);
     } else if (good) {
       if (whole < 0.2) set(prices, RequestKind::delay_clocks, base + 7);
       if (periods > -0.9 && whole >= 0.1) set(prices, RequestKind::delay_part, base + 7);
       if (half) set(prices, RequestKind::half_early, base + 2);
-    } else if (periods > 0.8 && whole < 0.2) {
-      // Late by clocks: the last bits are missing.
-      set(prices, RequestKind::delay_clocks, base + 9);
-    } else if (half && edges.cycle.early) {
-      set(prices, RequestKind::half_early, base + 4);
     }
   } else if (periods > 0.8) {
     set(prices, RequestKind::delay_clocks, 12 + off);
-  } else if (edges.cycle.early && std::abs(periods + 0.5) < 0.2) {
-    set(prices, RequestKind::half_early, 4 + off);
   }
   view_ = as_usual;
 }
@@ -929,15 +844,14 @@ std::optional<std::size_t> Pricer::bits_before_checksum() const {
   if (view_.clocks() < view_.start + least_length) return std::nullopt;
   const std::size_t most = view_.clocks() - view_.start - 3;
   constexpr std::size_t most_after = 8;
-  const std::size_t zeros = std::min(tail_of(view_.bits, false), most_after);
+  const std::size_t zeros = std::min(tail_of(view_.bits.view(), false), most_after);
   constexpr std::array<std::uint8_t, 4> widths{6, 16, 5, 8};
   for (std::size_t after = 0; after < std::min(zeros, most); ++after) {
     for (const std::uint8_t width : widths) {
       const std::size_t all = most - after;
       if (all < width + 4U || all > width + std::size_t{62}) continue;
-      const std::size_t end = view_.start + 2 + all;
-      const auto [data, data_bits] = number_of(view_.bits, view_.start + 2, end - width);
-      const auto seen = number_of(view_.bits, end - width, end).first;
+      const auto [data, data_bits] = number_of(view_.frame().from(2), all - width);
+      const std::uint64_t seen = view_.frame().word(2 + all - width, width);
       const CrcBitwise crc({.polynomial = default_polynomial(width), .width_bits = width});
       if (data != 0 && all != usual_.payload_bits && crc(data, data_bits) == seen) {
         return all - width;
@@ -951,15 +865,17 @@ std::optional<std::size_t> Pricer::bits_before_checksum() const {
 void Pricer::price_length(Prices& prices) {
   const std::size_t start = view_.start;
   const std::size_t size = view_.clocks();
-  if (size < start + least_length || view_.bits.back() || view_.off_grid != 0) return;
+  if (size < start + least_length || tail_of(view_.frame(), false) == 0 || view_.off_grid != 0)
+    return;
   if (size == start + 3 + usual_.payload_bits) return;
-  const bool again = other_.size() == size - start;
+  const bool again = other_.size_bits() == size - start;
   const std::size_t bits = bits_before_checksum().value_or(size - start - 3);
-  const float data = again ? frame_change(other_, bits) : static_cast<float>(bits);
+  const float data = again ? frame_change(other_.view(), bits) : static_cast<float>(bits);
   const bool late = longest_ack_ != 0 && view_.ack_clocks() > longest_ack_;
   set(prices, RequestKind::other_length,
       ack_price(view_.ack_clocks()) + data + (again ? 0.3F : 10.0F) + (late ? 4.0F : 0.0F));
-  other_.assign(view_.bits.begin() + static_cast<std::ptrdiff_t>(start), view_.bits.end());
+  other_ = {};
+  other_.append(view_.frame());
 }
 
 }  // namespace biss::explain

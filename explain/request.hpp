@@ -93,7 +93,7 @@ class Pricer {
   bool is_plain(const decode::Cycle& cycle) const;
   /// The next request is plain.
   void learn(const decode::Cycle& cycle);
-  /// The next request is not. \param thorough also looks for lost and doubled clocks, which is slow
+  /// The next request is not. \param thorough also looks for one wrong bit or clock, which is slow
   Prices read(const decode::CycleEdges& edges, bool thorough = true);
 
   /// From the last edge of MA before to this request.
@@ -108,7 +108,12 @@ class Pricer {
   bool shows_error() const;
 
  private:
-  using Bits = std::vector<bool>;
+  using Bits = FrameBits;
+  // A channel, and where it begins: from START on.
+  struct Place {
+    ChannelFormat format;
+    std::size_t at = 0;
+  };
   // A request as a master reads it that knows the line delay.
   struct View {
     std::vector<Picoseconds> rises;
@@ -121,7 +126,7 @@ class Pricer {
     // SLO changes in a pause.
     bool gave_up = false;
     // Changes of SLO that are not where a bit begins.
-    unsigned off_grid = 0;
+    float off_grid = 0;
     Picoseconds smear{};
     bool likely = false;
     Bits bits;
@@ -130,6 +135,8 @@ class Pricer {
     std::size_t start = 0;
 
     std::size_t clocks() const { return rises.size(); }
+    // From START on.
+    BitView frame() const { return bits.view().from(start); }
     std::size_t ack_clocks() const { return start - ack; }
   };
 
@@ -146,27 +153,27 @@ class Pricer {
   void price_length(Prices& prices);
   std::optional<std::size_t> bits_before_checksum() const;
   void price_checksum(float price, Prices& prices);
-  void remember(std::size_t start);
+  void remember();
   bool is_part(const decode::CycleEdges& edges) const;
   bool is_held(const decode::CycleEdges& edges) const;
   bool is_brief() const;
   bool has_strong_checksum() const;
+  float mended_price(BitView bits) const;
+  float flip_price() const;
   float slip_price() const;
   float ack_price(std::size_t clocks) const;
   // moves_on: or the position moves on as between the last two good frames
-  float data_price(const Bits& bits, std::size_t start, bool moves_on = false) const;
+  float data_price(BitView frame, bool moves_on = false) const;
   std::uint64_t due_position(std::size_t channel) const;
-  std::uint64_t position_of(const Bits& bits, std::size_t at, std::size_t channel) const;
-  float frame_change(const Bits& before, std::size_t size) const;
-  Bits before_bits() const;
-  Result<Frame, FrameFault> judge(const Bits& bits, std::size_t start) const;
+  static std::uint64_t position_of(BitView frame, const Place& place);
+  float frame_change(BitView before, std::size_t size) const;
+  Result<Frame, FrameFault> judge(BitView bits) const;
 
   std::optional<FrameCodec<>> codec_;
   bool thorough_ = true;
   Picoseconds resolution_;
   Usual usual_;
-  // What flips of one bit of a channel do to its checksum, data first.
-  std::array<std::vector<std::uint16_t>, max_channels> syndromes_;
+  std::vector<Place> channels_;
   View view_;
   // Of the good frames before.
   std::array<std::uint32_t, 512> acks_{};
@@ -179,10 +186,11 @@ class Pricer {
   Picoseconds step_time_{};
   std::optional<Picoseconds> shortest_rest_;
   // The last frame of any kind, the last one that was refused, and the last one whose length was
-  // unusual, all from START on; the last unusual request from LAT on.
+  // unusual, all from START on.
   decode::RawBits before_;
-  Bits refused_;
-  Bits other_;
+  decode::RawBits refused_;
+  decode::RawBits other_;
+  // The last unusual request from LAT on.
   Bits last_;
   std::optional<Picoseconds> last_edge_;
   std::optional<Picoseconds> last_request_;
