@@ -105,6 +105,8 @@ class Diagnosis {
     Bits bits{};
     for (const Model& model : models()) {
       std::vector<Part> parts = model.parts;
+      // Only where SLO is read inverted is it the master who asks while the encoder is busy.
+      if (model.cause == slo_inverted && !context_.reading.slo_inverted) parts.resize(1);
       // By the format that the frames show, the checksum is right.
       if (model.cause == wrong_format && shows_other_format()) parts.push_back(other_checksum);
       at(bits, model.cause) = note_on(model.cause) + length(parts);
@@ -114,8 +116,7 @@ class Diagnosis {
       at(bits, cause) = *std::min_element(bits.begin(), bits.end()) - 30;
       return findings(bits);
     };
-    const bool clear = context_.other && context_.other->confidence > 0.9;
-    if (evidence_.usual.rest_in_group && !clear) return only(master_pauses_clock);
+    if (evidence_.usual.rest_in_group && !other_is_clear()) return only(master_pauses_clock);
     if (!context_.format_parts.empty()) return only(format_changes);
     if (is_other_protocol()) {
       at(bits, not_biss) =
@@ -325,7 +326,11 @@ class Diagnosis {
     } else if (evidence_.usual.no_checksum_fits && has_checksum()) {
       at(notes_, wrong_format) -= 12;
     }
-    if (evidence_.count(other_length) == 0) at(notes_, format_changes) += never;
+    // A frame of another length has STOP; one that the master cuts ends with a bit of either level.
+    const auto other = static_cast<double>(evidence_.count(other_length));
+    const auto high = static_cast<double>(evidence_.truncated - evidence_.truncated_low);
+    if (other == 0) at(notes_, format_changes) += never;
+    if (10 * high > other) at(notes_, format_changes) += 4 * high;
     if (passes_none && context_.given) {
       at(notes_, format_changes) += never;
       // Noise that spoils nearly all checksums spoils ACK, START and STOP as well.
@@ -416,7 +421,10 @@ class Diagnosis {
   }
 
   // Frames pass by their format. Another protocol may have ACK and START by chance, but no checksum.
-  bool passes() const { return evidence_.has_format && share(evidence_.passed) > 0.2; }
+  bool other_is_clear() const { return context_.other && context_.other->confidence > 0.9; }
+  bool passes() const {
+    return evidence_.has_format && share(evidence_.passed) > (other_is_clear() ? 0.6 : 0.2);
+  }
   bool answers() const { return share(evidence_.answered) > 0.4; }
 
   // Another protocol that is recognised outweighs all causes, unless most requests have ACK and START.

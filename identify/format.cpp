@@ -185,6 +185,15 @@ bool reads(const FrameCodec<>& codec, const Sample& sample) {
   return decode_payload(raw.view(), FrameStart{0, 1, 1}, codec).ok();
 }
 
+// The format is sure, and reads more than half of these frames.
+bool reads_most(const FormatFinding& finding, std::span<const Sample> samples) {
+  if (finding.sure() == nullptr) return false;
+  const FrameCodec<> codec(finding.sure()->format);
+  const auto read = std::count_if(samples.begin(), samples.end(),
+                                  [&](const Sample& each) { return reads(codec, each); });
+  return 2 * static_cast<std::size_t>(read) > samples.size();
+}
+
 }  // namespace
 
 const FormatCandidate* FormatFinding::sure() const {
@@ -265,6 +274,7 @@ std::vector<FormatPart> find_parts(std::span<const Sample> samples) {
     std::size_t last = 0;
     std::size_t frames() const { return last - first + 1; }
   };
+  const auto frames_of = [&](const Run& run) { return samples.subspan(run.first, run.frames()); };
   const auto bits_of = [&](const Run& run) { return samples[run.last].bits.size_bits(); };
   std::vector<Run> runs;
   for (std::size_t i = 0; i < samples.size(); ++i) {
@@ -292,12 +302,13 @@ std::vector<FormatPart> find_parts(std::span<const Sample> samples) {
   if (!parted) long_runs.assign(samples.empty() ? 0 : 1, {0, samples.size() - 1});
   for (const Run& run : long_runs) {
     FormatPart part{samples[run.first].cycle, samples[run.last].cycle,
-                    static_cast<unsigned>(samples[run.first].bits.size_bits()),
-                    find_format(samples.subspan(run.first, run.frames()))};
-    const FormatCandidate* const before = parts.empty() ? nullptr : parts.back().finding.sure();
-    const FormatCandidate* const now = part.finding.sure();
-    if (before != nullptr && now != nullptr && before->format == now->format) {
+                    static_cast<unsigned>(bits_of(run)), find_format(frames_of(run))};
+    // A format that reads the frames of its neighbour as well has not changed.
+    if (!parts.empty() && reads_most(parts.back().finding, frames_of(run))) {
       parts.back().to_cycle = part.to_cycle;
+    } else if (!parts.empty() && reads_most(part.finding, frames_of((&run)[-1]))) {
+      part.from_cycle = parts.back().from_cycle;
+      parts.back() = std::move(part);
     } else {
       parts.push_back(std::move(part));
     }
