@@ -191,7 +191,8 @@ BissTrial judge(const std::vector<Cycle>& requests, std::size_t pulses) {
   trial.checked = certain && confidence >= 0.5;
   trial.guess.confidence = confidence * (alike < 8 ? 0.7 : 1);
   trial.guess.why = fmt::format(
-      "{} of {} requests are answered alike: mostly {} clocks, ACK of {} clocks after {:.0f} ns; {}",
+      "{} of {} requests are answered alike: mostly {} clocks, ACK of {} clocks after {:.0f} ns; "
+      "{}",
       alike, requests.size(), structure.clocks, structure.ack_clocks,
       static_cast<double>(structure.line_delay) / 1000,
       crc.present() ? fmt::format("a CRC of {} bits fits", crc.width_bits) : "no checksum seen");

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 
 #include "identify/protocol_lines.hpp"
 
@@ -24,22 +25,25 @@ Grid grid_of(const std::vector<double>& intervals) {
   if (intervals.size() < 8) return {};
   const double shortest = nth_of(intervals, intervals.size() / 50 + 1);
   double bit = mean_within(intervals, 0.7 * shortest, 1.5 * shortest);
+  for (int pass = 0; pass < 3 && bit > 0; ++pass) {
+    double time = 0;
+    double bits = 0;
+    for (const double value : intervals) {
+      const double whole = std::round(value / bit);
+      if (whole < 1 || whole > 9) continue;
+      time += value;
+      bits += whole;
+    }
+    bit = bits == 0 ? 0 : time / bits;
+  }
   // Not where all edges are at one time.
   if (!(bit > 0)) return {};
-  double time = 0;
-  double bits = 0;
-  for (const double value : intervals) {
-    const double whole = std::round(value / bit);
-    if (whole < 1 || whole > 9) continue;
-    time += value;
-    bits += whole;
-  }
-  bit = time / bits;
   double off = 0;
   double measured = 0;
   for (const double value : intervals) {
-    if (value > 9.5 * bit) continue;
-    off += std::abs(value / bit - std::round(value / bit));
+    const double bits = value / bit;
+    if (bits > 9.5) continue;
+    off += std::abs(bits - std::round(bits));
     ++measured;
   }
   return {bit, measured == 0 ? 1 : off / measured};
@@ -163,6 +167,8 @@ void try_words(const Trace& line, const Grid& grid, const Scene& scene, double t
   if (share_of(words.values, [&](unsigned value) { return value != ones; }) < 0.5) return;
   const bool summed = ends_with_sum(words);
   const bool encoder = is_encoder_rate(grid.bit) && (summed || words.length_bits == 18);
+  const std::set<unsigned> different(words.values.begin(), words.values.end());
+  if (!encoder && different.size() < (count < 40 ? 3U : 5U)) return;
   guesses.push_back({encoder ? Protocol::serial_encoder : Protocol::uart,
                      trust * (encoder       ? 0.95
                               : count >= 12 ? 0.9
@@ -184,11 +190,15 @@ bool is_periodic(const std::vector<double>& intervals) {
   return false;
 }
 
-// Changes that no period explains.
-void try_noise(const Trace& line, const std::vector<double>& intervals, Guesses& guesses) {
-  if (intervals.size() < 12 || is_periodic(intervals)) return;
-  guesses.push_back(
-      {Protocol::noise, 0.6, fmt::format("{} changes in no period", line.changes.size())});
+// Changes that no bit time and no period explains.
+void try_noise(const Trace& line, const std::vector<double>& intervals, const Grid& grid,
+               double sample, Guesses& guesses) {
+  if (intervals.size() < 12) return;
+  const bool coarse = grid.bit < 6 * sample;
+  const bool scattered = grid.off > 0.17 || coarse;
+  if (!scattered || is_periodic(intervals)) return;
+  guesses.push_back({Protocol::noise, coarse ? 0.6 : 0.75,
+                     fmt::format("{} changes in no period and no bit time", line.changes.size())});
 }
 
 }  // namespace
@@ -213,7 +223,7 @@ void try_serial(const Scene& scene, Guesses& guesses) {
     try_dsl(line, intervals, grid, guesses);
     // Beside a clock, data has a grid as well.
     try_words(line, grid, scene, clocked ? 0.4 : 1, guesses);
-    try_noise(line, intervals, noise);
+    try_noise(line, intervals, grid, scene.sample, noise);
   }
   if (noise.size() == busy) guesses.insert(guesses.end(), noise.begin(), noise.end());
 }
