@@ -273,8 +273,8 @@ double flag_cost(std::span<const std::uint8_t> active) {
   const double any = events_cost(changes.ones, count, 1, 1);
   const auto is_even = [](double part, double all) { return std::abs(part - all / 2) < 0.1 * all; };
   // As random as the lowest bit of a position.
-  const bool random = is_even(changes.ones, count) &&
-                      is_even(changes.from[0][1] + changes.from[1][0], count - 1);
+  const bool random =
+      is_even(changes.ones, count) && is_even(changes.from[0][1] + changes.from[1][0], count - 1);
   const std::array costs{changes.ones == 0 ? 0.2 : HUGE_VAL, changes.ones == count ? 5 : HUGE_VAL,
                          3.5 + data_weight * runs, 4.5 + data_weight * rare,
                          7.5 + data_weight * any};

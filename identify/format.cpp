@@ -296,8 +296,8 @@ std::vector<FormatPart> find_parts(std::span<const Sample> samples) {
       long_runs.push_back(run);
     }
   }
-  const bool parted = long_runs.size() > 1 && long_runs.size() <= most_parts &&
-                      20 * stray <= samples.size();
+  const bool parted =
+      long_runs.size() > 1 && long_runs.size() <= most_parts && 20 * stray <= samples.size();
   std::vector<FormatPart> parts;
   if (!parted) long_runs.assign(samples.empty() ? 0 : 1, {0, samples.size() - 1});
   for (const Run& run : long_runs) {
