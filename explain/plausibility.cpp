@@ -18,6 +18,7 @@ constexpr std::uint64_t jumps_per_mille = 30;
 constexpr std::uint64_t spikes_per_mille = 350;
 // How much faster than that, in powers of two.
 constexpr std::size_t far_beyond = 3;
+constexpr std::size_t beyond = 2;
 
 // The shorter way from `from` to `to` on a ring of 2^bits.
 std::int64_t way(std::uint64_t from, std::uint64_t to, unsigned bits) {
@@ -136,6 +137,9 @@ void Plausibility::judge_turn(const Step& before, const Step& judged) {
   const std::uint64_t power = power_near(size);
   constexpr std::uint64_t steps_in_turn = 6;
   if (before.way == 0 || size < steps_in_turn * before.length || power == 0) return;
+  // Positions that jump about fall by a power of two now and then.
+  const auto bits = static_cast<std::size_t>(std::bit_width(judged.speed));
+  if (bits < fastest(spikes_per_mille) + beyond) return;
   const bool up = before.way > 0;
   if (up == (jump < 0)) {
     fall_ = {power, up, judged.cycle, judged.time, before};
@@ -146,18 +150,18 @@ void Plausibility::judge_turn(const Step& before, const Step& judged) {
   }
 }
 
-Sightings Plausibility::steps() const {
+std::size_t Plausibility::fastest(std::uint64_t per_mille) const {
   std::uint64_t sum = 0;
   for (const std::uint64_t count : all_) sum += count;
-  // The number of bits that this share of the steps, per mille, is longer than.
-  const auto fastest = [&](std::uint64_t per_mille) {
-    std::size_t bits = all_.size();
-    for (std::uint64_t above = 0; bits > 0; --bits) {
-      above += all_[bits - 1];
-      if (1000 * above > per_mille * sum) break;
-    }
-    return bits;
-  };
+  std::size_t bits = all_.size();
+  for (std::uint64_t above = 0; bits > 0; --bits) {
+    above += all_[bits - 1];
+    if (1000 * above > per_mille * sum) break;
+  }
+  return bits;
+}
+
+Sightings Plausibility::steps() const {
   Sightings seen;
   const std::size_t far = fastest(jumps_per_mille) + far_beyond;
   for (std::size_t bits = far; bits < apart_.size(); ++bits) seen.add(apart_[bits]);

@@ -832,6 +832,9 @@ void Pricer::price_moved(const CycleEdges& edges, Prices& prices) {
       if (whole < 0.2) set(prices, RequestKind::delay_clocks, base + 7);
       if (periods > -0.9 && whole >= 0.1) set(prices, RequestKind::delay_part, base + 7);
       if (half) set(prices, RequestKind::half_early, base + 2);
+    } else if (periods > 0.8 && whole < 0.2) {
+      // Late by clocks: the last bits are missing.
+      set(prices, RequestKind::delay_clocks, base + 9);
     }
   } else if (periods > 0.8) {
     set(prices, RequestKind::delay_clocks, 12 + off);

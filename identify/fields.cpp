@@ -182,9 +182,8 @@ class FieldSearch {
     // Flags before the position, or followed by zeros.
     const unsigned still = still_bits(moved_, base);
     for (unsigned zeros = 0; zeros <= still && base + zeros + 3 <= top; ++zeros) {
-      for (const std::size_t kind : {0U, 2U, 6U}) {
-        const unsigned high = top - flag_kinds[kind].bits;
-        divide(fields, flag_kinds[kind], 12.5 + scale_cost(zeros), high, base + zeros, high);
+      for (const std::size_t kind : {0U, 2U}) {
+        divide(fields, flag_kinds[kind], 12.5 + scale_cost(zeros), top - 2, base + zeros, top - 2);
       }
     }
     const unsigned zero = still_bits(moved_ | words_.data.front(), base);

@@ -288,6 +288,17 @@ TEST(ExplainVerb, SloInvertedAtTheEncoder_IsNamedByTheLevelsThatAreSeen) {
               AllOf(HasSubstr("SLO rests low and goes high with ACK"), Not(HasSubstr("good"))));
 }
 
+// Positions that jump about fall by nearly a power of two now and then: no turns are late.
+TEST(ExplainVerb, PositionsThatJump_AreHealthy) {
+  const Folder folder;
+  for (const char* seed : {"1", "2", "3", "4", "5", "6", "7", "8"}) {
+    const auto rows =
+        explain({simulate(folder, {"--motion", "random", "--cycles", "300", "--seed", seed}), "-f",
+                 "pos26,nE,nW,crc6"});
+    EXPECT_EQ(rows.at(0).at("cause"), "healthy") << seed;
+  }
+}
+
 TEST(ExplainVerb, LostOrRepeatedSignOfLife_IsNotHealthy) {
   const Folder folder;
   const std::string counted = "pos26,nE,nW,lc6,crc16";

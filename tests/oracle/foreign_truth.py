@@ -168,8 +168,9 @@ class Truth:
         for index, channel in enumerate(self.format.channels):
             if channel.error == "cds" and sum(a.cds for a in answers) < 3:
                 return False
-            if channel.error == "no-flags" and len({(a.notes[index]["nE"], a.notes[index]["nW"])
-                                                    for a in answers}) < 2:
+            flags = {(a.notes[index]["nE"], a.notes[index]["nW"])
+                     for a in answers if index < len(a.notes)}
+            if channel.error == "no-flags" and len(flags) < 2:
                 return False
         return True
 
