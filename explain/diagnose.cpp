@@ -289,8 +289,12 @@ class Diagnosis {
     if (evidence_.count(flip) + evidence_.count(slo_pulse) != 0) {
       at(notes_, of_cable ? noise_on_slo : clock_too_fast_for_cable) += of_cable ? 25 : 80;
     }
-    const bool most = share(evidence_.answered) > 0.6;
-    at(notes_, not_biss) += passes() || most ? never : answers() ? 60 : 20;
+    // Frames, coarse or of a sure format, and a few answers to a master with SPI, are BiSS C.
+    const bool coarse = samples_per_period() < coarse_samples;
+    const bool shows_frames = (coarse || context_.identified) && !other_is_clear();
+    const bool may_be_spi = other_is_weak() && share(evidence_.answered) > 0.1;
+    const bool is_biss = passes() || share(evidence_.answered) > 0.6 || shows_frames || may_be_spi;
+    at(notes_, not_biss) += is_biss ? never : answers() ? 60 : 20;
   }
 
   // Smeared edges are of the cable if there are many.
@@ -427,12 +431,16 @@ class Diagnosis {
   }
   bool answers() const { return share(evidence_.answered) > 0.4; }
 
+  // A master that reads BiSS C over SPI has no select line either.
+  bool other_is_weak() const {
+    return context_.other &&
+           context_.other->confidence < (context_.other->name == "spi" ? 0.85 : 0.5);
+  }
+
   // Another protocol that is recognised outweighs all causes, unless most requests have ACK and START.
   bool is_other_protocol() const {
-    const auto& other = context_.other;
-    // A master that reads BiSS C over SPI has no select line either.
-    if (!other || passes() || other->confidence < (other->name == "spi" ? 0.85 : 0.5)) return false;
-    return !answers() || other->confidence > 0.85;
+    if (!context_.other || other_is_weak() || passes()) return false;
+    return !answers() || context_.other->confidence > 0.85;
   }
 
   // Bits become likelihoods by a fitted table.

@@ -187,8 +187,9 @@ void try_ssi(const Pair& pair, const BissTrial& biss, Guesses& guesses) {
   });
   if (behaved < 0.8) return;
   double confidence = 0.9 * behaved;
+  // Also if the word seems to come again: one of BiSS C at rest may look so.
+  if (pulses > longest) confidence = std::min(confidence, 0.75);
   if (!biss.repeats) {
-    if (pulses > longest) confidence = std::min(confidence, 0.75);
     if (pulses % 8 == 0) confidence = std::min(confidence, 0.55);
     // Without a 0 in the first bit the encoder could be one of BiSS C.
     const double zeros = share_of(begun, [](const Transfer& t) { return t.starts; });
