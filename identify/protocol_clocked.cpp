@@ -8,6 +8,7 @@
 #include <numbers>
 #include <set>
 
+#include "biss/base/bit_buffer.hpp"
 #include "biss/crc/engines.hpp"
 #include "identify/protocol_lines.hpp"
 
