@@ -149,7 +149,8 @@ std::vector<Bits> words_at(const Pair& pair, double phase, bool inverted) {
   std::vector<Bits> words(pair.transfers.size());
   for (std::size_t i = 0; i < words.size(); ++i) {
     const Burst& burst = pair.clock.bursts[i];
-    for (std::size_t k = 0; k < burst.pulses(); ++k) {
+    const std::size_t count = std::min(burst.pulses(), Bits::capacity_bits);
+    for (std::size_t k = 0; k < count; ++k) {
       words[i].append(pair.data.level_at(pair.return_of(burst, k, phase)) != inverted);
     }
   }
