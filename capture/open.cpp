@@ -12,7 +12,6 @@
 #include "capture/event_csv.hpp"
 #include "capture/fst.hpp"
 #include "capture/gather.hpp"
-#include "capture/ghw.hpp"
 #include "capture/saleae_analog.hpp"
 #include "capture/saleae_binary.hpp"
 #include "capture/sampled_csv.hpp"
@@ -31,7 +30,6 @@ enum class Format : std::uint8_t {
   sampled_csv,
   zip,
   fst,
-  ghw,
   saleae_binary,
   saleae_analog,
   raw,
@@ -42,8 +40,7 @@ enum class Format : std::uint8_t {
 constexpr std::size_t head_bytes = 65'536;
 
 constexpr const char* expected_text =
-    "a VCD, FST, GHW, a sigrok session, a DSLogic capture, an export of Saleae Logic, the CSV of "
-    "an "
+    "a VCD, FST, a sigrok session, a DSLogic capture, an export of Saleae Logic, the CSV of an "
     "oscilloscope, or a CSV with a header such as time_ns,MA,SLO";
 constexpr const char* expected_layout = "the sample rate, unit size and bits";
 
@@ -56,9 +53,10 @@ constexpr std::array<std::pair<std::string_view, const char*>, 4> other_compress
 }};
 
 // Formats of captures that are not read, by their first bytes.
-constexpr std::array<std::pair<std::string_view, const char*>, 2> known_others{{
+constexpr std::array<std::pair<std::string_view, const char*>, 3> known_others{{
     {"\xFF\xFE", "text in UTF-8; this is UTF-16"},
     {"\xFE\xFF", "text in UTF-8; this is UTF-16"},
+    {"GHDLwave", "the VCD or FST that GHDL writes with --vcd or --fst; this is a GHW"},
 }};
 
 // A file compressed more often is a mistake or an attack.
@@ -86,7 +84,6 @@ std::string_view first_row(std::string_view text) {
 Format format_of_content(std::string_view head, bool whole) {
   if (looks_like_zip(head)) return Format::zip;
   if (looks_like_fst(head)) return Format::fst;
-  if (looks_like_ghw(head)) return Format::ghw;
   if (head.starts_with(saleae_magic)) {
     if (looks_like_saleae_analog(head)) return Format::saleae_analog;
     return whole || head.size() >= saleae_header_bytes ? Format::saleae_binary : Format::other;
@@ -106,7 +103,6 @@ Format format_of_extension(std::string_view path) {
   if (extension == ".csv") return Format::event_csv;
   if (extension == ".sr" || extension == ".dsl") return Format::zip;
   if (extension == ".fst") return Format::fst;
-  if (extension == ".ghw") return Format::ghw;
   if (extension == ".bin" || extension == ".raw") return Format::raw;
   return Format::other;
 }
@@ -202,8 +198,6 @@ Opened open_as(Format format, std::unique_ptr<ByteSource> bytes, std::string_vie
       return open_saleae_analog(std::move(bytes), stem_of(path, "analog"), options.analog);
     case Format::fst:
       return open_fst(std::move(bytes));
-    case Format::ghw:
-      return open_ghw(std::move(bytes));
     case Format::raw:
     case Format::other:
       break;

@@ -16,7 +16,6 @@
 #include "fuzz/dump_text.hpp"
 #include "fuzz/frame_formats.hpp"
 #include "fuzz/fst_mutator.hpp"
-#include "fuzz/ghw_mutator.hpp"
 #include "fuzz/raw_header.hpp"
 #include "fuzz/register_seeds.hpp"
 #include "fuzz/scope_seeds.hpp"
@@ -202,8 +201,6 @@ int main(int argc, char** argv) {
   Corpus saleae_binary(root / "saleae_binary");
   Corpus compressed(root / "compressed");
   Corpus fst(root / "fst");
-  Corpus ghw(root / "ghw");
-  ghw.add(biss::fuzz::ghw_composite_seed());
   Corpus replay(root / "replay");
   Corpus eds(root / "eds");
   Corpus dump(root / "dump");
@@ -239,7 +236,6 @@ int main(int argc, char** argv) {
     saleae_binary.add(biss::fuzz::saleae_binary_seed(seed));
     compressed.add(biss::fuzz::compressed_seed(seed));
     fst.add(biss::fuzz::fst_seed(seed));
-    ghw.add(biss::fuzz::ghw_seed(seed));
     replay.add(replay_train(k, seed));
     eds.add(biss::fuzz::eds_seed(seed));
     dump.add(std::string(2, '\0') + biss::fuzz::dump_file_seed(seed));

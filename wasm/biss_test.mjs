@@ -417,8 +417,7 @@ describe('hostile files', () => {
 
   it('SeedsOfTheFuzzTargets_GiveTheMessageOfTheCommand', { skip: process.env.BISS_SEEDS === undefined && 'BISS_SEEDS is not set' }, () => {
     const extensions = { vcd: 'vcd', event_csv: 'csv', sampled_csv: 'csv', saleae: 'csv',
-      saleae_binary: 'bin', saleae_analog: 'bin', sr: 'sr', dsl: 'dsl', compressed: 'gz', fst: 'fst',
-      ghw: 'ghw', raw: 'raw' };
+      saleae_binary: 'bin', saleae_analog: 'bin', sr: 'sr', dsl: 'dsl', compressed: 'gz', fst: 'fst', raw: 'raw' };
     for (const [target, extension] of Object.entries(extensions)) {
       const seeds = path.join(process.env.BISS_SEEDS, target);
       for (const seed of fs.readdirSync(seeds)) {

@@ -73,7 +73,7 @@ std::optional<CaptureFormat> capture_format_of(std::string_view path) {
 }
 
 bool is_only_read(std::string_view path) {
-  constexpr std::array<std::string_view, 7> extensions{".fst", ".ghw", ".sal", ".gz",
+  constexpr std::array<std::string_view, 6> extensions{".fst", ".sal", ".gz",
                                                        ".zst", ".xz",  ".bz2"};
   return std::any_of(extensions.begin(), extensions.end(),
                      [path](std::string_view extension) { return path.ends_with(extension); });

@@ -37,7 +37,7 @@ const CaptureFormatText& text_of(CaptureFormat format);
 /// By the extension; `.raw` is raw samples too. Nothing for any other.
 std::optional<CaptureFormat> capture_format_of(std::string_view path);
 
-/// The extension is that of captures that are read and never written: FST, GHW, Saleae sessions, and
+/// The extension is that of captures that are read and never written: FST, Saleae sessions, and
 /// compressed ones.
 bool is_only_read(std::string_view path);
 

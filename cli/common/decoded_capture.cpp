@@ -96,7 +96,7 @@ void add_decode_options(Verb verb, CaptureArguments& arguments,
 
 void add_capture_options(Verb verb, CaptureArguments& arguments, bool finds_format) {
   verb.add_option("FILE", arguments.files,
-                  "Captures (VCD, FST, GHW, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV and "
+                  "Captures (VCD, FST, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV and "
                   "binary, raw samples; also compressed by gzip or zstd), read one after the "
                   "other; files with one line each are read as one capture; - is standard input")
       .file(FileUse::read);
@@ -110,7 +110,7 @@ void add_capture_options(Verb verb, CaptureArguments& arguments, bool finds_form
 
 void add_single_capture_options(Verb verb, CaptureArguments& arguments) {
   verb.add_option("FILE", arguments.files,
-                  "The capture (VCD, FST, GHW, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV "
+                  "The capture (VCD, FST, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV "
                   "and binary, raw samples; also compressed by gzip or zstd); files with one line "
                   "each are read as one capture")
       .file(FileUse::read);
@@ -121,7 +121,7 @@ void add_single_capture_options(Verb verb, CaptureArguments& arguments) {
 void add_page_capture_options(Verb verb, CaptureArguments& arguments) {
   verb.add_text_option(
           "FILE", [&arguments](const std::string& file) { arguments.files = {file}; },
-          "The capture (VCD, FST, GHW, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV and "
+          "The capture (VCD, FST, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV and "
           "binary, raw samples; also compressed by gzip). Drop several files with one line each on "
           "the page")
       .required()

@@ -34,7 +34,6 @@ constexpr std::array<Whole, 6> only_whole{{
     {"\x1f\x8b", "a compressed file ends with its checksum"},
     {"\x28\xb5\x2f\xfd", "a compressed file ends with its checksum"},
     {"<SALEAE>", "a binary export of Saleae Logic begins with the number of its changes"},
-    {"GHDLwave", "a GHW file ends with its directory"},
     {"\x89HDF", "an HDF5 file is written at any place"},
 }};
 

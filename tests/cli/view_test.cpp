@@ -455,7 +455,6 @@ TEST(ViewVerb, FileThatCannotBeFollowed_IsNamed) {
   };
   expect("a.sr", "PK\3\4", "the directory of an archive");
   expect("a.vcd.gz", "\x1f\x8b\b", "a compressed file ends with its checksum");
-  expect("a.ghw", "GHDLwave\n", "a GHW file ends with its directory");
   expect("a.bin", std::string("\1\0\1", 3), "it is no text (VCD, CSV), and raw samples need --raw");
 }
 

@@ -104,7 +104,7 @@ describe('numbers', () => {
 // Folders of seeds, as fuzz/make_seeds makes them, and the ending that their files have.
 const seedEndings = {
   vcd: 'vcd', event_csv: 'csv', sampled_csv: 'csv', pairs_text: 'csv', saleae: 'csv', saleae_analog: 'bin', saleae_binary: 'bin',
-  sr: 'sr', dsl: 'dsl', session: 'sr', fst: 'fst', ghw: 'ghw', raw: 'raw', compressed: 'vcd.gz',
+  sr: 'sr', dsl: 'dsl', session: 'sr', fst: 'fst', raw: 'raw', compressed: 'vcd.gz',
 };
 const seedsOfAFolder = Number(process.env.BISS_SEEDS_EACH ?? 64);
 

@@ -10,7 +10,7 @@ export function Welcome() {
     <div class="welcome">
       <button type="button" class="drop" onClick={chooseFiles}>
         <strong>Drop a capture of MA and SLO here</strong>
-        <span>or choose a file: VCD, FST, GHW, CSV, .sr, .dsl, Saleae CSV and binary, raw samples; also .gz</span>
+        <span>or choose a file: VCD, FST, CSV, .sr, .dsl, Saleae CSV and binary, raw samples; also .gz</span>
         <span>Several files with one line each are one capture.</span>
       </button>
       <section aria-label="Examples">
