@@ -13,7 +13,6 @@ ExitStatus run(int argc, char** argv) {
   add_decode(command);
   add_check(command);
   add_compare(command);
-  add_conform(command);
   add_convert(command);
   add_crc(command);
   add_encoders(command);

@@ -23,7 +23,6 @@ constexpr std::array<std::pair<std::string_view, AddVerb>, 17> verbs{{
     {"archive", cli::add_archive},
     {"check", cli::add_check},
     {"compare", cli::add_compare},
-    {"conform", cli::add_conform},
     {"convert", cli::add_convert},
     {"crc", cli::add_crc},
     {"decode", cli::add_decode},

@@ -34,7 +34,6 @@ cli::ExitStatus run_verb(std::span<const char* const> arguments) {
   cli::Command command;
   cli::add_decode(command);
   cli::add_check(command);
-  cli::add_conform(command);
   cli::add_encoders(command);
   cli::add_identify(command);
   cli::add_explain(command);

@@ -1,5 +1,4 @@
-// `biss check`: an encoder, its master and their line judged by a capture, rule by rule. `biss
-// conform` is `biss check --against biss-c`.
+// `biss check`: an encoder, its master and their line judged by a capture, rule by rule.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -260,22 +259,6 @@ class CheckRun {
   std::string format_;
 };
 
-void add_options(Verb verb, CheckOptions& options) {
-  add_capture_options(verb, options.capture);
-  add_range_options(verb, options.capture);
-  add_safety_options(verb, options.safety);
-  verb.add_flag("--no-compensation", options.margin.no_compensation,
-                "Judge the sampling points of a master that does not compensate the line delay");
-  verb.add_text_option(
-          "--speed-max",
-          [&options](const std::string& text) { options.speed_max = read_speed(text); },
-          "Highest speed of the device, in counts per second (1000000) or turns per minute "
-          "(6000rpm)")
-      .type_name("SPEED");
-  add_output_option(verb, options.output);
-  add_to_option(verb, options.to);
-}
-
 }  // namespace
 
 void add_check(Command& command) {
@@ -292,19 +275,19 @@ void add_check(Command& command) {
                   "renishaw (its data sheets), or a name that 'biss encoders' lists, whose format "
                   "-f then has by default")
       .type_name("LIMITS");
-  add_options(verb, *options);
-}
-
-void add_conform(Command& command) {
-  const auto options = std::make_shared<CheckOptions>();
-  Verb verb = command.add_verb(
-      {.name = "conform",
-       .purpose = "Check whether an encoder conforms to BiSS C: check --against biss-c",
-       .examples = {"biss conform capture.vcd -f pos26,nE,nW,crc6",
-                    "biss conform capture.sr -f pos26,nE,nW,crc6 --timeout adaptive:680ns",
-                    "biss conform capture.vcd --to jsonl"}},
-      [options] { return CheckRun(*options).run(); });
-  add_options(verb, *options);
+  add_capture_options(verb, options->capture);
+  add_range_options(verb, options->capture);
+  add_safety_options(verb, options->safety);
+  verb.add_flag("--no-compensation", options->margin.no_compensation,
+                "Judge the sampling points of a master that does not compensate the line delay");
+  verb.add_text_option(
+          "--speed-max",
+          [options](const std::string& text) { options->speed_max = read_speed(text); },
+          "Highest speed of the device, in counts per second (1000000) or turns per minute "
+          "(6000rpm)")
+      .type_name("SPEED");
+  add_output_option(verb, options->output);
+  add_to_option(verb, options->to);
 }
 
 }  // namespace biss::cli

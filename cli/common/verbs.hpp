@@ -9,7 +9,6 @@ void add_archive(Command& command);
 void add_decode(Command& command);
 void add_check(Command& command);
 void add_compare(Command& command);
-void add_conform(Command& command);
 void add_convert(Command& command);
 void add_crc(Command& command);
 void add_draw(Command& command);

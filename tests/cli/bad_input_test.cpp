@@ -447,7 +447,7 @@ TEST(BadInput, OutputOntoAnInput_IsWrongUsageAndLeavesIt) {
         "decode %good.vcd -f pos26,nE,nW,crc6 -o %link.vcd",
         "decode %good.vcd -f pos26,nE,nW,crc6 -o %hard.vcd",
         "decode --ma %good.vcd:MA --slo %good.vcd:SLO -f pos26,nE,nW,crc6 -o %good.vcd",
-        "conform %link.vcd -f pos26,nE,nW,crc6 --to table -o %good.vcd",
+        "check %link.vcd -f pos26,nE,nW,crc6 --to table -o %good.vcd",
         "registers %good.vcd --to table -o %good.vcd",
         "registers %good.vcd --dump %hard.vcd",
         "simulate -f pos26,nE,nW,crc6 --ma-from %good.vcd -o %good.vcd",

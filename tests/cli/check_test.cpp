@@ -1,4 +1,4 @@
-// Verdicts of `check` and `conform` on simulated captures of encoders.
+// Verdicts of `check` on simulated captures of encoders.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -41,7 +41,7 @@ class Conform : public testing::Test {
   }
   // Verdicts by rule, and the exit status.
   std::map<std::string, std::string> judge(const Words& more, int status) const {
-    Words words{"conform", capture, "--to", "csv"};
+    Words words{"check", capture, "--to", "csv"};
     words.insert(words.end(), more.begin(), more.end());
     const Outcome outcome = run(words);
     EXPECT_EQ(outcome.status, status) << outcome.out << outcome.err;
@@ -114,7 +114,7 @@ TEST_F(Conform, BusyBeyondTwentyMilliseconds_Fails) {
 
 TEST_F(Conform, JsonLines_HaveTheKeysThatStay) {
   simulate(usual);
-  const Outcome outcome = run({"conform", capture, "--to", "jsonl"});
+  const Outcome outcome = run({"check", capture, "--to", "jsonl"});
   EXPECT_EQ(outcome.status, 0);
   EXPECT_NE(outcome.out.find(R"({"rule":"line_delay","limit":40000,"worst":)"), std::string::npos)
       << outcome.out;
@@ -122,21 +122,6 @@ TEST_F(Conform, JsonLines_HaveTheKeysThatStay) {
                              R"("margin":null,"cycle":null,"verdict":"not_judged")"),
             std::string::npos)
       << outcome.out;
-}
-
-TEST_F(Conform, IsCheckAgainstBissC) {
-  simulate(usual);
-  for (const Words& more : {Words{"-f", "pos28,nE,nW,crc6"}, Words{"-f", "resolute-26"}, Words{}}) {
-    Words conform{"conform", capture, "--to", "jsonl"};
-    Words check{"check", capture, "--against", "biss-c", "--to", "jsonl"};
-    conform.insert(conform.end(), more.begin(), more.end());
-    check.insert(check.end(), more.begin(), more.end());
-    const Outcome old = run(conform);
-    const Outcome now = run(check);
-    EXPECT_EQ(now.out, old.out);
-    EXPECT_EQ(now.err, old.err);
-    EXPECT_EQ(now.status, old.status);
-  }
 }
 
 class Check : public testing::Test {

@@ -172,7 +172,7 @@ TEST(DecodeLines, InvertedLines_AreReadByEveryVerb) {
   const Folder folder;
   const std::string capture = simulate(folder, with_access(folder));
   const std::string other = inverted(folder, capture, true, true);
-  for (const char* const verb : {"registers", "conform"}) {
+  for (const char* const verb : {"registers", "check"}) {
     const Outcome upright = run({verb, capture, "-f", format, "--to", "csv"});
     EXPECT_EQ(run({verb, other, "-f", format, "--to", "csv"}).out, upright.out);
     EXPECT_EQ(run({verb, other, "-f", format, "--to", "csv", "--invert-ma", "--invert-slo"}).out,

@@ -1,4 +1,4 @@
-// The limits of a device, in every output of `decode` and `conform` that reports them.
+// The limits of a device, in every output of `decode` and `check` that reports them.
 #include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -35,7 +35,7 @@ class Limits : public testing::Test {
   }
   std::string verdict(const std::string& capture, const std::string& format,
                       const std::string& rule) const {
-    for (const Row& row : rows_of(run({"conform", capture, "-f", format, "--to", "csv"}).out)) {
+    for (const Row& row : rows_of(run({"check", capture, "-f", format, "--to", "csv"}).out)) {
       if (row.at("rule") == rule) return row.at("verdict");
     }
     return "no such rule";
@@ -190,9 +190,9 @@ TEST_F(Limits, CapturesAtTheLimits_HaveEmptyCells) {
       EXPECT_EQ(outcome.status, 0) << outcome.err;
       for (const Row& row : rows_of(outcome.out)) EXPECT_EQ(row.at("limits"), "");
       EXPECT_THAT(outcome.err, Not(HasSubstr("limits")));
-      Words conform{"conform", capture, "--to", "csv"};
-      add(conform, reading);
-      for (const Row& row : rows_of(run(conform).out)) {
+      Words check{"check", capture, "--to", "csv"};
+      add(check, reading);
+      for (const Row& row : rows_of(run(check).out)) {
         if (row.at("rule").starts_with("c") && row.at("unit") == "ns") {
           EXPECT_NE(row.at("verdict"), "fail") << row.at("rule");
         }

@@ -192,7 +192,7 @@ TEST_P(SeveralEncoders, InOneCapture_AreRefusedWithTheCandidatesOrReadOneByOne) 
   EXPECT_EQ(positions_of(each, "slo", names[3]), of_b_);
   EXPECT_THAT(each.out, HasSubstr(",safety,limits,ma,slo\n"));
 
-  for (const char* verb : {"registers", "conform"}) {
+  for (const char* verb : {"registers", "check"}) {
     const Outcome refused = run({verb, capture, "-f", plain_format});
     EXPECT_EQ(refused.status, 1) << verb;
     EXPECT_THAT(refused.err, HasSubstr("several lines can be MA and SLO")) << verb;
@@ -251,9 +251,9 @@ TEST_F(SeveralCaptures, RegistersAndConform_SayWhichFile) {
   EXPECT_EQ(registers.status, 0) << registers.err;
   EXPECT_THAT(registers.out, HasSubstr(",busy_ns,file\n"));
   EXPECT_THAT(registers.err, AllOf(HasSubstr(a_), HasSubstr(b_)));
-  const Outcome conform = run({"conform", a_, b_, "-f", plain_format, "--to", "csv"});
-  EXPECT_THAT(conform.out, AllOf(HasSubstr(",note,file\n"), HasSubstr(',' + a_ + '\n'),
-                                 HasSubstr(',' + b_ + '\n')));
+  const Outcome check = run({"check", a_, b_, "-f", plain_format, "--to", "csv"});
+  EXPECT_THAT(check.out, AllOf(HasSubstr(",note,file\n"), HasSubstr(',' + a_ + '\n'),
+                               HasSubstr(',' + b_ + '\n')));
   const Outcome dump = run({"registers", a_, b_, "--dump", folder_.path("x.hex")});
   EXPECT_EQ(dump.status, 2);
 }
