@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <string_view>
 
-#include "biss/catalogue/catalogue.hpp"
 
 namespace biss::capi {
 
@@ -76,12 +75,9 @@ bool is_possible(const biss_timing& timing) {
 }  // namespace
 
 std::optional<Device> find_device(const char* format) {
-  if (const CatalogueEntry* entry = find_encoder(format)) {
-    return Device{entry->frame_format(), entry->timing};
-  }
-  const auto parsed = parse_format(format);
-  if (!parsed.ok()) return std::nullopt;
-  return Device{*parsed, {}};
+  const auto device = read_device(format);
+  if (!device.ok()) return std::nullopt;
+  return *device;
 }
 
 bool override_timing(const biss_timing* timing, Device& device) {

@@ -4,21 +4,16 @@
 #include <cstdint>
 #include <optional>
 
-#include "biss/frame/format.hpp"
+#include "biss/configure/named_device.hpp"
 #include "biss/frame/frame.hpp"
-#include "biss/timing/device_timing.hpp"
 #include "capi/biss_c.h"
 #include "capi/handle_table.hpp"
 
 namespace biss::capi {
 
-/// A format and how its device behaves in time.
-struct Device {
-  FrameFormat format;
-  DeviceTiming timing;
-};
+using biss::Device;
 
-/// The catalogue's entry of that name, or the format that the text describes. \pre not null
+/// \pre not null
 std::optional<Device> find_device(const char* format);
 
 biss_timing as_c(const DeviceTiming& timing);

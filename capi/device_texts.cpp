@@ -1,6 +1,5 @@
 // Formats and timings of devices by name.
 #include <cstddef>
-#include <string_view>
 
 #include "biss/catalogue/catalogue.hpp"
 #include "capi/device.hpp"
@@ -15,12 +14,10 @@ const char* biss_encoder_name(size_t index) {
 
 const char* biss_format_problem(const char* format, size_t* at) {
   if (at != nullptr) *at = 0;
-  const std::string_view text = format == nullptr ? "" : format;
-  if (biss::find_encoder(text) != nullptr) return nullptr;
-  const auto parsed = biss::parse_format(text);
-  if (parsed.ok()) return nullptr;
-  if (at != nullptr) *at = parsed.error().at;
-  return biss::text_of(parsed.error().mistake).data();  // of a literal: ends with a zero
+  const auto device = biss::read_device(format == nullptr ? "" : format);
+  if (device.ok()) return nullptr;
+  if (at != nullptr) *at = device.error().item.at;
+  return biss::text_of(device.error()).data();
 }
 
 biss_status biss_timing_of(const char* format, biss_timing* timing) {

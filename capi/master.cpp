@@ -82,7 +82,7 @@ biss_reading reading_of(const Request::Reading& from) {
 struct biss_master {
   static constexpr auto kind = biss::capi::HandleKind::master;
 
-  biss_master(const biss::capi::Device& device, const biss_master_setup& setup)
+  biss_master(const biss::Device& device, const biss_master_setup& setup)
       : request(biss::FrameCodec<>(device.format), biss::capi::from_c(device, setup)),
         control(setup.control) {}
 

@@ -28,11 +28,7 @@ static_assert(index_of(SafetyVerdict::comparison) == BISS_VERDICT_COMPARISON);
 static_assert(BISS_COUNT_LEARNED == static_cast<int>(CounterMode::learned));
 static_assert(BISS_ANY_COUNTER == any_first_value);
 
-// The format of a configuration, else of the catalogue or the grammar.
 std::optional<FrameFormat> format_of(const char* text) {
-  if (const SafetyConfiguration* found = find_safety_configuration(text)) {
-    return found->frame_format();
-  }
   const auto device = find_device(text);
   if (!device) return std::nullopt;
   return device->format;
@@ -199,7 +195,7 @@ biss_status biss_safety_defaults(const char* format, int64_t cycle_ps, biss_safe
   if (format == nullptr || setup == nullptr) return BISS_NULL_ARGUMENT;
   if (cycle_ps < 0) return BISS_BAD_SETUP;
   const biss::SafetyConfiguration* found = biss::find_safety_configuration(format);
-  if (found == nullptr && !biss::capi::find_device(format)) return BISS_BAD_FORMAT;
+  if (!biss::capi::find_device(format)) return BISS_BAD_FORMAT;
   biss::SafetySetup usual = found == nullptr ? biss::SafetySetup{} : found->setup;
   if (cycle_ps != 0) usual = at_cycle(usual, biss::picoseconds(cycle_ps));
   *setup = biss::capi::as_setup(format, usual);

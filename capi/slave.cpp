@@ -136,7 +136,7 @@ SlaveTiming timing_of(const Device& device, const biss_slave_setup& setup) {
 struct biss_slave {
   static constexpr auto kind = biss::capi::HandleKind::slave;
 
-  biss_slave(const biss::capi::Device& device, const biss_slave_setup& setup)
+  biss_slave(const biss::Device& device, const biss_slave_setup& setup)
       : slave(biss::FrameCodec<>(device.format), biss::capi::timing_of(device, setup),
               biss::capi::CallbackSource(setup, device.format)) {}
 

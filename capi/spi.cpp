@@ -81,7 +81,7 @@ biss_status biss_spi_open(const biss_spi_setup* setup, biss_spi** spi) {
   *spi = nullptr;
   if (setup == nullptr || setup->format == nullptr) return BISS_NULL_ARGUMENT;
   if (!biss::capi::is_open(setup->format)) return BISS_BAD_HANDLE;
-  biss::capi::Device device{setup->format->codec.format(), setup->format->timing};
+  biss::Device device{setup->format->codec.format(), setup->format->timing};
   if (!biss::capi::override_timing(setup->timing, device)) return BISS_BAD_TIMING;
   if (!biss::capi::is_possible(*setup)) return BISS_BAD_SETUP;
   const biss::SpiSetup chosen = biss::capi::from_c(*setup);

@@ -145,24 +145,14 @@ Checked read_registers(std::string_view text, std::map<std::uint8_t, std::uint8_
 
 Checked read_format(std::string_view text, Settings& settings) {
   settings.format_text = text;
-  const SafetyConfiguration* known =
-      find_encoder(text) == nullptr ? find_safety_configuration(text) : nullptr;
-  if (known != nullptr) {
-    settings.format_text = known->format;
-    settings.format = known->frame_format();
-    settings.timing = capi::as_c(known->timing);
-    return {};
+  const auto device = read_device(text);
+  if (!device.ok()) {
+    return Failed(fmt::format("'{}': at character {}: {}", text, device.error().item.at + 1,
+                              biss::text_of(device.error())));
   }
-  std::size_t at = 0;
-  if (const char* problem = biss_format_problem(settings.format_text.c_str(), &at)) {
-    return Failed(fmt::format("'{}': at character {}: {}", text, at + 1, problem));
-  }
-  const CatalogueEntry* entry = find_encoder(text);
-  settings.format = entry == nullptr ? *parse_format(text) : entry->frame_format();
+  settings.format = device->format;
+  settings.timing = capi::as_c(device->timing);
   if (settings.format.needs_previous()) return Failed(":previous: a frame alone cannot be checked");
-  if (biss_timing_of(settings.format_text.c_str(), &settings.timing) != BISS_OK) {
-    return Failed("no timing");
-  }
   return {};
 }
 

@@ -7,19 +7,11 @@
 #include <utility>
 #include <vector>
 
-#include "biss/catalogue/catalogue.hpp"
-#include "biss/eds/profile.hpp"
-#include "biss/frame/format_text.hpp"
-#include "biss/safety/configurations.hpp"
 #include "cli/common/quantity.hpp"
 #include "cli/common/verb.hpp"
 
 namespace biss::cli {
 namespace {
-
-constexpr std::string_view profile_prefix = "bp3:";
-
-using ReadDevice = tl::expected<Device, std::string>;
 
 tl::unexpected<std::string> wrong(std::string error) {
   return tl::make_unexpected(std::move(error));
@@ -70,42 +62,11 @@ std::string grammar_error(std::string_view text, FormatTextError error) {
                      said.substr(split));
 }
 
-// One word without a separator is a name rather than the grammar.
-bool looks_like_a_name(std::string_view text, FormatTextError error) {
-  return error.mistake == FormatMistake::unknown_item && error.at == 0 &&
-         text.find_first_of(",+;") == std::string_view::npos;
-}
-
 std::string name_error(std::string_view text) {
   const std::string names = suggested_encoders(text);
   return fmt::format("format \"{}\": no such name or item{} ('biss encoders' lists the names)",
                      shortened(text, 72),
                      names.empty() ? "" : fmt::format("; did you mean {}?", names));
-}
-
-ReadDevice from_profile(std::string_view text) {
-  const std::string_view digits = text.substr(profile_prefix.size());
-  const auto identifier = parse_count(digits, 0xFFFF);
-  if (!identifier.ok()) {
-    return wrong(
-        fmt::format("format \"{}\": the identifier is a number like bp3:0x621E, at most "
-                    "0xFFFF",
-                    shortened(text, 72)));
-  }
-  const ProfileIdentifier parts{static_cast<std::uint16_t>(*identifier)};
-  const auto format = profile_format(parts.raw);
-  if (!format.ok()) {
-    return wrong(fmt::format("format \"{}\": {}", text, biss::text_of(format.error())));
-  }
-  if (parts.profile() != Profile::bp3 && parts.profile() != Profile::bp3s) {
-    return wrong(fmt::format("format \"{}\": this identifier is of profile {}, not of BP3", text,
-                             name_of(parts.profile())));
-  }
-  if (format->channel_list[0].position_bits() == 0) {
-    return wrong(fmt::format("format \"{}\": the data length {} leaves no position", text,
-                             parts.data_length()));
-  }
-  return Device{*format, {}, nullptr, nullptr};
 }
 
 std::string option_error(std::string_view option, Quantity quantity, std::string_view text,
@@ -209,22 +170,21 @@ std::string wrong_slaves(std::uint64_t slaves, const FrameFormat& format) {
       slaves, format.channel_count);
 }
 
-bool Device::timing_known() const {
-  return entry != nullptr || (configuration != nullptr && configuration->timing != DeviceTiming{});
-}
-
 tl::expected<Device, std::string> parse_device(std::string_view text) {
-  if (text.starts_with(profile_prefix)) return from_profile(text);
-  if (const CatalogueEntry* entry = find_encoder(text)) {
-    return Device{entry->frame_format(), entry->timing, entry, nullptr};
+  const auto device = read_device(text);
+  if (device.ok()) return *device;
+  const DeviceTextError error = device.error();
+  if (error.mistake == DeviceMistake::item) return wrong(grammar_error(text, error.item));
+  if (error.mistake == DeviceMistake::name) return wrong(name_error(text));
+  const ProfileIdentifier identifier = error.identifier;
+  std::string why(biss::text_of(error));
+  if (error.mistake == DeviceMistake::other_profile) {
+    why =
+        fmt::format("this identifier is of profile {}, not of BP3", name_of(identifier.profile()));
+  } else if (error.mistake == DeviceMistake::no_position) {
+    why = fmt::format("the data length {} leaves no position", identifier.data_length());
   }
-  if (const SafetyConfiguration* known = find_safety_configuration(text)) {
-    return Device{known->frame_format(), known->timing, nullptr, known};
-  }
-  const auto format = parse_format(text);
-  if (format.ok()) return Device{*format, {}, nullptr, nullptr};
-  const bool name = looks_like_a_name(text, format.error());
-  return wrong(name ? name_error(text) : grammar_error(text, format.error()));
+  return wrong(fmt::format("format \"{}\": {}", shortened(text, 72), why));
 }
 
 tl::expected<Device, std::string> choose_device(const FormatArguments& arguments) {

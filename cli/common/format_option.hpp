@@ -6,15 +6,7 @@
 #include <string_view>
 #include <tl/expected.hpp>
 
-#include "biss/catalogue/entry.hpp"
-#include "biss/frame/format.hpp"
-#include "biss/timing/device_timing.hpp"
-
-namespace biss {
-
-struct SafetyConfiguration;
-
-}  // namespace biss
+#include "biss/configure/named_device.hpp"
 
 namespace biss::cli {
 
@@ -38,25 +30,9 @@ void add_format_option(Verb verb, FormatArguments& arguments, bool required,
 /// Declares `--ack-max`, `--ack-clocks`, `--timeout`, `--release`, `--clock-max`, `--cycle-min`.
 void add_timing_options(Verb verb, FormatArguments& arguments);
 
-/// The encoder that the options describe: the meaning of its bits and its behaviour in time.
-struct Device {
-  FrameFormat format;
-  /// That of the catalogue entry or of the safety configuration; without one the widest limits that
-  /// BiSS C allows. Single options override it.
-  DeviceTiming timing;
-  /// Null unless the format is a catalogue name. Lives as long as the program.
-  const CatalogueEntry* entry = nullptr;
-  /// Null unless the format is the name of a safety configuration and not a catalogue name. Lives as
-  /// long as the program.
-  const SafetyConfiguration* configuration = nullptr;
+using biss::Device;
 
-  /// Whether the name stands for a device, so that its timing is more than the limits of BiSS C.
-  bool timing_known() const;
-};
-
-/// Reads a format alone: the grammar, a catalogue name (`resolute-26`), the name of a safety
-/// configuration (`rsm`), or a profile identifier (`bp3:0x621E`). The catalogue takes precedence.
-/// The error is one line (usage: exit status 2).
+/// As read_device(). The error is one line (usage: exit status 2).
 tl::expected<Device, std::string> parse_device(std::string_view format);
 
 /// Reads the format and all timing options. \pre arguments.format is given

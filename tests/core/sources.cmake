@@ -1,6 +1,7 @@
 # The tests of the core: one list for the host and for the microcontrollers.
 set(BISS_CORE_TESTS axis_test.cpp banked_registers_test.cpp base_test.cpp catalogue_test.cpp channel_test.cpp
                     configure_eds_test.cpp configure_hostile_test.cpp configure_test.cpp
+                    named_device_test.cpp
                     control_chain_test.cpp control_damage_test.cpp control_failure_test.cpp
                     control_hostile_test.cpp control_link_test.cpp control_sequence_test.cpp
                     control_session_test.cpp crc_test.cpp eds_advise_test.cpp eds_check_test.cpp

@@ -3,9 +3,7 @@
 #include <array>
 #include <utility>
 
-#include "biss/catalogue/catalogue.hpp"
-#include "biss/frame/format_text.hpp"
-#include "biss/safety/configurations.hpp"
+#include "biss/configure/named_device.hpp"
 #include "report/text.hpp"
 
 namespace biss::saleae {
@@ -22,18 +20,13 @@ decode::MarginSetup margin_of(Hertz rate) {
 
 tl::expected<RowSetup, std::string> setup_of(std::string_view format) {
   if (format.empty() || format == "none") return RowSetup{};
-  if (const CatalogueEntry* entry = find_encoder(format)) {
-    return RowSetup{.format = entry->frame_format(), .timing = entry->timing};
+  const auto device = read_device(format);
+  if (!device.ok()) {
+    return tl::make_unexpected("Frame format, character " +
+                               std::to_string(device.error().item.at + 1) + ": " +
+                               std::string(biss::text_of(device.error())));
   }
-  if (const SafetyConfiguration* known = find_safety_configuration(format)) {
-    return RowSetup{.format = known->frame_format(), .timing = known->timing};
-  }
-  const auto parsed = parse_format(format);
-  if (!parsed.ok()) {
-    return tl::make_unexpected("Frame format, character " + std::to_string(parsed.error().at + 1) +
-                               ": " + std::string(biss::text_of(parsed.error().mistake)));
-  }
-  return RowSetup{.format = *parsed, .timing = {}};
+  return RowSetup{.format = device->format, .timing = device->timing};
 }
 
 RowReader::RowReader(const RowSetup& setup, Hertz rate, OnRow on_row)
