@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "capture/edge_source.hpp"
-#include "capture/voltage.hpp"
+#include "biss/base/units.hpp"
 
 namespace biss::capture {
 

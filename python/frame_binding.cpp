@@ -71,7 +71,7 @@ py::object field_of(bool present, const std::string& name) {
 
 class FormatObject {
  public:
-  FormatObject(const cli::Device& device) : device_(device), codec_(device.format) {}
+  FormatObject(const biss::Device& device) : device_(device), codec_(device.format) {}
 
   std::string text() const { return std::string(format_text(device_.format).view()); }
   unsigned payload_bits() const { return device_.format.payload_bits(); }
@@ -144,7 +144,7 @@ class FormatObject {
   }
 
  private:
-  cli::Device device_;
+  biss::Device device_;
   Codec codec_;
 };
 
@@ -153,7 +153,7 @@ FormatObject format_of(const std::string& format, const std::string& ack_max,
                        const std::string& release, const std::string& clock_max,
                        const std::string& cycle_min) {
   const auto device =
-      cli::choose_device({format, ack_max, ack_clocks, timeout, release, clock_max, cycle_min});
+      biss::choose_device({format, ack_max, ack_clocks, timeout, release, clock_max, cycle_min});
   if (!device) throw UsageError(device.error());
   return FormatObject(*device);
 }

@@ -5,7 +5,7 @@
 
 #include "biss/frame/format_text.hpp"
 #include "cli/common/given_captures.hpp"
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 #include "cli/common/table_output.hpp"
 #include "cli/common/verb.hpp"
 #include "draw/cycle_drawing.hpp"
@@ -18,7 +18,7 @@ namespace {
 // What the command calls the capture in its messages.
 constexpr const char* capture_name = "edges";
 
-std::string drawn_time(Picoseconds time) { return cli::text_of(time, 3); }
+std::string drawn_time(Picoseconds time) { return biss::text_of(time, 3); }
 
 StreamValue value_of(const report::Cell& cell) {
   using report::Kind;

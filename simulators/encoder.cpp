@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "biss/timing/device_timing.hpp"
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 
 namespace biss::simulators {
 
@@ -337,8 +337,8 @@ void Encoder::check_clock(std::int64_t now) {
   const Hertz slowest = rate_of(longest_period_);
   const biss_timing& timing = settings().timing;
   const auto seen = [&](const char* limit, std::uint32_t rate, Hertz actual) {
-    board().broken(outcome_.request, now, fmt::format("{} of MA", limit), cli::text_of(hertz(rate)),
-                   cli::text_of(actual, 3));
+    board().broken(outcome_.request, now, fmt::format("{} of MA", limit),
+                   biss::text_of(hertz(rate)), biss::text_of(actual, 3));
   };
   if (std::uint64_t{fastest.count} * 100 > std::uint64_t{timing.clock_max_hz} * 101) {
     seen("highest clock", timing.clock_max_hz, fastest);

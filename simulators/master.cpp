@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "biss/timing/device_timing.hpp"
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 
 namespace biss::simulators {
 
@@ -148,8 +148,8 @@ void Master::check_release(std::int64_t now, std::uint32_t clocks) {
   if (after_stop && rise_.low * 102 >= least * 100 && rise_.low * 100 <= most * 102) return;
   board().broken(
       requests(), now, "timeout",
-      fmt::format("{} to {}", cli::text_of(picoseconds(least)), cli::text_of(picoseconds(most))),
-      after_stop ? cli::text_of(picoseconds(rise_.low)) : "before STOP");
+      fmt::format("{} to {}", biss::text_of(picoseconds(least)), biss::text_of(picoseconds(most))),
+      after_stop ? biss::text_of(picoseconds(rise_.low)) : "before STOP");
 }
 
 bool Master::compare(const std::string& cause) {

@@ -5,7 +5,7 @@
 #include <iterator>
 #include <nlohmann/json.hpp>
 
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 
 namespace biss::simulators {
 
@@ -15,7 +15,7 @@ constexpr std::size_t printed_mismatches = 10;
 
 const char* name_of(Role role) { return role == Role::encoder ? "encoder" : "master"; }
 
-std::string time_text(std::int64_t time_ps) { return cli::text_of(picoseconds(time_ps), 3); }
+std::string time_text(std::int64_t time_ps) { return biss::text_of(picoseconds(time_ps), 3); }
 
 std::string mismatch_text(const Mismatch& one) {
   return fmt::format("  request {} at {}: {}: sent {}, read {}\n", one.request,

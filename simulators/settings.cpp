@@ -12,7 +12,7 @@
 #include "biss/safety/configurations.hpp"
 #include "biss/timing/device_timing.hpp"
 #include "capi/device.hpp"
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 
 namespace biss::simulators {
 
@@ -20,7 +20,7 @@ namespace {
 
 using Failed = tl::unexpected<std::string>;
 using Checked = tl::expected<void, std::string>;
-using cli::Quantity;
+using biss::Quantity;
 
 std::vector<std::string_view> split(std::string_view text, std::string_view separators) {
   std::vector<std::string_view> parts;
@@ -45,12 +45,12 @@ Checked read_list(std::string_view text, std::vector<Value>& list, Read read) {
 }
 
 tl::expected<Picoseconds, std::string> read_duration(std::string_view text, Picoseconds longest) {
-  const auto value = cli::parse_duration(text);
+  const auto value = biss::parse_duration(text);
   if (!value.ok()) {
-    return Failed(cli::quantity_error_text(Quantity::duration, text, value.error()));
+    return Failed(biss::quantity_error_text(Quantity::duration, text, value.error()));
   }
   if (*value > longest) {
-    return Failed(fmt::format("'{}' is longer than {}", text, cli::text_of(longest)));
+    return Failed(fmt::format("'{}' is longer than {}", text, biss::text_of(longest)));
   }
   return *value;
 }
@@ -60,8 +60,8 @@ auto durations(Picoseconds longest) {
 }
 
 tl::expected<Hertz, std::string> read_clock(std::string_view text) {
-  const auto value = cli::parse_rate(text);
-  if (!value.ok()) return Failed(cli::quantity_error_text(Quantity::rate, text, value.error()));
+  const auto value = biss::parse_rate(text);
+  if (!value.ok()) return Failed(biss::quantity_error_text(Quantity::rate, text, value.error()));
   if (*value < biss_clock_min || *value > biss_clock_max) {
     return Failed(fmt::format("'{}' is not a clock of BiSS C, 80 kHz to 10 MHz", text));
   }
@@ -70,9 +70,9 @@ tl::expected<Hertz, std::string> read_clock(std::string_view text) {
 
 tl::expected<std::uint64_t, std::string> read_count(std::string_view text,
                                                     std::uint64_t largest = UINT64_MAX) {
-  const auto value = cli::parse_count(text, largest);
+  const auto value = biss::parse_count(text, largest);
   if (!value.ok()) {
-    return Failed(cli::quantity_error_text(Quantity::count, text, value.error(), largest));
+    return Failed(biss::quantity_error_text(Quantity::count, text, value.error(), largest));
   }
   return *value;
 }
@@ -170,7 +170,7 @@ Checked read_timeout(std::string_view text, biss_timing& timing) {
   if (!time) return Failed(time.error());
   if (!is_adaptive && *time < biss_static_timeout_min) {
     return Failed(fmt::format("'{}' is shorter than {}, the shortest fixed timeout of BiSS C", text,
-                              cli::text_of(biss_static_timeout_min)));
+                              biss::text_of(biss_static_timeout_min)));
   }
   timing.timeout_rule = is_adaptive ? BISS_TIMEOUT_ADAPTIVE : BISS_TIMEOUT_FIXED;
   timing.timeout_ps = time->count;

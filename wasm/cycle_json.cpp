@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 #include "cli/explain/drawing.hpp"
 #include "draw/cycle_drawing.hpp"
 #include "draw/layout.hpp"
@@ -84,7 +84,7 @@ json failures_json(const draw::Layout& layout) {
 
 // As the page writes times.
 std::string shown_time(Picoseconds time) {
-  std::string text = cli::text_of(time, 3);
+  std::string text = biss::text_of(time, 3);
   if (text.ends_with(" us")) text.replace(text.size() - 2, 1, "\u00B5");
   return text;
 }

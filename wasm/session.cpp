@@ -181,7 +181,7 @@ std::string Session::about() {
              {"error", capture.input().error()}};
   if (capture.format()) about["format"] = format_text(*capture.format()).view();
   const std::string& given = options_.capture.device.format;
-  const auto device = cli::parse_device(given.empty() ? "none" : given);
+  const auto device = biss::parse_device(given.empty() ? "none" : given);
   const bool named = device && (device->entry != nullptr || device->configuration != nullptr);
   if (named) about["formatName"] = given;
   const auto* finding = capture.finding();

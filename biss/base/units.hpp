@@ -126,4 +126,13 @@ struct Millimetres {
 constexpr Millimetres millimetres(Whole<std::int64_t> n) { return Millimetres{n.value}; }
 constexpr Millimetres metres(Whole<std::int64_t> n) { return Millimetres{n.value * 1'000}; }
 
+/// A voltage in nanovolts.
+struct Nanovolts {
+  std::int64_t count = 0;
+
+  constexpr auto operator<=>(const Nanovolts&) const = default;
+};
+
+constexpr Nanovolts millivolts(std::int64_t n) { return {n * 1'000'000}; }
+
 }  // namespace biss

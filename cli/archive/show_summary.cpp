@@ -9,7 +9,7 @@
 #include "cli/common/columns.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 #include "report/summary.hpp"
 
 namespace biss::cli {

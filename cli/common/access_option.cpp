@@ -10,7 +10,7 @@
 #include <optional>
 #include <string_view>
 
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 #include "dump/text.hpp"
 
 namespace biss::cli {

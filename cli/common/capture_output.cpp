@@ -12,7 +12,7 @@
 #include "capture/sr.hpp"
 #include "capture/vcd.hpp"
 #include "cli/common/message.hpp"
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 
 namespace biss::cli {
 

@@ -205,6 +205,70 @@ TEST_F(CommandTest, ExceptionsOfAVerb_AreOneLineAndIo) {
   EXPECT_EQ(std::count(err_.begin(), err_.end(), '\n'), 1) << err_;
 }
 
+TEST_F(CommandTest, MissingOption_IsNamed) {
+  expect_usage({"frame", "1"}, "--format is required (see 'biss frame --help')");
+}
+
+TEST_F(CommandTest, MissingValue_IsNamed) {
+  expect_usage({"frame", "-f"}, "--format needs a value (see 'biss frame --help')");
+  expect_usage({"frame", "-f", "x", "--clock"}, "--clock needs a value (see 'biss frame --help')");
+}
+
+TEST_F(CommandTest, OptionGivenTwice_IsNamed) {
+  expect_usage({"frame", "-f", "x", "-f", "y"},
+               "--format is given more than once (see 'biss frame --help')");
+  expect_usage({"frame", "-f", "x", "--clock", "1MHz", "--clock", "2MHz"},
+               "--clock is given more than once (see 'biss frame --help')");
+}
+
+TEST_F(CommandTest, WrongQuantity_PointsAtTheCharacter) {
+  expect_usage({"frame", "-f", "x", "--clock", "10mhz"},
+               "--clock: '10mhz': at character 3: unknown unit (did you mean MHz?); use Hz, kHz, "
+               "MHz or GHz (see 'biss frame --help')");
+  expect_usage({"frame", "-f", "x", "--cycles", "1001"},
+               "--cycles: '1001': too large; the range is 0 to 1000"
+               " (see 'biss frame --help')");
+}
+
+TEST_F(CommandTest, FormatTheVerbDoesNotWrite_IsNamedWithTheOthers) {
+  expect_usage({"frame", "-f", "x", "--to", "csv"},
+               "--to: 'csv' is not one of table, jsonl (see 'biss frame --help')");
+}
+
+TEST_F(CommandTest, LineBreaksInAnArgument_StayOneLine) {
+  EXPECT_EQ(run({"a\nb\x1b[31m"}), ExitStatus::usage);
+  EXPECT_EQ(std::count(err_.begin(), err_.end(), '\n'), 1) << err_;
+  EXPECT_EQ(err_.find('\x1b'), std::string::npos);
+}
+
+TEST_F(CommandTest, Help_ShowsAnExampleOfEveryVerb) {
+  EXPECT_EQ(run({"--help"}), ExitStatus::done);
+  for (const char* part : {"biss frame -f pos26 1", "biss memory", "biss throw", "Show a frame"}) {
+    EXPECT_NE(out_.find(part), std::string::npos) << part;
+  }
+  EXPECT_EQ(err_, "");
+}
+
+TEST_F(CommandTest, HelpOfAVerb_ShowsItsExamplesWithoutRunningIt) {
+  EXPECT_EQ(run({"frame", "--help"}), ExitStatus::done);
+  for (const char* part : {"biss frame -f pos26 1", "biss frame 2", "--clock", "table|jsonl"}) {
+    EXPECT_NE(out_.find(part), std::string::npos) << part;
+  }
+  EXPECT_EQ(runs_, 0);
+}
+
+TEST_F(CommandTest, Version_IsPrinted) {
+  EXPECT_EQ(run({"--version"}), ExitStatus::done);
+  EXPECT_TRUE(out_.starts_with("biss ")) << out_;
+}
+
+TEST_F(CommandTest, ExceptionsOfAVerb_AreOneLineAndIo) {
+  EXPECT_EQ(run({"memory"}), ExitStatus::io);
+  EXPECT_EQ(err_, "biss: out of memory\n");
+  EXPECT_EQ(run({"throw"}), ExitStatus::io);
+  EXPECT_EQ(std::count(err_.begin(), err_.end(), '\n'), 1) << err_;
+}
+
 TEST(Nearest, TypingSlips_AreCountedAndFarWordsAreNot) {
   const std::vector<std::string> words = {"decode", "crc", "encoders", "plan", "simulate"};
   EXPECT_EQ(nearest("decod", words), "decode");

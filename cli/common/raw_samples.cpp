@@ -8,7 +8,7 @@ namespace biss::cli {
 
 namespace {
 
-capture::Nanovolts voltage_of(const std::string& text) {
+Nanovolts voltage_of(const std::string& text) {
   const auto voltage = parse_voltage(text);
   if (!voltage) {
     wrong_value("--threshold", quantity_error_text(Quantity::voltage, text, voltage.error()));
@@ -22,7 +22,7 @@ capture::Threshold threshold_of(const std::string& text) {
   capture::Threshold threshold{voltage_of(text.substr(0, colon)), capture::default_hysteresis};
   if (colon == std::string::npos) return threshold;
   threshold.hysteresis = voltage_of(text.substr(colon + 1));
-  if (threshold.hysteresis < capture::Nanovolts{}) {
+  if (threshold.hysteresis < Nanovolts{}) {
     wrong_value("--threshold", "the hysteresis is not negative");
   }
   return threshold;

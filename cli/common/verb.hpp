@@ -49,7 +49,7 @@
 #include "cli/common/files.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 #include "report/table.hpp"
 
 // CLI11 is named here and used in command.cpp and options.cpp alone: it costs every file that
@@ -246,8 +246,5 @@ auto into(Target& target) {
   return [&target](auto value) { target = static_cast<Target>(value); };
 }
 
-/// The candidate that differs from `name` by the fewest typing slips, or that `name` is the
-/// beginning of; empty when none is near.
-std::string nearest(const std::string& name, const std::vector<std::string>& candidates);
 
 }  // namespace biss::cli

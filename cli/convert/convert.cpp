@@ -13,7 +13,7 @@
 #include "cli/common/files.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 #include "cli/common/terminal.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"

@@ -6,7 +6,7 @@
 #include <algorithm>
 
 #include "capture/seconds.hpp"
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 
 namespace biss::cli {
 namespace {

@@ -185,7 +185,7 @@ void add_safety(report::Summary& summary, const decode::SafetyWatch& watch, std:
   }
   const SafetySetup& setup = watch.setup();
   summary.entry("safety", text,
-                fmt::format("{}; watchdog {}", name, biss::cli::text_of(setup.frame_gap_max, 3)));
+                fmt::format("{}; watchdog {}", name, biss::text_of(setup.frame_gap_max, 3)));
   summary.entry("counter", counter_text(watch),
                 fmt::format("judged as {}",
                             counter_mode_names[static_cast<std::size_t>(setup.counter.mode)]));

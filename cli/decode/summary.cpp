@@ -7,7 +7,7 @@
 
 #include "biss/frame/format_text.hpp"
 #include "cli/common/identified.hpp"
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 #include "cli/decode/safety.hpp"
 #include "explain/cause.hpp"
 #include "report/summary.hpp"

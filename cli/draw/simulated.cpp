@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 #include "cli/simulate/fault_option.hpp"
 #include "decode/cycle_edges.hpp"
 #include "sim/line.hpp"

@@ -17,6 +17,7 @@
 #include "cli/common/verb.hpp"
 #include "cli/eds/rows.hpp"
 #include "cli/eds/value.hpp"
+#include "device/nearest.hpp"
 #include "dump/text.hpp"
 #include "dump/write.hpp"
 

@@ -4,7 +4,7 @@
 
 #include "biss/eds/common_part.hpp"
 #include "biss/eds/profile.hpp"
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 #include "dump/text.hpp"
 
 namespace biss::cli {

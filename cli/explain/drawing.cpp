@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 
 namespace biss::cli {
 

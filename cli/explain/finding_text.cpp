@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "biss/frame/format_text.hpp"
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 
 namespace biss::cli {
 

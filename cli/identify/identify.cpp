@@ -11,7 +11,7 @@
 #include "cli/common/columns.hpp"
 #include "cli/common/decoded_capture.hpp"
 #include "cli/common/identified.hpp"
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 #include "cli/common/verbs.hpp"
 #include "cli/identify/line_facts.hpp"
 #include "decode/statistics.hpp"
@@ -209,7 +209,7 @@ class IdentifyRun {
     cells[14] = statistics.cycles();
     cells[15] = statistics.good();
     const auto rule = line.release.rule();
-    const std::string timeout = rule ? cli::text_of(*rule) : std::string();
+    const std::string timeout = rule ? biss::text_of(*rule) : std::string();
     if (rule) cells[16] = timeout;
     if (line.parts.size() > 1) {
       cells[17] = part.from_cycle;

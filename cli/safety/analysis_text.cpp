@@ -1,6 +1,6 @@
 #include <fmt/format.h>
 
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 #include "cli/safety/analysis.hpp"
 #include "report/summary.hpp"
 #include "report/table.hpp"

@@ -10,7 +10,7 @@
 #include <regex>
 #include <utility>
 
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 #include "cli/safety/evidence.hpp"
 #include "cli/safety/setup_fields.hpp"
 #include "lab/campaign_fault.hpp"

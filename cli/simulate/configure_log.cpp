@@ -5,7 +5,7 @@
 #include "biss/control/register_map.hpp"
 #include "biss/frame/format_text.hpp"
 #include "cli/common/format_option.hpp"
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 #include "cli/eds/rows.hpp"
 #include "report/summary.hpp"
 

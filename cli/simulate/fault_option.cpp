@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "cli/common/verb.hpp"
+#include "device/nearest.hpp"
 #include "sim/fault_text.hpp"
 
 namespace biss::cli {

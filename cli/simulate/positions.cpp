@@ -9,7 +9,7 @@
 #include <string_view>
 
 #include "biss/base/bits.hpp"
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 #include "dump/text.hpp"
 
 namespace biss::cli {

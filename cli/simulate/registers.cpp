@@ -11,7 +11,7 @@
 #include "biss/eds/profile.hpp"
 #include "biss/frame/format_text.hpp"
 #include "cli/common/message.hpp"
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 #include "cli/eds/rows.hpp"
 #include "cli/eds/source.hpp"
 

@@ -14,7 +14,7 @@
 #include "cli/common/capture_output.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 #include "cli/common/terminal.hpp"
 #include "cli/decode/table.hpp"
 #include "cli/simulate/positions.hpp"

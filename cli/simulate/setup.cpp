@@ -7,7 +7,7 @@
 #include <limits>
 
 #include "biss/timing/cable.hpp"
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 #include "cli/simulate/fault_option.hpp"
 #include "sim/encoder.hpp"
 #include "sim/line.hpp"

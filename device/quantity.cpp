@@ -1,4 +1,4 @@
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 
 #include <fmt/format.h>
 
@@ -8,7 +8,7 @@
 
 #include "report/text.hpp"
 
-namespace biss::cli {
+namespace biss {
 namespace {
 
 // A unit is worth 10^exponent of the smallest step.
@@ -272,10 +272,10 @@ Result<std::int32_t, QuantityError> parse_deviation(std::string_view text) {
   return static_cast<std::int32_t>(*value);
 }
 
-Result<capture::Nanovolts, QuantityError> parse_voltage(std::string_view text) {
+Result<Nanovolts, QuantityError> parse_voltage(std::string_view text) {
   const auto value = parse_signed(text, voltage_scale);
   if (!value) return failure(value.error());
-  return capture::Nanovolts{*value};
+  return Nanovolts{*value};
 }
 
 Result<std::uint64_t, QuantityError> parse_count(std::string_view text, std::uint64_t largest) {
@@ -324,4 +324,4 @@ std::string text_of(Millimetres length, unsigned max_places) {
   return format(report::magnitude_of(length.count), length_scale, max_places);
 }
 
-}  // namespace biss::cli
+}  // namespace biss

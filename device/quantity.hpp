@@ -8,9 +8,8 @@
 
 #include "biss/base/result.hpp"
 #include "biss/base/units.hpp"
-#include "capture/voltage.hpp"
 
-namespace biss::cli {
+namespace biss {
 
 /// Why a text is not a quantity.
 enum class QuantityCause : std::uint8_t {
@@ -53,7 +52,7 @@ Result<std::uint32_t, QuantityError> parse_duty(std::string_view text);
 Result<std::int32_t, QuantityError> parse_deviation(std::string_view text);
 
 /// A voltage with or without a sign: `1.2V`, `-200 mV`; uV, mV, V, kV; ±1 MV in steps of 1 nV.
-Result<capture::Nanovolts, QuantityError> parse_voltage(std::string_view text);
+Result<Nanovolts, QuantityError> parse_voltage(std::string_view text);
 
 /// A count or a position: decimal, or hexadecimal after `0x`; 0 to `largest`. A sign, a point, a
 /// unit or a space is not_a_number.
@@ -84,4 +83,4 @@ std::string text_of(Hertz rate, unsigned max_places = 12);
 std::string text_of(Picoseconds duration, unsigned max_places = 12);
 std::string text_of(Millimetres length, unsigned max_places = 12);
 
-}  // namespace biss::cli
+}  // namespace biss

@@ -1,4 +1,4 @@
-#include "cli/common/format_option.hpp"
+#include "device/device_text.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 #include "biss/frame/format_text.hpp"
 #include "biss/safety/configurations.hpp"
 
-namespace biss::cli {
+namespace biss {
 namespace format_option_test {
 
 using testing::HasSubstr;
@@ -217,4 +217,4 @@ TEST(TimingOptions, WrongClockOrCycle_NamesTheOption) {
 }
 
 }  // namespace format_option_test
-}  // namespace biss::cli
+}  // namespace biss

@@ -1,4 +1,4 @@
-#include "cli/common/quantity.hpp"
+#include "device/quantity.hpp"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <random>
 #include <string>
 
-namespace biss::cli {
+namespace biss {
 namespace quantity_test {
 
 Hertz rate(std::string_view text) {
@@ -299,4 +299,4 @@ TEST(Quantities, LocaleWithComma_ChangesNothing) {
 }
 
 }  // namespace quantity_test
-}  // namespace biss::cli
+}  // namespace biss

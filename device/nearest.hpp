@@ -1,0 +1,13 @@
+// Which name was meant.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace biss {
+
+/// The candidate that differs from `name` by the fewest typing slips, or that `name` is the
+/// beginning of; empty when none is near.
+std::string nearest(const std::string& name, const std::vector<std::string>& candidates);
+
+}  // namespace biss

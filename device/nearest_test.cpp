@@ -1,0 +1,7 @@
+#include "device/nearest.hpp"
+
+#include <gtest/gtest.h>
+
+namespace biss {
+namespace nearest_test {}  // namespace nearest_test
+}  // namespace biss
