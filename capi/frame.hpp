@@ -20,8 +20,7 @@ biss_status check_spi(const Device& device, const SpiSetup& setup);
 struct biss_format {
   static constexpr auto kind = biss::capi::HandleKind::format;
 
-  explicit biss_format(const biss::Device& device)
-      : codec(device.format), timing(device.timing) {}
+  explicit biss_format(const biss::Device& device) : codec(device.format), timing(device.timing) {}
 
   biss::FrameCodec<> codec;
   biss::DeviceTiming timing;

@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
-#include "capture/edge_source.hpp"
 #include "biss/base/units.hpp"
+#include "capture/edge_source.hpp"
 
 namespace biss::capture {
 

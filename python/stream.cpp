@@ -5,9 +5,9 @@
 
 #include "biss/frame/format_text.hpp"
 #include "cli/common/given_captures.hpp"
-#include "device/quantity.hpp"
 #include "cli/common/table_output.hpp"
 #include "cli/common/verb.hpp"
+#include "device/quantity.hpp"
 #include "draw/cycle_drawing.hpp"
 #include "python/verbs.hpp"
 #include "report/text.hpp"

@@ -2,8 +2,8 @@
 
 #include <string_view>
 
-#include "device/quantity.hpp"
 #include "cli/explain/drawing.hpp"
+#include "device/quantity.hpp"
 #include "draw/cycle_drawing.hpp"
 #include "draw/layout.hpp"
 #include "draw/text.hpp"

@@ -246,5 +246,4 @@ auto into(Target& target) {
   return [&target](auto value) { target = static_cast<Target>(value); };
 }
 
-
 }  // namespace biss::cli

@@ -13,12 +13,12 @@
 #include "cli/common/files.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
-#include "device/quantity.hpp"
 #include "cli/common/terminal.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
 #include "cli/convert/losses.hpp"
 #include "cli/convert/part.hpp"
+#include "device/quantity.hpp"
 #include "report/summary.hpp"
 
 namespace biss::cli {

@@ -7,8 +7,8 @@
 
 #include "biss/frame/format_text.hpp"
 #include "cli/common/identified.hpp"
-#include "device/quantity.hpp"
 #include "cli/decode/safety.hpp"
+#include "device/quantity.hpp"
 #include "explain/cause.hpp"
 #include "report/summary.hpp"
 

@@ -5,9 +5,9 @@
 #include <algorithm>
 #include <utility>
 
-#include "device/quantity.hpp"
 #include "cli/simulate/fault_option.hpp"
 #include "decode/cycle_edges.hpp"
+#include "device/quantity.hpp"
 #include "sim/line.hpp"
 
 namespace biss::cli {

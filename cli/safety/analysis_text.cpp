@@ -1,7 +1,7 @@
 #include <fmt/format.h>
 
-#include "device/quantity.hpp"
 #include "cli/safety/analysis.hpp"
+#include "device/quantity.hpp"
 #include "report/summary.hpp"
 #include "report/table.hpp"
 

@@ -10,9 +10,9 @@
 #include <regex>
 #include <utility>
 
-#include "device/quantity.hpp"
 #include "cli/safety/evidence.hpp"
 #include "cli/safety/setup_fields.hpp"
+#include "device/quantity.hpp"
 #include "lab/campaign_fault.hpp"
 #include "lab/pair.hpp"
 #include "lab/rating.hpp"

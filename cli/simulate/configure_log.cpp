@@ -5,8 +5,8 @@
 #include "biss/control/register_map.hpp"
 #include "biss/frame/format_text.hpp"
 #include "cli/common/format_option.hpp"
-#include "device/quantity.hpp"
 #include "cli/eds/rows.hpp"
+#include "device/quantity.hpp"
 #include "report/summary.hpp"
 
 namespace biss::cli {

@@ -11,9 +11,9 @@
 #include "biss/eds/profile.hpp"
 #include "biss/frame/format_text.hpp"
 #include "cli/common/message.hpp"
-#include "device/quantity.hpp"
 #include "cli/eds/rows.hpp"
 #include "cli/eds/source.hpp"
+#include "device/quantity.hpp"
 
 namespace biss::cli {
 

@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "biss/timing/cable.hpp"
-#include "device/quantity.hpp"
 #include "cli/simulate/fault_option.hpp"
+#include "device/quantity.hpp"
 #include "sim/encoder.hpp"
 #include "sim/line.hpp"
 

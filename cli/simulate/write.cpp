@@ -13,10 +13,10 @@
 #include "cli/common/capture_output.hpp"
 #include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
-#include "device/quantity.hpp"
 #include "cli/common/terminal.hpp"
 #include "cli/simulate/configure_log.hpp"
 #include "cli/simulate/truth.hpp"
+#include "device/quantity.hpp"
 #include "sim/line.hpp"
 
 namespace biss::cli {
