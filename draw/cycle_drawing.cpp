@@ -1,10 +1,10 @@
 #include "draw/cycle_drawing.hpp"
 
 #include <algorithm>
-#include <tuple>
 #include <utility>
 
 #include "biss/frame/codec.hpp"
+#include "biss/frame/line_order.hpp"
 #include "decode/times.hpp"
 
 namespace biss::draw {
@@ -24,47 +24,22 @@ struct BitName {
   std::string field;
 };
 
-BitName bit_name(std::string_view field, std::optional<unsigned> bit, std::size_t channel) {
-  const std::string suffix = channel == 0 ? "" : '.' + std::to_string(channel + 1);
-  const std::string number = bit ? std::to_string(*bit) : "";
-  return {std::string(field) + number + suffix, std::string(field) + suffix};
-}
-
-// The name of a data bit; `shift` counts from the last one.
-BitName data_name(const ChannelFormat& format, unsigned shift, std::size_t channel) {
-  const std::tuple<std::string_view, Field, bool> fields[] = {
-      {"pos", format.position, format.position_lsb},
-      {"mt", format.multiturn, format.multiturn_lsb},
-      {"st", format.singleturn, format.singleturn_lsb},
-      {"lc", format.life_counter, false}};
-  for (const auto& [name, field, lsb] : fields) {
-    if (field.present() && shift >= field.shift && shift < unsigned{field.shift} + field.bits) {
-      const unsigned bit = shift - field.shift;
-      return bit_name(name, lsb ? field.bits - 1U - bit : bit, channel);
-    }
-  }
-  const auto is_flag = [shift](const FlagField& flag) {
-    return flag.present && flag.shift == shift;
-  };
-  if (is_flag(format.error)) {
-    return bit_name(format.error.active_high ? "E" : "nE", std::nullopt, channel);
-  }
-  if (is_flag(format.warning)) {
-    return bit_name(format.warning.active_high ? "W" : "nW", std::nullopt, channel);
-  }
-  return bit_name("pad", std::nullopt, channel);
-}
-
 std::vector<BitName> payload_names(const FrameFormat& format) {
   std::vector<BitName> names;
   for (std::size_t k = 0; k < format.channel_count; ++k) {
     const ChannelFormat& channel = format.channel_list[k];
-    for (unsigned shift = channel.data_bits; shift-- > 0;) {
-      names.push_back(data_name(channel, shift, k));
-    }
-    for (unsigned bit = channel.crc.width_bits; bit-- > 0;) {
-      names.push_back(bit_name("crc", bit, k));
-    }
+    const std::string suffix = k == 0 ? "" : '.' + std::to_string(k + 1);
+    const auto add = [&](std::string_view field, const std::string& number) {
+      names.push_back({std::string(field) + number + suffix, std::string(field) + suffix});
+    };
+    for_each_field(channel, [&](const LineField& field) {
+      const bool numbered = !field.is_flag() && field.kind != FieldKind::padding;
+      for (unsigned bit = field.place.bits; bit-- > 0;) {
+        const unsigned number = field.lsb ? field.place.bits - 1U - bit : bit;
+        add(field.name, numbered ? std::to_string(number) : "");
+      }
+    });
+    for (unsigned bit = channel.crc.width_bits; bit-- > 0;) add("crc", std::to_string(bit));
   }
   return names;
 }

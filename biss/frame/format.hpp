@@ -41,6 +41,7 @@ struct FlagField {
   bool active_high = false;
 
   constexpr bool operator==(const FlagField&) const = default;
+  constexpr Field place() const { return {shift, static_cast<std::uint8_t>(present ? 1 : 0)}; }
   /// The flag as nE or nW, whatever its polarity on the line: false = error or warning. True when
   /// absent.
   constexpr bool low_active(std::uint64_t data) const {

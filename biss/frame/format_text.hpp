@@ -19,6 +19,7 @@
 
 #include "biss/base/result.hpp"
 #include "biss/frame/format.hpp"
+#include "biss/frame/line_order.hpp"
 
 namespace biss {
 
@@ -425,40 +426,6 @@ class FormatText {
 
 namespace frame_detail {
 
-// The item that begins at a data bit of a channel; without a name: padding.
-struct NamedRun {
-  std::string_view name;
-  unsigned bits = 0;
-  bool is_flag = false;
-  bool gray = false;
-  bool lsb = false;
-};
-
-constexpr NamedRun run_below(const ChannelFormat& channel, unsigned top) {
-  const auto ends_at = [top](unsigned shift, unsigned bits) {
-    return bits != 0 && shift + bits == top;
-  };
-  if (ends_at(channel.position.shift, channel.position.bits)) {
-    return {"pos", channel.position.bits, false, channel.position_gray, channel.position_lsb};
-  }
-  if (ends_at(channel.multiturn.shift, channel.multiturn.bits)) {
-    return {"mt", channel.multiturn.bits, false, channel.multiturn_gray, channel.multiturn_lsb};
-  }
-  if (ends_at(channel.singleturn.shift, channel.singleturn.bits)) {
-    return {"st", channel.singleturn.bits, false, channel.singleturn_gray, channel.singleturn_lsb};
-  }
-  if (ends_at(channel.life_counter.shift, channel.life_counter.bits)) {
-    return {"lc", channel.life_counter.bits};
-  }
-  if (ends_at(channel.error.shift, channel.error.present ? 1 : 0)) {
-    return {channel.error.active_high ? "E" : "nE", 1, true};
-  }
-  if (ends_at(channel.warning.shift, channel.warning.present ? 1 : 0)) {
-    return {channel.warning.active_high ? "W" : "nW", 1, true};
-  }
-  return {};
-}
-
 constexpr void append_crc(FormatText& text, const CrcSpec& crc) {
   text.append(",crc");
   text.append_number(crc.width_bits, 10);
@@ -478,29 +445,15 @@ constexpr void append_crc(FormatText& text, const CrcSpec& crc) {
 }
 
 constexpr void append_channel(FormatText& text, const ChannelFormat& channel) {
-  unsigned padding = 0;
   bool first = true;
-  const auto item = [&](std::string_view name, unsigned bits, bool is_flag) {
+  for_each_field(channel, [&](const LineField& field) {
     if (!first) text.append(",");
     first = false;
-    text.append(name);
-    if (!is_flag) text.append_number(bits, 10);
-  };
-  for (unsigned top = channel.data_bits; top > 0;) {
-    const NamedRun run = run_below(channel, top);
-    if (run.bits == 0) {
-      ++padding;
-      --top;
-      continue;
-    }
-    if (padding != 0) item("pad", padding, false);
-    padding = 0;
-    item(run.name, run.bits, run.is_flag);
-    if (run.gray) text.append(":gray");
-    if (run.lsb) text.append(":lsb");
-    top -= run.bits;
-  }
-  if (padding != 0) item("pad", padding, false);
+    text.append(field.name);
+    if (!field.is_flag()) text.append_number(field.place.bits, 10);
+    if (field.gray) text.append(":gray");
+    if (field.lsb) text.append(":lsb");
+  });
   if (channel.crc.present()) append_crc(text, channel.crc);
 }
 

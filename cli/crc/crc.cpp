@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <memory>
 #include <tl/expected.hpp>
 #include <utility>
 #include <vector>
 
+#include "biss/frame/line_order.hpp"
 #include "cli/common/verbs.hpp"
 
 namespace biss::cli {
@@ -65,54 +67,35 @@ std::string crc_meaning(const ChannelFormat& channel) {
                            crc.without_flags ? " without nE and nW" : "");
 }
 
-// The channel's fields in line order, what lies between them as padding.
 std::vector<Part> parts_of(const ChannelFormat& format, std::uint64_t data) {
   const Channel channel = unpack(format, data);
-  std::vector<std::pair<unsigned, Part>> fields;
-  const auto add = [&](std::string name, const Field& field, std::uint64_t value,
-                       std::string meaning) {
-    if (!field.present()) return;
-    fields.push_back(
-        {field.shift,
-         {std::move(name), 0, field.of(data), field.bits, both(value), std::move(meaning)}});
-  };
-  const auto coded = [](std::string_view meaning, bool gray, bool lsb) {
-    return fmt::format("{}{}{}", meaning, gray ? ", Gray code" : "",
-                       lsb ? ", least significant bit first" : "");
-  };
-  add("position", format.position, channel.position,
-      format.coded() ? coded("the whole position", format.position_gray, format.position_lsb)
-                     : "most significant bit first");
-  const unsigned below = format.singleturn.bits;
-  const std::uint64_t singleturn = channel.position & low_mask(below);
-  const std::uint64_t turns = below < 64 ? channel.position >> below : 0;
-  add("multiturn", format.multiturn, turns,
-      coded("whole turns", format.multiturn_gray, format.multiturn_lsb));
-  add("singleturn", format.singleturn, singleturn,
-      coded("within a turn", format.singleturn_gray, format.singleturn_lsb));
-  add("counter", format.life_counter, channel.life_counter, "sign of life");
-  if (format.error.present) {
-    fields.push_back({format.error.shift, flag_part("nE", format.error, channel.nE, "error")});
-  }
-  if (format.warning.present) {
-    fields.push_back(
-        {format.warning.shift, flag_part("nW", format.warning, channel.nW, "warning")});
-  }
-  std::sort(fields.begin(), fields.end(),
-            [](const auto& a, const auto& b) { return a.first > b.first; });
   std::vector<Part> parts;
-  unsigned top = format.data_bits;
-  const auto pad_down_to = [&](unsigned shift) {
-    if (shift >= top) return;
-    const std::uint64_t word = data >> shift & low_mask(top - shift);
-    parts.push_back({"padding", 0, word, top - shift, both(word), "not judged"});
-  };
-  for (auto& [shift, part] : fields) {
-    pad_down_to(shift + part.bits);
-    top = shift;
-    parts.push_back(std::move(part));
-  }
-  pad_down_to(0);
+  for_each_field(format, [&](const LineField& field) {
+    if (field.kind == FieldKind::error) {
+      parts.push_back(flag_part("nE", format.error, channel.nE, "error"));
+      return;
+    }
+    if (field.kind == FieldKind::warning) {
+      parts.push_back(flag_part("nW", format.warning, channel.nW, "warning"));
+      return;
+    }
+    // In the order of FieldKind.
+    constexpr std::array<std::pair<const char*, const char*>, 7> texts{
+        {{"position", "the whole position"},
+         {"multiturn", "whole turns"},
+         {"singleturn", "within a turn"},
+         {"counter", "sign of life"},
+         {"", ""},
+         {"", ""},
+         {"padding", "not judged"}}};
+    const auto& [name, meaning] = texts[static_cast<std::size_t>(field.kind)];
+    const bool plain = field.kind == FieldKind::position && !format.coded();
+    parts.push_back({name, 0, field.place.of(data), field.place.bits,
+                     both(field.value(format, channel, data)),
+                     plain ? "most significant bit first"
+                           : fmt::format("{}{}{}", meaning, field.gray ? ", Gray code" : "",
+                                         field.lsb ? ", least significant bit first" : "")});
+  });
   return parts;
 }
 
