@@ -58,7 +58,7 @@ test-release:  ## what takes hours: 10^7 executions of each fuzz target, mutants
 	@$(MAKE) --no-print-directory fuzz fuzz-compare mutants safety-sequences foreign-lines
 
 .PHONY: test-viewers
-test-viewers: build python  ## sigrok, GTKWave, Saleae's analyzer: against biss decode
+test-viewers: build python  ## sigrok, Saleae's analyzer: against biss decode
 	@scripts/install-packages test viewers
 	@cmake --preset release -DBISS_TESTS=ON -DBISS_LONG_TESTS=ON >/dev/null
 	@cmake --build --preset release --target biss_saleae_drive

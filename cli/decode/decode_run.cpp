@@ -89,7 +89,8 @@ const std::vector<report::Column>& DecodeRun::columns() {
 
 DecodeTable DecodeRun::table_of_capture() const {
   const bool varies = capture_.several() && options_.capture.device.format.empty();
-  return DecodeTable(capture_.format(), varies, options_.motion.columns());
+  return DecodeTable(capture_.format(), varies, options_.motion.columns(),
+                     options_.to == report::Format::vcd);
 }
 
 // The rows of all captures have the columns of the first one. A capture whose format needs others

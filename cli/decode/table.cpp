@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "biss/frame/line_order.hpp"
 #include "cli/common/columns.hpp"
 
 namespace biss::cli {
@@ -29,8 +30,11 @@ std::optional<Hertz> clock_of(const decode::Cycle& cycle) {
 }  // namespace
 
 DecodeTable::DecodeTable(const std::optional<FrameFormat>& format, bool format_varies,
-                         MotionColumns motion)
-    : format_(format), format_varies_(format_varies), motion_(std::move(motion)) {
+                         MotionColumns motion, bool frame_track)
+    : format_(format),
+      format_varies_(format_varies),
+      motion_(std::move(motion)),
+      frame_track_(frame_track) {
   const bool fixed = format_ && !format_varies_;
   columns_ = {
       {.name = "cycle", .kind = Kind::unsigned_integer, .bits = 53},
@@ -57,6 +61,7 @@ DecodeTable::DecodeTable(const std::optional<FrameFormat>& format, bool format_v
   columns_.push_back({.name = "safety", .kind = Kind::text});
   columns_.push_back({.name = "limits", .kind = Kind::text});
   add_motion_columns();
+  if (frame_track_) columns_.push_back({.name = "frame", .kind = Kind::text});
   cells_.resize(columns_.size());
   for (std::size_t set = 0; set < limit_texts_.size(); ++set) {
     limit_texts_[set] = decode::text_of(static_cast<decode::LimitSet>(set));
@@ -156,7 +161,42 @@ const std::vector<Cell>& DecodeTable::cells(std::uint64_t number, const decode::
   if (motion_.unwrap) *at++ = motion.unwrapped;
   if (!motion_.unit.empty()) *at++ = motion.scaled;
   if (motion_.velocity) *at++ = motion.velocity;
+  if (frame_track_) {
+    frame_text_ = frame_text(cycle);
+    *at++ = Cell(frame_text_);
+  }
   return cells_;
+}
+
+// The cause, if there is one, and the parts of the frame in line order. Of a frame that is not good
+// the values are the bits as they were received.
+std::string DecodeTable::frame_text(const decode::Cycle& cycle) const {
+  std::string text;
+  if (cycle.status != decode::CycleStatus::ok) text = decode::name_of(cycle.status);
+  const BitView raw = cycle.raw.view();
+  std::size_t at = 2;  // after START and CDS
+  for (std::size_t k = 0; k < channels_; ++k) {
+    const ChannelFormat& channel = format_->channel_list[k];
+    if (at + channel.total_bits() > raw.size_bits()) break;
+    const std::uint64_t data = raw.word(at, channel.data_bits);
+    const Channel* values = values_of(k, cycle);
+    const auto add = [&](std::string_view name, std::string value) {
+      text += fmt::format("{}{}{}={}", text.empty() ? "" : " ", name, suffix(k), value);
+    };
+    for_each_field(channel, [&](const LineField& field) {
+      if (field.kind == FieldKind::padding) return;
+      const bool known = values != nullptr || field.is_flag();
+      add(field.name,
+          known ? fmt::format("{}", values != nullptr ? field.value(channel, *values, data)
+                                                      : field.place.of(data))
+                : fmt::format("0x{:X}", field.place.of(data)));
+    });
+    if (channel.crc.present()) {
+      add("crc", fmt::format("0x{:X}", raw.word(at + channel.data_bits, channel.crc.width_bits)));
+    }
+    at += channel.total_bits();
+  }
+  return text;
 }
 
 }  // namespace biss::cli

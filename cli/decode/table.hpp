@@ -18,13 +18,14 @@ namespace biss::cli {
 
 /// The columns of the command's contract: eleven that never change, those that the format adds,
 /// then `marginal`, then `safety`, which is empty unless a monitor's verdict is given, then `limits`,
-/// then those of Motion that are asked for.
+/// then those of Motion that are asked for, then `frame` for a waveform.
 class DecodeTable {
  public:
   /// Without a format only the eleven, `marginal`, `safety` and `limits`.
   /// \param format_varies the rows may be of captures with other formats
+  /// \param frame_track a column with the parts of the frame as text
   explicit DecodeTable(const std::optional<FrameFormat>& format, bool format_varies = false,
-                       MotionColumns motion = {});
+                       MotionColumns motion = {}, bool frame_track = false);
 
   const std::vector<report::Column>& columns() const { return columns_; }
   /// The cells of a row, the time if the cycle is `timed`; they refer to `cycle` and are valid until the next call.
@@ -40,10 +41,13 @@ class DecodeTable {
   static report::Cell* put_values(report::Cell* at, const ChannelFormat& channel,
                                   const Channel* values);
   report::Cell* put_channel(report::Cell* at, std::size_t k, const decode::Cycle& cycle) const;
+  std::string frame_text(const decode::Cycle& cycle) const;
 
   std::optional<FrameFormat> format_;
   bool format_varies_;
   MotionColumns motion_;
+  bool frame_track_;
+  std::string frame_text_;
   std::size_t channels_ = 0;
   ChannelFormat first_channel_;
   std::vector<report::Column> columns_;
