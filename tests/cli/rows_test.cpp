@@ -410,17 +410,19 @@ TEST_F(DecodeRows, Vcd_ShowsTheTracksAtTheTimesOfTheCapture) {
   const auto rows = rows_of(csv(capture, {}).out);
   const std::string output = folder.path("rows.vcd");
   ASSERT_EQ(run({"decode", capture, "-f", "resolute-26", "--to", "vcd", "--columns",
-                 "position,nE,status", "-o", output})
+                 "position,nE,status,frame", "-o", output})
                 .status,
             0);
   const std::string text = content_of(output);
   EXPECT_THAT(text, HasSubstr("$var integer 27 $ position $end\n$var wire 1 % nE $end\n"
-                              "$var string 1 & status $end\n"));
+                              "$var string 1 & status $end\n$var string 1 ' frame $end\n"));
   for (const Row& row : rows) {
     const auto picoseconds =
         static_cast<long long>(std::llround(std::stod(row.at("time_ns")) * 1e3));
     EXPECT_THAT(text, HasSubstr(fmt::format("\n#{}\n1\"\n", picoseconds)));
     EXPECT_THAT(text, HasSubstr(fmt::format("b{:b} $\n", std::stoull(row.at("position")))));
+    EXPECT_THAT(
+        text, HasSubstr(fmt::format("\nspos={}\\040nE=1\\040nW=1\\040crc=0x", row.at("position"))));
   }
   const std::string converted = folder.path("rows.fst");
   EXPECT_EQ(
