@@ -29,13 +29,13 @@ struct Whole {
   const char* why;
 };
 
-constexpr std::array<Whole, 6> only_whole{{
+constexpr auto only_whole = std::to_array<Whole>({
     {"PK", "the directory of an archive (.sr, .sal, .dsl) is at its end"},
     {"\x1f\x8b", "a compressed file ends with its checksum"},
     {"\x28\xb5\x2f\xfd", "a compressed file ends with its checksum"},
     {"<SALEAE>", "a binary export of Saleae Logic begins with the number of its changes"},
     {"\x89HDF", "an HDF5 file is written at any place"},
-}};
+});
 
 }  // namespace
 
