@@ -69,7 +69,14 @@ std::uint64_t Motion::at(Picoseconds time) const {
     place += speed_ * static_cast<std::uint64_t>(time.count);
   } else if (kind_ == MotionKind::sine) {
     const std::uint64_t phase = speed_ * static_cast<std::uint64_t>(time.count);
-    place = static_cast<std::uint64_t>(sine(static_cast<std::uint32_t>(phase >> 32U))) << 32U;
+    const auto coarse = static_cast<std::uint32_t>(phase >> 32U);
+    const std::int64_t from = sine(coarse);
+    place = static_cast<std::uint64_t>(from) << 32U;
+    // Finer than sine() is: a straight line to the next one.
+    if (position_bits_ > 32) {
+      const auto rest = static_cast<std::int64_t>(phase & 0xFFFF'FFFFU);
+      place += static_cast<std::uint64_t>((sine(coarse + 1) - from) * rest);
+    }
   } else if (kind_ == MotionKind::max) {
     const std::int64_t way = requests_one_way * interval_.count;
     const std::int64_t within = time.count % (2 * way);

@@ -58,6 +58,20 @@ TEST(Motion, Sine_KeepsToAQuarterEitherSideOfZero) {
   EXPECT_LE(least, 769U);
 }
 
+TEST(Motion, SineOfMoreThan32Bits_MovesItsLowestBitsToo) {
+  Motion fine = motion_of(MotionKind::sine, "pos42,crc6");
+  Motion coarse = motion_of(MotionKind::sine, "pos32,crc6");
+  std::uint64_t changed = 0;
+  const std::uint64_t first = fine.sample({});
+  for (int i = 0; i < 100; ++i) {
+    const std::uint64_t position = fine.sample(i * interval);
+    changed |= position ^ first;
+    const std::uint64_t apart = (position >> 10U) - coarse.sample(i * interval) + 8;
+    EXPECT_LE(apart & 0xFFFF'FFFFU, 16U) << i;
+  }
+  EXPECT_EQ(changed & 0x3FFU, 0x3FFU);
+}
+
 TEST(Motion, FullSpeed_CrossesZeroBothWaysAndTurnsCanBeCounted) {
   Motion motion = motion_of(MotionKind::max, "mt8,st12,crc6");
   bool forwards = false;
