@@ -265,22 +265,28 @@ double Timeline::cost(std::span<const std::uint64_t> values, unsigned bits) cons
   return first + data_weight * later;
 }
 
+bool is_random(std::span<const std::uint8_t> bits) {
+  const Changes changes = changes_of(bits);
+  const auto is_half = [](double part, double all) {
+    return std::abs(part - all / 2) < std::max(0.1 * all, 1.5 * std::sqrt(all));
+  };
+  const auto count = static_cast<double>(bits.size());
+  return is_half(changes.ones, count) &&
+         is_half(changes.from[0][1] + changes.from[1][0], count - 1);
+}
+
 double flag_cost(std::span<const std::uint8_t> active) {
   const Changes changes = changes_of(active);
   const auto count = static_cast<double>(active.size());
   const double runs = runs_cost(changes, 0.3, 10);
   const double rare = events_cost(changes.ones, count, 0.4, 2);
   const double any = events_cost(changes.ones, count, 1, 1);
-  const auto is_even = [](double part, double all) { return std::abs(part - all / 2) < 0.1 * all; };
-  // As random as the lowest bit of a position.
-  const bool random =
-      is_even(changes.ones, count) && is_even(changes.from[0][1] + changes.from[1][0], count - 1);
   const std::array costs{changes.ones == 0 ? 0.2 : HUGE_VAL, changes.ones == count ? 5 : HUGE_VAL,
                          3.5 + data_weight * runs, 4.5 + data_weight * rare,
                          7.5 + data_weight * any};
   // A flag that is active in most frames may have the other polarity.
   const bool most = 2 * changes.ones > count && changes.ones < count;
-  return cost_of_any(costs) + (random ? 3 : 0) + (most ? 1 : 0);
+  return cost_of_any(costs) + (most ? 1 : 0);
 }
 
 double padding_cost(std::span<const std::uint8_t> bits) {

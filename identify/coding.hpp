@@ -48,6 +48,8 @@ class Timeline {
   std::array<std::vector<const std::vector<double>*>, predictors> weights_;
 };
 
+/// 1 in half of the frames, and changes in half: as the lowest bit of a position may.
+bool is_random(std::span<const std::uint8_t> bits);
 /// The cost of a flag of one bit a frame; 1 is active.
 double flag_cost(std::span<const std::uint8_t> active);
 /// The cost of a bit without a meaning.

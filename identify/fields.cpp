@@ -132,6 +132,7 @@ class FieldSearch {
     double low_active = 0;
     double high_active = 0;
     double padding = 0;
+    bool random = false;
   };
 
   BitCosts costs_of_bit(unsigned bit) const {
@@ -142,7 +143,7 @@ class FieldSearch {
       ones.push_back(one ? 1 : 0);
       zeros.push_back(one ? 0 : 1);
     }
-    return {flag_cost(zeros), flag_cost(ones), padding_cost(ones)};
+    return {flag_cost(zeros), flag_cost(ones), padding_cost(ones), is_random(ones)};
   }
 
   void divide() {
@@ -182,8 +183,10 @@ class FieldSearch {
     // Flags before the position, or followed by zeros.
     const unsigned still = still_bits(moved_, base);
     for (unsigned zeros = 0; zeros <= still && base + zeros + 3 <= top; ++zeros) {
-      for (const std::size_t kind : {0U, 2U}) {
-        divide(fields, flag_kinds[kind], 12.5 + scale_cost(zeros), top - 2, base + zeros, top - 2);
+      for (const std::size_t at : {0U, 2U, 6U}) {
+        const FlagKind& kind = flag_kinds[at];
+        divide(fields, kind, 12.5 + scale_cost(zeros), top - kind.bits, base + zeros,
+               top - kind.bits);
       }
     }
     const unsigned zero = still_bits(moved_ | words_.data.front(), base);
@@ -280,11 +283,36 @@ class FieldSearch {
 
   void add(Fields fields, Coding coding, unsigned split) {
     const Field place = fields.channel.position;
-    fields.cost += position_cost(place, coding, split);
+    fields.cost += position_cost(place, coding, split) + doubt_of_flags(fields, coding, split);
     fields.coding = coding;
     fields.split = split;
     set_position(fields.channel, place, coding, split);
     all_.push_back(fields);
+  }
+
+  // What a flag costs more that is as random as the lowest bit of a position. Below the position it is
+  // as likely that bit: at most what it costs as such, and a little more than one flag less does.
+  double doubt_of_flags(const Fields& fields, Coding coding, unsigned split) {
+    const ChannelFormat& channel = fields.channel;
+    const Field& place = channel.position;
+    unsigned bits = 0;
+    double doubt = 0;
+    double below = 0;
+    for (const FlagField& flag : {channel.error, channel.warning}) {
+      if (!flag.present || !bit_costs_[flag.shift].random) continue;
+      doubt += 3;
+      if (flag.shift + bits + 1 != place.shift) continue;
+      const BitCosts& costs = bit_costs_[flag.shift];
+      below += flag.active_high ? costs.high_active : costs.low_active;
+      ++bits;
+    }
+    if (bits == 0) return doubt;
+    const double one_less = channel.error.present && channel.warning.present ? 9 : 5.8;
+    const Field with = field_of(place.shift - bits, place.bits + bits);
+    const double more = position_cost(with, coding, split == 0 ? 0 : split + bits) +
+                        position_width_cost(with.bits) - position_cost(place, coding, split) -
+                        position_width_cost(place.bits);
+    return std::min(doubt, more - below + bits * one_less);
   }
 
   // Those that make the motion smoother.
