@@ -336,6 +336,18 @@ describe('the verbs', () => {
     biss.removeFile('verbs.vcd');
   });
 
+  it('EveryTextOfADevice_MeansWhatItMeansInTheCommand', () => {
+    const texts = new URL('../tests/devices/texts.tsv', import.meta.url);
+    for (const line of fs.readFileSync(texts, 'utf8').trimEnd().split('\n')) {
+      const [device, format, ack, timeout] = line.split('\t');
+      const ran = biss.run(['plan', '-f', device, '--clock', '1MHz', '--to', 'jsonl']);
+      assert.equal(ran.status, format === '-' ? 2 : 0, device);
+      if (format === '-') continue;
+      const row = JSON.parse(text(ran.out));
+      assert.deepEqual([row.format, row.ack_ns, row.timeout_ns], [format, Number(ack), Number(timeout)], device);
+    }
+  });
+
   it('Simulate_MakesTheCaptureOfTheCommand', () => {
     for (const name of ['made.vcd', 'made.csv']) {
       const args = ['simulate', '-f', 'resolute-26', '--cycles', '50', '--seed', '7',
