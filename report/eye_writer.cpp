@@ -164,7 +164,7 @@ class EyeWriter final : public TableWriter {
     for (std::size_t i = 0; i < texts.size(); ++i) {
       if (!shown_[i]) continue;
       if (i != 0) out.append(gap);
-      const bool marked = options_.colour && columns_[i].mark == Mark::status && texts[i] != "ok";
+      const bool marked = options_.colour && columns_[i].role == Role::status && texts[i] != "ok";
       if (marked) out.append(yellow);
       append_padded(out, texts[i], widths_[i], right_aligned(columns_[i]));
       if (marked) out.append(plain);

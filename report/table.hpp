@@ -82,10 +82,16 @@ class Cell {
   };
 };
 
-/// What is marked on a terminal that shows colour.
-enum class Mark : std::uint8_t {
-  none,
-  status,  ///< every text other than `ok`
+/// What a value says of its row.
+enum class Role : std::uint8_t {
+  value,         ///< nothing that is good or bad
+  status,        ///< text: a terminal that shows colour marks all but `ok`
+  verdict,       ///< text: a state of a monitor, or a fault
+  warnings,      ///< text: names with `;` between them
+  error_at_0,    ///< flag
+  check_at_0,    ///< flag: the status is bad too
+  warning_at_0,  ///< flag
+  warning_at_1,  ///< flag
 };
 
 /// A column. `name` and `kind` are the contract with scripts; all else is for eyes only.
@@ -105,7 +111,12 @@ struct Column {
   std::optional<unsigned> places = std::nullopt;
   /// At least this wide, where later rows are known to be wider than the first ones.
   unsigned width = 0;
-  Mark mark = Mark::none;
+  Role role = Role::value;
+  std::string title = {};  ///< in a page: of its plot, or of what its role counts
+  /// Place of its plot among the plots of a page, which columns may share; 0: it has none.
+  unsigned plot = 0;
+  /// The values depend on other rows too: a part of a capture may give other ones.
+  bool of_other_rows = false;
   /// JSON lines take the text as it is: it is JSON.
   bool json = false;
 };

@@ -29,7 +29,7 @@ std::vector<Column> decode_columns() {
        .unit = "us",
        .shift = 3,
        .places = 3},
-      {.name = "status", .kind = Kind::text, .mark = Mark::status},
+      {.name = "status", .kind = Kind::text, .role = Role::status},
       {.name = "position", .kind = Kind::unsigned_integer},
       {.name = "nE", .kind = Kind::flag},
       {.name = "nW", .kind = Kind::flag},
@@ -299,7 +299,7 @@ TEST(EyeTable, WidthGiven_IsKeptFromTheFirstRow) {
 }
 
 TEST(EyeTable, Colour_MarksOnlyTheStatusThatIsNotOk) {
-  const std::vector<Column> columns = {{.name = "status", .mark = Mark::status}, {.name = "t"}};
+  const std::vector<Column> columns = {{.name = "status", .role = Role::status}, {.name = "t"}};
   const std::vector<std::vector<Cell>> rows = {{"ok", "crc"}, {"crc", "ok"}};
   EXPECT_EQ(write(Format::table, columns, rows).find('\x1b'), std::string::npos);
   EXPECT_EQ(write(Format::table, columns, rows, {.colour = true}),

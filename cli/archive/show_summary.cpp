@@ -31,7 +31,7 @@ std::vector<report::Column> worst_columns() {
           {.name = "format"},
           {.name = "cycles", .kind = Kind::unsigned_integer},
           {.name = "faults", .kind = Kind::unsigned_integer},
-          {.name = "cause", .mark = report::Mark::status},
+          {.name = "cause", .role = report::Role::status},
           {.name = "errors", .kind = Kind::unsigned_integer},
           {.name = "warnings", .kind = Kind::unsigned_integer},
           {.name = "limits", .kind = Kind::unsigned_integer},

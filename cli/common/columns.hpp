@@ -10,7 +10,9 @@ inline report::Column line_delay_column() {
           .kind = report::Kind::nanoseconds,
           .heading = "delay",
           .unit = "ns",
-          .places = 1};
+          .places = 1,
+          .title = "Line delay",
+          .plot = 4};
 }
 
 inline report::Column ack_column() {
@@ -18,7 +20,9 @@ inline report::Column ack_column() {
           .kind = report::Kind::nanoseconds,
           .heading = "ACK",
           .unit = "ns",
-          .places = 0};
+          .places = 0,
+          .title = "ACK",
+          .plot = 5};
 }
 
 inline report::Column clock_column() {
@@ -29,7 +33,9 @@ inline report::Column clock_column() {
           .bits = 32,
           .value_unit = "Hz",
           .shift = 6,
-          .places = 3};
+          .places = 3,
+          .title = "Clock",
+          .plot = 6};
 }
 
 }  // namespace biss::cli

@@ -425,7 +425,7 @@ TEST_F(OutputTest, TextOfAnyWriterOnATerminal_CannotSteerIt) {
   ::setenv("TERM", "xterm", 1);
   ::unsetenv("NO_COLOR");
   const std::vector<report::Column> columns{
-      {.name = "name" + hostile, .unit = "ns", .mark = report::Mark::status}};
+      {.name = "name" + hostile, .unit = "ns", .role = report::Role::status}};
   for (const auto format : {report::Format::table, report::Format::csv, report::Format::jsonl}) {
     const OnTerminal terminal;
     Output output;

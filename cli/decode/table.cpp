@@ -15,6 +15,7 @@ namespace {
 using report::Cell;
 using report::Column;
 using report::Kind;
+using report::Role;
 
 // Channel 1 has the bare names; channel k has the same names followed by k.
 std::string suffix(std::size_t k) { return k == 0 ? "" : fmt::format("{}", k + 1); }
@@ -39,29 +40,32 @@ DecodeTable::DecodeTable(const std::optional<FrameFormat>& format, bool format_v
   columns_ = {
       {.name = "cycle", .kind = Kind::unsigned_integer, .bits = 53},
       report::time_column("time_ns", "time"),
-      {.name = "status", .kind = Kind::text, .mark = report::Mark::status},
-      integer("position", format_ ? format_->channel_list[0].position_bits() : 1, "counts"),
-      {.name = "nE", .kind = Kind::flag},
-      {.name = "nW", .kind = Kind::flag},
-      {.name = "crc_ok", .kind = Kind::flag, .heading = "CRC ok"},
-      line_delay_column(),
-      ack_column(),
-      clock_column(),
+      {.name = "status", .role = Role::status, .title = "Status"},
+  };
+  add_value_columns(0, format_ ? format_->channel_list[0].position_bits() : 1);
+  columns_.push_back(line_delay_column());
+  columns_.push_back(ack_column());
+  columns_.push_back(clock_column());
+  columns_.push_back(
       {.name = "raw",
        .kind = Kind::bits,
-       .bits = fixed ? format_->payload_bits() + 3 : unsigned{decode::RawBits::capacity_bits}},
-  };
+       .bits = fixed ? format_->payload_bits() + 3 : unsigned{decode::RawBits::capacity_bits}});
   if (format_) {
     const auto channels = format_->channels();
     for (std::size_t k = 0; k < channels.size(); ++k) add_channel_columns(k, channels[k]);
     channels_ = channels.size();
     first_channel_ = channels[0];
   }
-  columns_.push_back({.name = "marginal", .kind = Kind::flag});
-  columns_.push_back({.name = "safety", .kind = Kind::text});
-  columns_.push_back({.name = "limits", .kind = Kind::text});
+  columns_.push_back(
+      {.name = "marginal", .kind = Kind::flag, .role = Role::warning_at_1, .title = "Sampling"});
+  columns_.push_back(
+      {.name = "safety", .role = Role::verdict, .title = "Safety monitor", .of_other_rows = true});
+  columns_.push_back({.name = "limits",
+                      .role = Role::warnings,
+                      .title = "Limits of the encoder",
+                      .of_other_rows = true});
   add_motion_columns();
-  if (frame_track_) columns_.push_back({.name = "frame", .kind = Kind::text});
+  if (frame_track_) columns_.push_back({.name = "frame"});
   cells_.resize(columns_.size());
   for (std::size_t set = 0; set < limit_texts_.size(); ++set) {
     limit_texts_[set] = decode::text_of(static_cast<decode::LimitSet>(set));
@@ -78,30 +82,52 @@ Column DecodeTable::integer(std::string name, unsigned bits, std::string unit) c
 void DecodeTable::add_motion_columns() {
   const std::string unit = motion_.unit.empty() ? "counts" : motion_.unit;
   if (motion_.unwrap) {
-    columns_.push_back({.name = "unwrapped", .kind = Kind::signed_integer, .value_unit = "counts"});
+    columns_.push_back({.name = "unwrapped",
+                        .kind = Kind::signed_integer,
+                        .value_unit = "counts",
+                        .of_other_rows = true});
   }
   if (!motion_.unit.empty()) {
-    columns_.push_back(
-        {.name = "position_" + unit, .kind = Kind::real, .unit = unit, .value_unit = unit});
+    columns_.push_back({.name = "position_" + unit,
+                        .kind = Kind::real,
+                        .unit = unit,
+                        .value_unit = unit,
+                        .title = "Position",
+                        .plot = 1});
   }
   if (motion_.velocity) {
     columns_.push_back({.name = "velocity_" + unit + "_s",
                         .kind = Kind::real,
                         .heading = "velocity",
                         .unit = unit + "/s",
-                        .value_unit = unit + "/s"});
+                        .value_unit = unit + "/s",
+                        .title = "Velocity",
+                        .plot = 2,
+                        .of_other_rows = true});
   }
+}
+
+void DecodeTable::add_value_columns(std::size_t k, unsigned position_bits) {
+  const std::string end = suffix(k);
+  const auto add_flag = [&](std::string name, std::string heading, Role role, std::string title) {
+    columns_.push_back({.name = std::move(name),
+                        .kind = Kind::flag,
+                        .heading = std::move(heading),
+                        .role = role,
+                        .title = std::move(title)});
+  };
+  Column& position = columns_.emplace_back(integer("position" + end, position_bits, "counts"));
+  position.title = k == 0 ? "Position" : "Position of channel " + end;
+  // One with a unit is plotted instead.
+  position.plot = k > 0 ? 3 : motion_.unit.empty() ? 1 : 0;
+  add_flag("nE" + end, "", Role::error_at_0, "Flags of the encoder");
+  add_flag("nW" + end, "", Role::warning_at_0, "Flags of the encoder");
+  add_flag("crc" + end + "_ok", "CRC" + end + " ok", Role::check_at_0, "Checksums");
 }
 
 void DecodeTable::add_channel_columns(std::size_t k, const ChannelFormat& channel) {
   const std::string end = suffix(k);
-  if (k > 0) {
-    columns_.push_back(integer("position" + end, channel.position_bits(), "counts"));
-    columns_.push_back({.name = "nE" + end, .kind = Kind::flag});
-    columns_.push_back({.name = "nW" + end, .kind = Kind::flag});
-    columns_.push_back(
-        {.name = "crc" + end + "_ok", .kind = Kind::flag, .heading = "CRC" + end + " ok"});
-  }
+  if (k > 0) add_value_columns(k, channel.position_bits());
   if (channel.life_counter.present()) {
     columns_.push_back(integer("lc" + end, channel.life_counter.bits, ""));
   }

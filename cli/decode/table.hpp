@@ -36,6 +36,7 @@ class DecodeTable {
 
  private:
   report::Column integer(std::string name, unsigned bits, std::string unit) const;
+  void add_value_columns(std::size_t k, unsigned position_bits);
   void add_channel_columns(std::size_t k, const ChannelFormat& channel);
   void add_motion_columns();
   static report::Cell* put_values(report::Cell* at, const ChannelFormat& channel,

@@ -49,7 +49,7 @@ const std::vector<report::Column>& access_columns() {
       {.name = "address", .kind = Kind::text},
       {.name = "name", .kind = Kind::text},
       {.name = "data", .kind = Kind::text},
-      {.name = "outcome", .kind = Kind::text, .mark = report::Mark::status},
+      {.name = "outcome", .kind = Kind::text, .role = report::Role::status},
       {.name = "cycles", .kind = Kind::unsigned_integer},
       report::time_column("busy_ns", "busy")};
   return all;

@@ -67,7 +67,7 @@ std::vector<report::Column> columns_for(report::Format to) {
                                          count("bound_cycles", "bound"),
                                          count("late", ""),
                                          count("unexpected", ""),
-                                         {.name = "result", .mark = report::Mark::status},
+                                         {.name = "result", .role = report::Role::status},
                                          {.name = "verdicts"}};
   if (readable) return columns;
   for (const char* name : {"wrong", "position_wraps", "counter_wraps"}) {
