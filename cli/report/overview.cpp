@@ -18,26 +18,6 @@ constexpr std::size_t groups_max = 10'000;
 // Of the pictures beside the counts.
 constexpr std::size_t bins = 60;
 
-// A name with the number of a channel after it: nE, nE2, crc2_ok.
-bool is_numbered(std::string_view name, std::string_view before, std::string_view after = {}) {
-  if (!name.starts_with(before) || !name.ends_with(after)) return false;
-  if (name.size() < before.size() + after.size()) return false;
-  const auto number = name.substr(before.size(), name.size() - before.size() - after.size());
-  return number.find_first_not_of("0123456789") == std::string_view::npos;
-}
-
-// As view/src/plots/plot_list.ts has them.
-bool is_drawn(std::string_view name) {
-  return is_numbered(name, "position") || name.starts_with("velocity_") ||
-         name == "line_delay_ns" || name == "ack_ns" || name == "clock_hz";
-}
-
-// As view/src/plots/causes_of.ts has them.
-bool is_counted(std::string_view name) {
-  return name == "status" || name == "limits" || name == "safety" || name == "marginal" ||
-         is_numbered(name, "nE") || is_numbered(name, "nW") || is_numbered(name, "crc", "_ok");
-}
-
 // Times as the page has them: picoseconds.
 std::optional<double> number_of(const report::Cell& cell) {
   switch (cell.kind()) {
@@ -78,10 +58,10 @@ void Overview::Group::count(std::size_t cause, std::uint64_t times) {
 
 Overview::Overview(std::span<const report::Column> columns) {
   for (std::size_t i = 0; i < columns.size(); ++i) {
-    const std::string& name = columns[i].name;
-    if (name == "time_ns") time_column_ = i;
-    if (is_drawn(name)) drawn_.emplace_back(i, name);
-    if (is_counted(name)) counted_.emplace_back(i, name);
+    const report::Column& column = columns[i];
+    if (column.name == "time_ns") time_column_ = i;
+    if (column.plot != 0) drawn_.emplace_back(i, column.name);
+    if (column.role != report::Role::value) counted_.emplace_back(i, column);
   }
 }
 
@@ -120,12 +100,13 @@ void Overview::join_groups() {
 }
 
 void Overview::count_cells(Group& group, std::span<const report::Cell> cells) {
-  for (const auto& [place, name] : counted_) {
+  for (const auto& [place, column] : counted_) {
     const report::Cell& cell = cells[place];
+    const std::string& name = column.name;
     if (cell.kind() == report::Kind::flag) {
-      const bool marginal = name == "marginal";
-      if (cell.unsigned_value() == (marginal ? 1U : 0U)) {
-        group.count(cause_for(name, marginal ? name : name + "=0"));
+      const bool bad_at_1 = column.role == report::Role::warning_at_1;
+      if (cell.unsigned_value() == (bad_at_1 ? 1U : 0U)) {
+        group.count(cause_for(name, bad_at_1 ? name : name + "=0"));
       }
     } else if (cell.kind() == report::Kind::text) {
       std::string_view rest = cell.text();
@@ -188,7 +169,7 @@ json Overview::causes() const {
   }
   const auto place = [&](const json& cause) {
     const auto at = std::find_if(counted_.begin(), counted_.end(), [&](const auto& each) {
-      return each.second == cause["column"].get<std::string>();
+      return each.second.name == cause["column"].get<std::string>();
     });
     return at - counted_.begin();
   };

@@ -54,7 +54,7 @@ class Overview {
   std::size_t time_column_ = 0;
   // Places of the columns that are drawn, and of those that have causes.
   std::vector<std::pair<std::size_t, std::string>> drawn_;
-  std::vector<std::pair<std::size_t, std::string>> counted_;
+  std::vector<std::pair<std::size_t, report::Column>> counted_;
   std::vector<Cause> causes_;
   std::vector<Group> groups_;
   std::uint64_t each_ = 1;

@@ -70,11 +70,6 @@ std::vector<std::string> cells_of(const std::string& row) {
   }
 }
 
-// Their values depend on cycles that the part may not have.
-bool depends_on_others(std::string_view column) {
-  return column == "safety" || column == "limits" || column.starts_with("velocity_");
-}
-
 class PartMaker {
  public:
   PartMaker(DecodeOptions& options, DecodeRun& run, std::string_view name)
@@ -323,7 +318,7 @@ class PartMaker {
         // The first one is the number of the row.
         for (std::size_t k = 1; same && k < columns.size(); ++k) {
           if (whole[k] == part[k]) continue;
-          same = depends_on_others(columns[k].name);
+          same = columns[k].of_other_rows;
           other.push_back({shown_.size(), columns[k].name, whole[k]});
         }
       }
