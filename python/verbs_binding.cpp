@@ -89,27 +89,6 @@ cli::GivenCapture capture_of(const py::tuple& parts) {
                        parts[2].cast<py::array>(), parts[3].cast<std::int64_t>());
 }
 
-std::string_view kind_name(Kind kind) {
-  switch (kind) {
-    case Kind::unsigned_integer:
-      return "unsigned";
-    case Kind::signed_integer:
-      return "signed";
-    case Kind::nanoseconds:
-      return "time";
-    case Kind::real:
-      return "real";
-    case Kind::bits:
-      return "bits";
-    case Kind::flag:
-      return "flag";
-    case Kind::text:
-    case Kind::absent:
-      break;
-  }
-  return "text";
-}
-
 py::array values_of(StoredColumn& stored) {
   const auto rows = static_cast<py::ssize_t>(stored.numbers.size() / stored.lanes);
   switch (stored.column.kind) {
@@ -139,7 +118,8 @@ py::tuple tuple_of(StoredColumn& stored) {
   py::object counts = py::none();
   if (stored.column.kind == Kind::bits) counts = array_of(std::move(stored.bit_counts));
   const bool time = stored.column.kind == Kind::nanoseconds;
-  return py::make_tuple(stored.column.name, kind_name(stored.column.kind),
+  return py::make_tuple(stored.column.name,
+                        report::kind_names[static_cast<std::size_t>(stored.column.kind)],
                         time ? std::string("ns") : stored.column.value_unit, values_of(stored),
                         absent, texts, counts, stored.column.bits);
 }

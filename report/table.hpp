@@ -34,6 +34,10 @@ enum class Kind : std::uint8_t {
   flag,              ///< 0 or 1
 };
 
+/// The names of all kinds for a reader of the columns, in the order of Kind.
+inline constexpr std::array<std::string_view, 8> kind_names = {
+    "", "unsigned", "signed", "time", "real", "text", "bits", "flag"};
+
 /// One value of a row. It owns nothing: text and bits must live until row() has returned.
 class Cell {
  public:
@@ -93,6 +97,11 @@ enum class Role : std::uint8_t {
   warning_at_0,  ///< flag
   warning_at_1,  ///< flag
 };
+
+/// The names of all roles for a reader of the columns, in the order of Role.
+inline constexpr std::array<std::string_view, 8> role_names = {
+    "value",      "status",     "verdict",      "warnings",
+    "error_at_0", "check_at_0", "warning_at_0", "warning_at_1"};
 
 /// A column. `name` and `kind` are the contract with scripts; all else is for eyes only.
 struct Column {

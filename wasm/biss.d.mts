@@ -72,6 +72,10 @@ export interface About {
 
 export type ColumnKind = 'unsigned' | 'signed' | 'time' | 'real' | 'text' | 'bits' | 'flag';
 
+/** What a value says of its row; the names of report/table.hpp. */
+export type Role =
+  | 'value' | 'status' | 'verdict' | 'warnings' | 'error_at_0' | 'check_at_0' | 'warning_at_0' | 'warning_at_1';
+
 /** A column of `biss decode --to csv`. */
 export interface Column {
   name: string;
@@ -81,6 +85,11 @@ export interface Column {
   unit: string;
   valueUnit: string;
   shift: number;
+  role: Role;
+  /** Of its plot, or of the causes that its role counts. */
+  title: string;
+  /** Place of its plot among the plots, which columns may share; 0: it has none. */
+  plot: number;
 }
 
 /** Values of a column, a row each. */
@@ -89,8 +98,8 @@ export interface ColumnValues {
   /** 0 where the cell is empty. */
   present: Uint8Array;
   /**
-   * Without loss: `time` in picoseconds. `real` is a Float64Array; of `text` the values are indices
-   * of `texts`; of `bits` there are none, csv() has them.
+   * Without loss: `time` in picoseconds. `real` is a Float64Array; of `text` and `flag` the values are
+   * indices of `texts`; of `bits` there are none, csv() has them.
    */
   values: BigUint64Array | BigInt64Array | Float64Array;
   texts: string[];

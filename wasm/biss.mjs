@@ -163,7 +163,8 @@ class Session {
     if (kind === 'bits') return { kind, present, values: new BigUint64Array(0), texts: [] };
     const Type = { real: Float64Array, time: BigInt64Array, signed: BigInt64Array }[kind];
     const values = this.#memory.array(Type ?? BigUint64Array, at, count);
-    return { kind, present, values, texts: kind === 'text' ? this.#texts() : [] };
+    const texts = kind === 'text' ? this.#texts() : kind === 'flag' ? ['0', '1'] : [];
+    return { kind, present, values, texts };
   }
 
   #texts() {

@@ -147,6 +147,30 @@ describe('a session', () => {
     session.close();
   });
 
+  it('Columns_SayWhatTheirValuesMean', () => {
+    const format = 'mt12,st20,nE,nW,crc6+pos12,nE,nW,crc6';
+    native(['simulate', '-f', format, '--cycles', '20', '-o', 'roles.vcd']);
+    biss.addFile('roles.vcd', fs.readFileSync(path.join(folder, 'roles.vcd')));
+    const columnsWith = (options) => {
+      const { session } = biss.open(['roles.vcd', '-f', format, '--velocity', ...options]);
+      const { columns } = session;
+      session.close();
+      return columns;
+    };
+    const columns = columnsWith([]);
+    const named = (wanted) => columns.filter(({ role }) => role === wanted).map(({ name }) => name);
+    assert.deepEqual(['status', 'verdict', 'warnings', 'error_at_0', 'check_at_0', 'warning_at_0', 'warning_at_1'].map(named),
+      [['status'], ['safety'], ['limits'], ['nE', 'nE2'], ['crc_ok', 'crc2_ok'], ['nW', 'nW2'], ['marginal']]);
+    for (const { name, kind, role, title, plot } of columns) {
+      assert.equal(/_at_[01]$/.test(role), kind === 'flag', name);
+      assert.equal(title !== '', role !== 'value' || plot > 0, name);
+    }
+    const plots = (of) => of.filter(({ plot }) => plot > 0).sort((a, b) => a.plot - b.plot).map(({ name }) => name);
+    assert.deepEqual(plots(columns),
+      ['position', 'velocity_counts_s', 'position2', 'line_delay_ns', 'ack_ns', 'clock_hz']);
+    assert.deepEqual(plots(columnsWith(['--scale', 'deg'])).slice(0, 3), ['position_deg', 'velocity_deg_s', 'position2']);
+  });
+
   it('Lines_ShowTheChangesOfTheFile', () => {
     native(['simulate', '-f', 'resolute-26', '--cycles', '40', '--fault', 'glitch_slo:0.3', '-o', 'lines.csv']);
     biss.addFile('lines.csv', pulled('lines.csv'));

@@ -35,28 +35,6 @@ std::string_view line_kind(const cli::CaptureInput& input) {
   return input.sample_period() == Picoseconds{} ? "changes" : "samples";
 }
 
-std::string_view kind_text(report::Kind kind) {
-  switch (kind) {
-    case report::Kind::unsigned_integer:
-      return "unsigned";
-    case report::Kind::signed_integer:
-      return "signed";
-    case report::Kind::nanoseconds:
-      return "time";
-    case report::Kind::real:
-      return "real";
-    case report::Kind::text:
-      return "text";
-    case report::Kind::bits:
-      return "bits";
-    case report::Kind::flag:
-      return "flag";
-    case report::Kind::absent:
-      break;
-  }
-  return "";
-}
-
 // The edges of both lines in time order, of each line only the first ones where they are many.
 std::vector<wire::Edge> edges_between(const LineStore& ma, const LineStore& slo,
                                       const decode::Lines& lines, Picoseconds from,
@@ -197,11 +175,14 @@ std::string Session::columns_text() const {
   json columns = json::array();
   for (const report::Column& column : rows_->columns()) {
     columns.push_back({{"name", column.name},
-                       {"kind", kind_text(column.kind)},
+                       {"kind", report::kind_names[static_cast<std::size_t>(column.kind)]},
                        {"heading", column.heading.empty() ? column.name : column.heading},
                        {"unit", column.unit},
                        {"valueUnit", column.value_unit},
-                       {"shift", column.shift}});
+                       {"shift", column.shift},
+                       {"role", report::role_names[static_cast<std::size_t>(column.role)]},
+                       {"title", column.title},
+                       {"plot", column.plot}});
   }
   return dumped(columns);
 }
