@@ -1,14 +1,14 @@
 // A session of rows alone, as biss.d.mts has it, for the tests of what the worker computes.
 
 const columns = [
-  { name: 'cycle', kind: 'unsigned' },
-  { name: 'time_ns', kind: 'time' },
-  { name: 'status', kind: 'text' },
-  { name: 'position', kind: 'unsigned' },
-  { name: 'nE', kind: 'flag' },
-  { name: 'line_delay_ns', kind: 'time' },
-  { name: 'ack_ns', kind: 'time' },
-  { name: 'limits', kind: 'text' },
+  { name: 'cycle', kind: 'unsigned', role: 'value' },
+  { name: 'time_ns', kind: 'time', role: 'value' },
+  { name: 'status', kind: 'text', role: 'status' },
+  { name: 'position', kind: 'unsigned', role: 'value' },
+  { name: 'nE', kind: 'flag', role: 'error_at_0' },
+  { name: 'line_delay_ns', kind: 'time', role: 'value' },
+  { name: 'ack_ns', kind: 'time', role: 'value' },
+  { name: 'limits', kind: 'text', role: 'warnings' },
 ];
 const arrays = { time: BigInt64Array, text: BigUint64Array, unsigned: BigUint64Array, flag: BigUint64Array };
 
@@ -33,7 +33,7 @@ export function sessionOf(rows) {
         kind: found.kind,
         present: Uint8Array.from(cells, (cell) => (cell === undefined ? 0 : 1)),
         values: arrays[found.kind].from(values),
-        texts: found.kind === 'text' ? texts : [],
+        texts: found.kind === 'text' ? texts : found.kind === 'flag' ? ['0', '1'] : [],
       };
     },
   };

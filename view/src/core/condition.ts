@@ -6,8 +6,9 @@
 //     compare    = "=" | "!=" | "<" | "<=" | ">" | ">="
 //
 // A column has its name in the CSV of `biss decode`, or a short name (ack, delay, clock, time). A
-// word is a status, a safety verdict, or one of `words`. A value may have a unit: 12us, 5MHz.
-import { statuses } from './statuses';
+// word is a status, a safety verdict, a flag that is bad, or one of `words`. A value may have a unit: 12us, 5MHz.
+import type { Column } from 'biss';
+import { badAt, statuses } from './statuses';
 
 export type Operator = '=' | '!=' | '<' | '<=' | '>' | '>=';
 
@@ -46,9 +47,6 @@ const shortNames: Record<string, string> = {
 const words: Record<string, Condition> = {
   error: { kind: 'error' },
   errors: { kind: 'error' },
-  nE: flag('nE', 0n),
-  nW: flag('nW', 0n),
-  marginal: flag('marginal', 1n),
 };
 
 /** What the search field offers. */
@@ -57,13 +55,12 @@ export const suggestions = [
   'position > 1000', 'ack > 10us', 'delay > 500ns', 'clock < 1MHz', 'time > 1ms', 'cycle = 100',
 ];
 
-function flag(column: string, digits: bigint): Condition {
-  const text = String(digits);
-  return { kind: 'compare', column, operator: '=', text, value: { digits, places: 0 }, unit: '' };
+function equal(column: string, text: string): Condition {
+  return { kind: 'compare', column, operator: '=', text, value: { digits: BigInt(text), places: 0 }, unit: '' };
 }
 
 /** @throws ConditionError with what is wrong and where */
-export function parseCondition(text: string, columns: readonly string[]): Condition {
+export function parseCondition(text: string, columns: readonly Column[]): Condition {
   const parser = new Parser(tokensOf(text), columns);
   const condition = parser.condition();
   parser.expectEnd();
@@ -76,8 +73,11 @@ function tokensOf(text: string): string[] {
 
 class Parser {
   #at = 0;
+  readonly #names: readonly string[];
 
-  constructor(private readonly tokens: string[], private readonly columns: readonly string[]) {}
+  constructor(private readonly tokens: string[], private readonly columns: readonly Column[]) {
+    this.#names = columns.map(({ name }) => name);
+  }
 
   #peek(): string | undefined {
     return this.tokens[this.#at];
@@ -123,7 +123,7 @@ class Parser {
   #comparison(name: string, operator: Operator): Condition {
     const column = this.#columnOf(name);
     if (column === undefined) {
-      throw new ConditionError(`"${name}" is not a column; they are ${this.columns.join(', ')}`);
+      throw new ConditionError(`"${name}" is not a column; they are ${this.#names.join(', ')}`);
     }
     const text = this.#peek();
     if (text === undefined) throw new ConditionError(`a value is missing after "${operator}"`);
@@ -133,20 +133,23 @@ class Parser {
 
   #columnOf(name: string): string | undefined {
     const known = [name, shortNames[name.toLowerCase()] ?? name];
-    return known.find((each) => this.columns.includes(each))
-      ?? this.columns.find((each) => each.toLowerCase() === name.toLowerCase())
-      ?? this.columns.find((each) => each.startsWith(`${name}_`));
+    return known.find((each) => this.#names.includes(each))
+      ?? this.#names.find((each) => each.toLowerCase() === name.toLowerCase())
+      ?? this.#names.find((each) => each.startsWith(`${name}_`));
   }
 
   #word(word: string): Condition {
     const own = words[word] ?? words[word.toLowerCase()];
     if (own !== undefined) return own;
     const lower = word.toLowerCase();
+    const column = this.columns.find(({ name }) => name.toLowerCase() === lower);
+    const bad = column && badAt(column.role);
+    if (bad !== undefined) return equal(column!.name, bad);
     if (lower in statuses) {
       return { kind: 'compare', column: 'status', operator: '=', text: lower, unit: '' };
     }
     if (verdicts.includes(lower)) return { kind: 'verdict', name: lower };
-    if (/^\d+$/.test(word)) return { ...flag('cycle', BigInt(word)) };
+    if (/^\d+$/.test(word)) return equal('cycle', word);
     throw new ConditionError(`"${word}" is not a status; write for example "crc" or "position > 1000"`);
   }
 

@@ -1,7 +1,7 @@
 // Rows for which a condition is true, in the worker.
-import type { ColumnValues, Session } from 'biss';
+import type { Column, ColumnValues, Session } from 'biss';
 import { type Condition, ConditionError, type Decimal, type Operator, parseCondition } from './condition';
-import { harmlessStatuses, harmlessVerdicts } from './statuses';
+import { markOf } from './statuses';
 
 // Rows are read in stretches, so that memory does not grow with the capture.
 const stretch = 16_384;
@@ -40,7 +40,7 @@ export function findRows(session: Session, text: string, most: number): Int32Arr
 }
 
 function conditionFor(session: Session, text: string): Condition {
-  return parseCondition(text, session.columns.map((column) => column.name));
+  return parseCondition(text, session.columns);
 }
 
 class Stretch {
@@ -103,22 +103,17 @@ function testOf(rows: Stretch, condition: Condition): Test {
 
 // The rows of `biss decode --only-errors`.
 function errorTest(rows: Stretch): Test {
-  const status = rows.text('status');
-  const limits = rows.text('limits');
-  const safety = rows.text('safety');
-  const flags = rows.session.columns
-    .filter((column) => /^nE\d*$/.test(column.name))
-    .map((column) => rows.column(column.name));
-  return (place) => !harmlessStatuses.has(status(place))
-    || limits(place) !== ''
-    || !harmlessVerdicts.has(safety(place))
-    || flags.some(({ present, values }) => present[place] !== 0 && values[place] === 0n);
+  const tests = rows.session.columns
+    .filter(({ role }) => ['status', 'verdict', 'warnings', 'error_at_0'].includes(role))
+    .map(({ name, role }) => ({ role, text: rows.text(name) }));
+  return (place) => tests.some(({ role, text }) => markOf(role, text(place)) !== '');
 }
 
 type Comparison = Extract<Condition, { kind: 'compare' }>;
 
 function comparison(rows: Stretch, condition: Comparison): Test {
-  const { kind } = rows.session.columns.find((column) => column.name === condition.column)!;
+  const column = rows.session.columns.find(({ name }) => name === condition.column)!;
+  const { kind } = column;
   if (kind === 'text') return textTest(rows, condition);
   if (kind === 'bits') return bitsTest(rows, condition);
   if (condition.value === undefined) {
@@ -130,7 +125,7 @@ function comparison(rows: Stretch, condition: Comparison): Test {
     return (place) => present[place] !== 0 && holds(condition.operator, Number(values[place]), limit);
   }
   const scale = 10n ** BigInt(condition.value.places);
-  const limit = condition.value.digits * unitOf(condition.column, condition.unit, condition.value);
+  const limit = condition.value.digits * unitOf(column, condition.unit, condition.value);
   return (place) => present[place] !== 0
     && holds(condition.operator, BigInt(values[place]!) * scale, limit);
 }
@@ -144,12 +139,12 @@ const rateUnits: Record<string, bigint> = {
 
 // How many units of the values of a column this unit is. Times are in picoseconds, and without a
 // unit in nanoseconds, as the command writes them.
-function unitOf(column: string, unit: string, value: Decimal): bigint {
-  const [units, usual] = column.endsWith('_ns') ? [timeUnits, 'ns'] : [rateUnits, 'Hz'];
-  if (unit === '' && !column.endsWith('_ns')) return 1n;
-  const factor = column.endsWith('_ns') || column.endsWith('_hz') ? units[unit || usual] : undefined;
+function unitOf({ name, kind, valueUnit }: Column, unit: string, value: Decimal): bigint {
+  if (unit === '' && kind !== 'time') return 1n;
+  const units: Record<string, bigint> = kind === 'time' ? timeUnits : valueUnit === 'Hz' ? rateUnits : {};
+  const factor = units[unit || 'ns'];
   if (factor === undefined) {
-    throw new ConditionError(`${Number(value.digits) / 10 ** value.places}${unit}: ${column} does not have this unit`);
+    throw new ConditionError(`${Number(value.digits) / 10 ** value.places}${unit}: ${name} does not have this unit`);
   }
   return factor;
 }

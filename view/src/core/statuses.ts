@@ -1,4 +1,6 @@
-// The words of the columns `status` and `safety`, as docs/status.md and docs/safety.md have them.
+// What the values of columns mean: their roles, and the words of `status` and `safety` as docs/status.md
+// and docs/safety.md have them.
+import type { Column, Role } from 'biss';
 
 /** What was seen, for each status of a request cycle. */
 export const statuses: Readonly<Record<string, string>> = {
@@ -25,7 +27,26 @@ export const harmlessStatuses: ReadonlySet<string> = new Set([
   'ok', 'unchecked', 'cut_start', 'cut_end',
 ]);
 
-/** Verdicts of the safety monitor that are no fault, but a state. */
-export const harmlessVerdicts: ReadonlySet<string> = new Set([
-  '', 'safe', 'starting', 'latched', 'failed',
-]);
+// Verdicts of the safety monitor that are no fault, but a state.
+const harmlessVerdicts: ReadonlySet<string> = new Set(['safe', 'starting', 'latched', 'failed']);
+
+/** Where a flag is bad; undefined: the column is no flag, or both are good. */
+export function badAt(role: Role): '0' | '1' | undefined {
+  return role.endsWith('_at_0') ? '0' : role.endsWith('_at_1') ? '1' : undefined;
+}
+
+/** How a cell is marked; empty: it is not bad. */
+export function markOf(role: Role, text: string): '' | 'warn' | 'bad' {
+  if (text === '' || role === 'value') return '';
+  if (role === 'status') return harmlessStatuses.has(text) ? '' : 'bad';
+  if (role === 'verdict') return harmlessVerdicts.has(text) ? '' : 'bad';
+  if (role !== 'warnings' && text !== badAt(role)) return '';
+  return role.startsWith('warning') ? 'warn' : 'bad';
+}
+
+/** What a cell counts for: `crc`, `nE=0`, `clock_max`. */
+export function causesIn({ name, kind, role }: Column, text: string): string[] {
+  if (kind !== 'flag') return text.split(';').filter((one) => one !== '');
+  if (markOf(role, text) === '') return [];
+  return [text === '0' ? `${name}=0` : name];
+}

@@ -1,7 +1,7 @@
 /** How many cycles have each status, flag, limit and verdict, and when in the capture. */
 import { signal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
-import { harmlessStatuses, harmlessVerdicts, statuses } from '../core/statuses';
+import { markOf, statuses } from '../core/statuses';
 import { searchOn } from '../shell/search';
 import * as state from '../state';
 import type { Cause, Causes as Counted } from './causes_of';
@@ -10,26 +10,20 @@ import { Latest } from './latest';
 
 const bins = 60;
 
-const titles: Record<string, string> = {
-  status: 'Status',
-  marginal: 'Sampling',
-  safety: 'Safety monitor',
-  limits: 'Limits of the encoder',
-};
-
-function titleOf(column: string): string {
-  if (/^n[EW]/.test(column)) return 'Flags of the encoder';
-  if (/^crc\d*_ok$/.test(column)) return 'Checksums';
-  return titles[column] ?? column;
+function columnOf(cause: Cause) {
+  return state.columns.value.find(({ name }) => name === cause.column);
 }
 
 /** As the search field has it. */
-function conditionOf({ column, name }: Cause): string {
-  return column === 'status' || column === 'marginal' || name.includes('=') ? name : `${column} = ${name}`;
+function conditionOf(cause: Cause): string {
+  const column = columnOf(cause);
+  const isCondition = column?.role === 'status' || column?.kind === 'flag';
+  return isCondition ? cause.name : `${cause.column} = ${cause.name}`;
 }
 
-function isHarmless({ column, name }: Cause): boolean {
-  return column === 'safety' ? harmlessVerdicts.has(name) : harmlessStatuses.has(name);
+function isHarmless(cause: Cause): boolean {
+  const column = columnOf(cause);
+  return column !== undefined && column.kind !== 'flag' && markOf(column.role, cause.name) === '';
 }
 
 export function Causes() {
@@ -37,7 +31,7 @@ export function Causes() {
   if (counted === undefined || counted.causes.length === 0) return null;
   const groups = new Map<string, Cause[]>();
   for (const cause of counted.causes) {
-    const title = titleOf(cause.column);
+    const title = columnOf(cause)?.title ?? cause.column;
     groups.set(title, [...(groups.get(title) ?? []), cause]);
   }
   return (

@@ -1,5 +1,6 @@
 // How many cycles have each status, flag, limit and verdict, and when; in the worker.
-import type { ColumnValues, Session } from 'biss';
+import type { Column, Session } from 'biss';
+import { causesIn } from '../core/statuses';
 import { numbersOf, stretch, timesOf } from './row_times';
 
 export interface CausesAsk {
@@ -52,9 +53,7 @@ class Counter {
 export function causes(session: Session, { bins }: CausesAsk): Causes {
   const counter = new Counter(bins);
   const rows = session.rowCount;
-  const names = session.columns.map(({ name }) => name);
-  const read = names.filter((name) =>
-    /^(status|limits|safety|marginal|n[EW]\d*|crc\d*_ok)$/.test(name));
+  const read = session.columns.filter(({ role }) => role !== 'value');
   const begin = rows === 0 ? 0 : Number(timesOf(session, 0, 1)[0] ?? 0n);
   const last = rows === 0 ? 0 : Number(timesOf(session, rows - 1, rows)[0] ?? 0n);
   for (let first = 0; first < rows; first += stretch) {
@@ -62,34 +61,31 @@ export function causes(session: Session, { bins }: CausesAsk): Causes {
     const times = numbersOf(timesOf(session, first, end));
     const share = bins / Math.max(1, last - begin);
     const bin = Uint16Array.from(times, (time) => Math.min(bins - 1, (time - begin) * share));
-    for (const name of read) countColumn(counter, name, session.column(name, first, end), bin, bins);
+    for (const column of read) countColumn(counter, session, column, first, end, bin, bins);
   }
-  return { rows, causes: counter.sorted(names) };
+  return { rows, causes: counter.sorted(read.map(({ name }) => name)) };
 }
 
 function countColumn(
   counter: Counter,
-  name: string,
-  column: ColumnValues,
+  session: Session,
+  column: Column,
+  first: number,
+  end: number,
   bin: Uint16Array,
   bins: number,
 ): void {
   const counts: Uint32Array[] = [];
-  const values = numbersOf(column.values);
+  const { present, values: exact, texts } = session.column(column.name, first, end);
+  const values = numbersOf(exact);
   for (let i = 0; i < values.length; i += 1) {
-    if (column.present[i] === 0) continue;
+    if (present[i] === 0) continue;
     const value = values[i] ?? 0;
     const over = (counts[value] ??= new Uint32Array(bins));
     const at = bin[i] ?? 0;
     over[at] = (over[at] ?? 0) + 1;
   }
-  const bad = name === 'marginal' ? 1 : 0;
   counts.forEach((over, value) => {
-    if (column.kind !== 'text') {
-      if (value === bad) counter.add(name, bad === 1 ? name : `${name}=0`, over);
-      return;
-    }
-    const text = column.texts[value] ?? '';
-    for (const one of text === '' ? [] : text.split(';')) counter.add(name, one, over);
+    for (const cause of causesIn(column, texts[value] ?? '')) counter.add(column.name, cause, over);
   });
 }

@@ -1,6 +1,6 @@
 // What became of each row, for the strip of all cycles and the boxes of single ones; in the worker.
-import type { Access, Session } from 'biss';
-import { harmlessStatuses, harmlessVerdicts } from '../core/statuses';
+import type { Access, Column, Role, Session } from 'biss';
+import { causesIn, markOf } from '../core/statuses';
 import { blockRows, blockTimes, numbersOf, rowsIn, stretch, timesOf } from './row_times';
 
 /** What a row is drawn as; the larger one is the worse. */
@@ -52,17 +52,18 @@ export interface Rows {
   end: bigint;
 }
 
-/** A column with its values as numbers; NaN where a cell is empty. */
-interface Cells {
+/** A column with its values as places in `texts`; NaN where a cell is empty. */
+interface Cells extends Column {
   numbers: Float64Array;
   texts: string[];
+  marks: string[];
 }
 
-function cellsOf(session: Session, name: string, from: number, to: number): Cells {
-  const { present, values, texts } = session.column(name, from, to);
+function cellsOf(session: Session, column: Column, from: number, to: number): Cells {
+  const { present, values, texts } = session.column(column.name, from, to);
   const numbers = numbersOf(values);
   for (let i = 0; i < numbers.length; i += 1) if (present[i] === 0) numbers[i] = NaN;
-  return { numbers, texts };
+  return { ...column, numbers, texts, marks: texts.map((text) => markOf(column.role, text)) };
 }
 
 function textOf(cells: Cells | undefined, i: number): string {
@@ -71,45 +72,38 @@ function textOf(cells: Cells | undefined, i: number): string {
 
 /** The columns that say what became of a row. */
 class Verdicts {
-  readonly status: Cells;
-  readonly safety: Cells | undefined;
-  readonly #limits: Cells | undefined;
-  readonly #marginal: Cells | undefined;
-  readonly #flags: { name: string; cells: Cells }[];
+  readonly #columns: Cells[];
+  readonly #flags: Cells[];
+  readonly #statuses: Float64Array;
   readonly #classOfStatus: number[];
 
   constructor(session: Session, from: number, to: number) {
-    const names = session.columns.map(({ name }) => name);
-    const get = (name: string) => cellsOf(session, name, from, to);
-    const ifThere = (name: string) => (names.includes(name) ? get(name) : undefined);
-    this.status = get('status');
-    this.safety = ifThere('safety');
-    this.#limits = ifThere('limits');
-    this.#marginal = ifThere('marginal');
-    this.#flags = names.filter((name) => /^n[EW]\d*$/.test(name)).map((name) => ({ name, cells: get(name) }));
-    this.#classOfStatus = this.status.texts.map((text) => {
-      if (cut.has(text)) return rowClass.cut;
-      return harmlessStatuses.has(text) ? rowClass.good : rowClass.failed;
-    });
+    this.#columns = session.columns.filter(({ role }) => role !== 'value' && role !== 'check_at_0')
+      .map((column) => cellsOf(session, column, from, to));
+    this.#flags = this.#columns.filter(({ role }) => role !== 'status');
+    const { numbers, texts, marks } = this.#columns.find(({ role }) => role === 'status')!;
+    this.#statuses = numbers;
+    this.#classOfStatus = texts.map((text, k) =>
+      (marks[k] !== '' ? rowClass.failed : cut.has(text) ? rowClass.cut : rowClass.good));
   }
 
   classOf(i: number): number {
-    const found = this.#classOfStatus[this.status.numbers[i] ?? NaN] ?? rowClass.failed;
+    const found = this.#classOfStatus[this.#statuses[i] ?? NaN] ?? rowClass.failed;
     return found !== rowClass.failed && this.#isFlagged(i) ? rowClass.flagged : found;
   }
 
+  textOf(wanted: Role, i: number): string {
+    return textOf(this.#columns.find(({ role }) => role === wanted), i);
+  }
+
   notes(i: number): string {
-    const notes = this.#flags.filter(({ cells }) => cells.numbers[i] === 0).map(({ name }) => `${name}=0`);
-    if (this.#marginal?.numbers[i] === 1) notes.push('marginal');
-    const limits = textOf(this.#limits, i);
-    if (limits !== '') notes.push(...limits.split(';'));
-    return notes.join(', ');
+    return this.#flags.filter(({ role }) => role !== 'verdict')
+      .flatMap((cells) => causesIn(cells, textOf(cells, i))).join(', ');
   }
 
   #isFlagged(i: number): boolean {
-    for (const { cells } of this.#flags) if (cells.numbers[i] === 0) return true;
-    if (this.#marginal?.numbers[i] === 1 || textOf(this.#limits, i) !== '') return true;
-    return !harmlessVerdicts.has(textOf(this.safety, i));
+    for (const { numbers, marks } of this.#flags) if (marks[numbers[i] ?? NaN]) return true;
+    return false;
   }
 }
 
@@ -233,8 +227,8 @@ export function rows(session: Session, { from, to, most }: RowsAsk): Rows {
     ends: endsOf(session, first, times, after),
     numbers,
     classes: Uint8Array.from(indices, (i) => verdicts.classOf(i)),
-    status: indices.map((i) => textOf(verdicts.status, i)),
-    safety: indices.map((i) => textOf(verdicts.safety, i)),
+    status: indices.map((i) => verdicts.textOf('status', i)),
+    safety: indices.map((i) => verdicts.textOf('verdict', i)),
     notes: indices.map((i) => verdicts.notes(i)),
     position: indices.map((i) => (position.present[i] === 1 ? String(position.values[i]) : '')),
     accesses: numbers.length === 0 ? [] : session.accesses(numbers[0] ?? 0, (numbers.at(-1) ?? 0) + 1),

@@ -76,7 +76,7 @@ async function count(condition: string, rows: number): Promise<void> {
     return;
   }
   try {
-    parseCondition(condition, state.columns.value.map((column) => column.name));
+    parseCondition(condition, state.columns.value);
     const matches = await core().ask('findAll', { condition, most }, { lane: 'count' });
     found.value = { count: matches.length, error: '' };
   } catch (error) {

@@ -1,7 +1,7 @@
 // The table of cycles: the rows of `biss decode --to csv`, as many as there is room for.
 import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
 import type { Column } from 'biss';
-import { harmlessStatuses, harmlessVerdicts, statuses } from '../core/statuses';
+import { harmlessStatuses, markOf, statuses } from '../core/statuses';
 import { selectRow, zoomToRow } from '../selection';
 import * as state from '../state';
 import { defineKeys } from './keys';
@@ -164,15 +164,15 @@ interface RowProps {
 
 function Row({ row, place, top, columns, widths, cells }: RowProps) {
   const selected = state.selectedRow.value === row;
-  const status = cells?.[2] ?? 'ok';
+  const status = cells?.[columns.findIndex(({ role }) => role === 'status')] ?? 'ok';
   const kind = harmlessStatuses.has(status) ? '' : ' failed';
   return (
     <div role="row" id={`row-${row}`} aria-rowindex={place + 2} aria-selected={selected} style={{ top: `${top}px` }}
       class={`row${kind}${selected ? ' selected' : ''}`}
       onClick={() => void selectRow(row)} onDblClick={() => void zoomToRow(row)}>
       {columns.map((column, i) => (
-        <span key={column.name} role="gridcell" class={`${alignment(column)}${markOf(column.name, cells?.[i])}`}
-          style={widthOf(widths[i])} title={column.name === 'status' ? statuses[status] : undefined}>
+        <span key={column.name} role="gridcell" class={`${alignment(column)}${markClass(column, cells?.[i])}`}
+          style={widthOf(widths[i])} title={column.role === 'status' ? statuses[status] : undefined}>
           {cells?.[i] ?? (i === 0 ? String(row) : '')}
         </span>
       ))}
@@ -180,12 +180,6 @@ function Row({ row, place, top, columns, widths, cells }: RowProps) {
   );
 }
 
-function markOf(name: string, cell: string | undefined): string {
-  if (cell === undefined || cell === '') return '';
-  if (name === 'status') return harmlessStatuses.has(cell) ? (cell === 'ok' ? ' good' : '') : ' bad';
-  if (/^crc\d*_ok$/.test(name) || /^nE\d*$/.test(name)) return cell === '0' ? ' bad' : '';
-  if (/^nW\d*$/.test(name)) return cell === '0' ? ' warn' : '';
-  if (name === 'marginal') return cell === '1' ? ' warn' : '';
-  if (name === 'safety') return harmlessVerdicts.has(cell) ? '' : ' bad';
-  return name === 'limits' ? ' warn' : '';
+function markClass({ role }: Column, cell = ''): string {
+  return role === 'status' && cell === 'ok' ? ' good' : ` ${markOf(role, cell)}`.trimEnd();
 }
