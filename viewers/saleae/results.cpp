@@ -11,6 +11,7 @@ namespace {
 using biss::report::Cell;
 using biss::report::Column;
 using biss::report::Kind;
+using biss::report::Role;
 
 constexpr auto largest_integer = static_cast<std::uint64_t>(std::numeric_limits<S64>::max());
 
@@ -43,9 +44,9 @@ void add_field(FrameV2& frame, const Column& column, const Cell& cell) {
 // What a bubble shows besides the status.
 bool is_shown(const Column& column, const Cell& cell) {
   if (cell.kind() == Kind::absent) return false;
-  const std::string_view name = column.name;
-  const bool flag = name.starts_with("nE") || name.starts_with("nW");
-  return name.starts_with("position") || name == "limits" || (flag && cell.unsigned_value() == 0);
+  const bool flag = column.role == Role::error_at_0 || column.role == Role::warning_at_0;
+  return column.name.starts_with("position") || column.role == Role::warnings ||
+         (flag && cell.unsigned_value() == 0);
 }
 
 }  // namespace
