@@ -283,36 +283,45 @@ class FieldSearch {
 
   void add(Fields fields, Coding coding, unsigned split) {
     const Field place = fields.channel.position;
-    fields.cost += position_cost(place, coding, split) + doubt_of_flags(fields, coding, split);
+    fields.cost += position_cost(place, coding, split) + doubt_of_bits(fields, coding, split);
     fields.coding = coding;
     fields.split = split;
     set_position(fields.channel, place, coding, split);
     all_.push_back(fields);
   }
 
-  // What a flag costs more that is as random as the lowest bit of a position. Below the position it is
-  // as likely that bit: at most what it costs as such, and a little more than one flag less does.
-  double doubt_of_flags(const Fields& fields, Coding coding, unsigned split) {
+  // What flags and padding cost more that are as random as the lowest bit of a position. Next to the
+  // position they are as likely that bit, unless it makes the position far dearer: every coder is a
+  // little worse with one bit more.
+  double doubt_of_bits(const Fields& fields, Coding coding, unsigned split) {
+    constexpr double least_doubt = 3;
     const ChannelFormat& channel = fields.channel;
     const Field& place = channel.position;
-    unsigned bits = 0;
+    const std::uint64_t used = mask_of(channel.life_counter) | mask_of(place);
+    const auto is_doubtful = [&](unsigned bit) {
+      return ((used >> bit) & 1U) == 0 && bit_costs_[bit].random;
+    };
+    const auto cost_of = [&](unsigned bit) {
+      for (const FlagField& flag : {channel.error, channel.warning}) {
+        if (!flag.present || flag.shift != bit) continue;
+        return flag.active_high ? bit_costs_[bit].high_active : bit_costs_[bit].low_active;
+      }
+      return bit_costs_[bit].padding;
+    };
     double doubt = 0;
+    for (unsigned bit = 0; bit < bits_; ++bit) doubt += is_doubtful(bit) ? least_doubt : 0;
+    unsigned bits = 0;
     double below = 0;
-    for (const FlagField& flag : {channel.error, channel.warning}) {
-      if (!flag.present || !bit_costs_[flag.shift].random) continue;
-      doubt += 3;
-      if (flag.shift + bits + 1 != place.shift) continue;
-      const BitCosts& costs = bit_costs_[flag.shift];
-      below += flag.active_high ? costs.high_active : costs.low_active;
-      ++bits;
+    while (bits < place.shift && is_doubtful(place.shift - bits - 1)) {
+      below += cost_of(place.shift - ++bits);
     }
     if (bits == 0) return doubt;
     const double one_less = channel.error.present && channel.warning.present ? 9 : 5.8;
     const Field with = field_of(place.shift - bits, place.bits + bits);
-    const double more = position_cost(with, coding, split == 0 ? 0 : split + bits) +
+    const double gain = position_cost(with, coding, split == 0 ? 0 : split + bits) +
                         position_width_cost(with.bits) - position_cost(place, coding, split) -
-                        position_width_cost(place.bits);
-    return std::min(doubt, more - below + bits * one_less);
+                        position_width_cost(place.bits) - below;
+    return std::min(doubt + std::clamp(gain, 0.0, least_difference * below), gain + bits * one_less);
   }
 
   // Those that make the motion smoother.

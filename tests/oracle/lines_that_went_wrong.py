@@ -37,7 +37,7 @@ KINDS = {
 FORMATS = {
     "turns in Gray code, of which few were seen": (500119, 501561, 501766, 501904),
     "the lowest bit of a position beside a single flag": (502216, 502560, 503601, 4841, 5101, 700509, 703267,
-                                                            703624),
+                                                            703624, 803804),
     "a single flag before the position": (700646, 701849),
     "a change of length beside a damaged frame": (501528,),
 }
