@@ -321,7 +321,8 @@ class FieldSearch {
     const double gain = position_cost(with, coding, split == 0 ? 0 : split + bits) +
                         position_width_cost(with.bits) - position_cost(place, coding, split) -
                         position_width_cost(place.bits) - below;
-    return std::min(doubt + std::clamp(gain, 0.0, least_difference * below), gain + bits * one_less);
+    return std::min(doubt + std::clamp(gain, 0.0, least_difference * below),
+                    gain + bits * one_less);
   }
 
   // Those that make the motion smoother.
