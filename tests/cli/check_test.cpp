@@ -1,4 +1,5 @@
 // Verdicts of `check` on simulated captures of encoders.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
