@@ -7,33 +7,33 @@ namespace named_device_test {
 
 using namespace biss;
 
-TEST(NamedDevice, NameOfTheCatalogue_HasItsTiming) {
+BISS_TEST(NamedDevice, NameOfTheCatalogue_HasItsTiming) {
   const auto device = read_device("resolute-26");
-  ASSERT_TRUE(device.ok());
-  EXPECT_TRUE(device->entry == find_encoder("resolute-26"));
-  EXPECT_TRUE(device->configuration == nullptr);
-  EXPECT_TRUE(device->timing_known());
-  EXPECT_TRUE(device->format == device->entry->frame_format());
+  BISS_ASSERT(device.ok());
+  BISS_EXPECT(device->entry == find_encoder("resolute-26"));
+  BISS_EXPECT(device->configuration == nullptr);
+  BISS_EXPECT(device->timing_known());
+  BISS_EXPECT(device->format == device->entry->frame_format());
 }
 
-TEST(NamedDevice, NameOfASafetyConfiguration_HasItsFormat) {
+BISS_TEST(NamedDevice, NameOfASafetyConfiguration_HasItsFormat) {
   const auto device = read_device("rsm");
-  ASSERT_TRUE(device.ok());
-  EXPECT_TRUE(device->entry == nullptr);
-  ASSERT_TRUE(device->configuration != nullptr);
-  EXPECT_TRUE(device->format == device->configuration->frame_format());
+  BISS_ASSERT(device.ok());
+  BISS_EXPECT(device->entry == nullptr);
+  BISS_ASSERT(device->configuration != nullptr);
+  BISS_EXPECT(device->format == device->configuration->frame_format());
 }
 
-TEST(NamedDevice, ProfileIdentifier_IsAFormatWithoutTiming) {
+BISS_TEST(NamedDevice, ProfileIdentifier_IsAFormatWithoutTiming) {
   for (const std::string_view text : {"bp3:0x621E", "bp3:0X621e", "bp3:25118"}) {
     const auto device = read_device(text);
-    ASSERT_TRUE(device.ok());
-    EXPECT_TRUE(device->format == *profile_format(0x621E));
-    EXPECT_FALSE(device->timing_known());
+    BISS_ASSERT(device.ok());
+    BISS_EXPECT(device->format == *profile_format(0x621E));
+    BISS_EXPECT(!device->timing_known());
   }
 }
 
-TEST(NamedDevice, NoDevice_SaysWhy) {
+BISS_TEST(NamedDevice, NoDevice_SaysWhy) {
   struct Case {
     std::string_view text;
     DeviceMistake mistake;
@@ -47,9 +47,9 @@ TEST(NamedDevice, NoDevice_SaysWhy) {
       {"bp3:0x6202", DeviceMistake::no_position}};
   for (const Case& each : cases) {
     const auto device = read_device(each.text);
-    ASSERT_FALSE(device.ok());
-    EXPECT_TRUE(device.error().mistake == each.mistake);
-    EXPECT_FALSE(text_of(device.error()).empty());
+    BISS_ASSERT(!device.ok());
+    BISS_EXPECT(device.error().mistake == each.mistake);
+    BISS_EXPECT(!text_of(device.error()).empty());
   }
 }
 
