@@ -19,7 +19,7 @@ namespace biss::python {
 namespace {
 
 using AddVerb = void (*)(cli::Command&);
-constexpr std::array<std::pair<std::string_view, AddVerb>, 17> verbs{{
+constexpr auto verbs = std::to_array<std::pair<std::string_view, AddVerb>>({
     {"archive", cli::add_archive},
     {"check", cli::add_check},
     {"compare", cli::add_compare},
@@ -36,7 +36,7 @@ constexpr std::array<std::pair<std::string_view, AddVerb>, 17> verbs{{
     {"report", cli::add_report},
     {"safety", cli::add_safety},
     {"simulate", cli::add_simulate},
-}};
+});
 
 // To declare all of them takes milliseconds. An unknown verb gets all, for the message.
 void add_verb_of(cli::Command& command, std::string_view name) {
