@@ -7,9 +7,7 @@
 #include <functional>
 #include <utility>
 
-#include "biss/catalogue/catalogue.hpp"
-#include "biss/frame/format_text.hpp"
-#include "biss/safety/configurations.hpp"
+#include "biss/configure/named_device.hpp"
 #include "biss/timing/device_timing.hpp"
 #include "capi/device.hpp"
 #include "device/quantity.hpp"

@@ -1,7 +1,6 @@
 // The device that a text stands for: the one place that knows names, profiles and formats.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
@@ -118,8 +117,8 @@ constexpr Result<Device, DeviceTextError> device_of_profile(std::string_view dig
 
 }  // namespace configure_detail
 
-/// Reads a name of the catalogue (`resolute-26`), of a safety configuration (`rsm`), a profile
-/// identifier (`bp3:0x621E`) or a format (`pos26,nE,nW,crc6`), in this order.
+/// Reads a profile identifier (`bp3:0x621E`), a name of the catalogue (`resolute-26`) or of a safety
+/// configuration (`rsm`), or a format (`pos26,nE,nW,crc6`), in this order.
 constexpr Result<Device, DeviceTextError> read_device(std::string_view text) {
   constexpr std::string_view prefix = configure_detail::profile_prefix;
   if (text.starts_with(prefix)) {
