@@ -1,6 +1,6 @@
 #include <new>
 
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
@@ -8,8 +8,8 @@
 namespace biss::cli {
 namespace {
 
-ExitStatus run(int argc, char** argv) {
-  Command command;
+ExitStatus run(int argc, char** argv, Host& host) {
+  Command command(host);
   add_decode(command);
   add_check(command);
   add_compare(command);
@@ -36,10 +36,11 @@ ExitStatus run(int argc, char** argv) {
 int main(int argc, char** argv) {
   using namespace biss::cli;
   prepare_process();
+  ProcessHost host;
   // Declaring the verbs takes memory too.
   try {
-    return static_cast<int>(run(argc, argv));
+    return static_cast<int>(run(argc, argv, host));
   } catch (const std::bad_alloc&) {
-    return static_cast<int>(fail(ExitStatus::io, "out of memory"));
+    return static_cast<int>(host.fail(ExitStatus::io, "out of memory"));
   }
 }

@@ -4,8 +4,7 @@
 #include <utility>
 
 #include "biss/frame/format_text.hpp"
-#include "cli/common/given_captures.hpp"
-#include "cli/common/table_output.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/verb.hpp"
 #include "device/quantity.hpp"
 #include "draw/cycle_drawing.hpp"
@@ -82,18 +81,19 @@ class Stream::Rows final : public report::TableWriter {
 Stream::Stream(const std::vector<std::string>& options, const StreamSetup& setup)
     : setup_(setup), writer_(std::make_unique<Rows>()) {
   source_.set_period(setup.sample_period);
-  const cli::KeptMessages messages;
+  host_.give(capture_name,
+             {[this](const auto&) -> capture::Opened { return borrowed(source_); }, false});
   std::vector<std::string> words{"decode", capture_name};
   words.insert(words.end(), options.begin(), options.end());
-  cli::Command command;
-  const cli::Verb verb = command.add_verb(cli::decode_text(), [&] {
+  cli::Command command(host_);
+  const cli::Verb verb = command.add_verb(cli::decode_text(), [&](cli::Host& host) {
     if (options_.to != report::Format::table || !options_.output.empty() ||
         !options_.columns.empty() || !options_.fail_on.empty()) {
-      return cli::fail(cli::ExitStatus::usage,
+      return host.fail(cli::ExitStatus::usage,
                        "output, to, columns and fail_on are not for rows in memory");
     }
     if (options_.capture.files.size() != 1 || options_.capture.each) {
-      return cli::fail(cli::ExitStatus::usage, "a decoder reads one pair of lines, and no file");
+      return host.fail(cli::ExitStatus::usage, "a decoder reads one pair of lines, and no file");
     }
     return cli::ExitStatus::done;
   });
@@ -101,22 +101,19 @@ Stream::Stream(const std::vector<std::string>& options, const StreamSetup& setup
   const std::vector<const char*> arguments = arguments_of(words);
   auto status = command.run(static_cast<int>(arguments.size()), arguments.data());
   options_.capture.beginning = setup_.beginning;
-  run_.emplace(options_);
+  run_.emplace(options_, host_);
   if (status == cli::ExitStatus::done) status = run_->open();
-  if (status != cli::ExitStatus::done) fail(status, messages);
+  if (status != cli::ExitStatus::done) fail(status);
 }
 
 Stream::~Stream() = default;
 
-void Stream::fail(cli::ExitStatus status, const cli::KeptMessages& messages) {
-  failure_ = {status, messages.lines().empty() ? "" : messages.lines().back()};
+void Stream::fail(cli::ExitStatus status) {
+  failure_ = {status, messages().empty() ? "" : messages().back()};
   status_ = status;
 }
 
 cli::ExitStatus Stream::open() {
-  cli::GivenCaptures captures;
-  captures.add(capture_name,
-               {[this](const auto&) -> capture::Opened { return borrowed(source_); }, false});
   const std::vector<wire::Edge> first(source_.queued().begin(), source_.queued().end());
   cli::ExitStatus status = run_->next();
   if (status != cli::ExitStatus::done) return status;
@@ -139,10 +136,8 @@ cli::ExitStatus Stream::open() {
 
 void Stream::begin() {
   begun_ = true;
-  const cli::KeptMessages messages;
   const cli::ExitStatus status = open();
-  messages_.insert(messages_.end(), messages.lines().begin(), messages.lines().end());
-  if (status != cli::ExitStatus::done) fail(status, messages);
+  if (status != cli::ExitStatus::done) fail(status);
 }
 
 void Stream::put_row(std::uint64_t number, const decode::Cycle& cycle) {
@@ -196,14 +191,11 @@ void Stream::finish(Picoseconds end) {
 }
 
 void Stream::end() {
-  const cli::KeptMessages messages;
   cli::RunMessages closing;
   const bool read = run_->capture().end_steps();
   if (edges_) edges_->finish(run_->capture().input().end_time());
   status_ = run_->end_rows(read, closing);
-  closing.print();
-  summary_ = messages.summary();
-  messages_.insert(messages_.end(), messages.lines().begin(), messages.lines().end());
+  closing.print(host_);
 }
 
 std::vector<StreamRow> Stream::take_rows() {

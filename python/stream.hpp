@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "cli/decode/decode_run.hpp"
 #include "decode/cycle_edges.hpp"
 #include "draw/layout.hpp"
@@ -78,8 +78,8 @@ class Stream {
   const std::vector<report::Column>& columns() const { return columns_; }
   /// Empty where it is not known.
   const std::string& format() const { return format_; }
-  const std::string& summary() const { return summary_; }
-  const std::vector<std::string>& messages() const { return messages_; }
+  const std::string& summary() const { return host_.summary(); }
+  const std::vector<std::string>& messages() const { return host_.lines(); }
   cli::ExitStatus status() const { return status_; }
 
  private:
@@ -96,9 +96,10 @@ class Stream {
   void end();
   void put_row(std::uint64_t number, const decode::Cycle& cycle);
   void take_fields(const decode::CycleEdges& edges);
-  void fail(cli::ExitStatus status, const cli::KeptMessages& messages);
+  void fail(cli::ExitStatus status);
 
   StreamSetup setup_;
+  cli::MemoryHost host_;
   cli::DecodeOptions options_;
   PushedEdges source_;
   std::optional<cli::DecodeRun> run_;
@@ -115,8 +116,6 @@ class Stream {
   bool ended_ = false;
   std::optional<cli::VerbError> failure_;
   std::string format_;
-  std::string summary_;
-  std::vector<std::string> messages_;
   cli::ExitStatus status_ = cli::ExitStatus::done;
 };
 

@@ -6,11 +6,7 @@
 #include <string_view>
 #include <utility>
 
-#include "cli/common/interruptible.hpp"
-#include "cli/common/memory_file.hpp"
-#include "cli/common/message.hpp"
-#include "cli/common/output.hpp"
-#include "cli/common/table_output.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
 #include "cli/decode/decode_run.hpp"
@@ -46,38 +42,37 @@ void add_verb_of(cli::Command& command, std::string_view name) {
   for (const auto& [each, add] : verbs) add(command);
 }
 
-cli::ExitStatus run_words(const std::vector<std::string>& words) {
-  cli::Command command;
+cli::ExitStatus run_words(const std::vector<std::string>& words, cli::Host& host) {
+  cli::Command command(host);
   add_verb_of(command, words.empty() ? std::string_view() : std::string_view(words.front()));
   const std::vector<const char*> arguments = arguments_of(words);
   return command.run(static_cast<int>(arguments.size()), arguments.data());
 }
 
-// What a verb prints and reads is in memory.
-class Surroundings {
+// What a verb prints and reads is in memory, and its rows if they are asked for.
+class VerbHost final : public cli::MemoryHost {
  public:
-  explicit Surroundings(const VerbSetup& setup) : interruptible_(setup.go_on) {
-    for (const auto& [name, capture] : setup.captures) captures_.add(name, capture);
+  VerbHost(const VerbSetup& setup, VerbResult& result)
+      : keeps_columns_(setup.keep_columns), result_(result) {
+    set_go_on(setup.go_on);
+    for (const auto& [name, capture] : setup.captures) give(name, capture);
   }
-  Surroundings(const Surroundings&) = delete;
-  Surroundings& operator=(const Surroundings&) = delete;
 
-  // Runs the work, unless there is no memory for what it prints.
-  template <class Work>
-  void run(VerbResult& result, Work work) const {
-    result.status = output_.file().descriptor() < 0
-                        ? cli::fail(cli::ExitStatus::io, "no file in memory; close some files")
-                        : work();
-    if (output_.file().descriptor() >= 0) result.output = output_.file().text();
-    result.summary = messages_.summary();
-    result.messages = messages_.lines();
+  std::unique_ptr<report::TableWriter> keep_rows(std::span<const report::Column> columns) override {
+    if (!keeps_columns_) return nullptr;
+    return std::make_unique<ColumnStore>(columns, result_.columns);
+  }
+
+  void end(cli::ExitStatus status) {
+    result_.status = status;
+    result_.output = output_text();
+    result_.summary = summary();
+    result_.messages = lines();
   }
 
  private:
-  cli::KeptMessages messages_;
-  cli::CapturedOutput output_;
-  cli::Interruptible interruptible_;
-  cli::GivenCaptures captures_;
+  bool keeps_columns_;
+  VerbResult& result_;
 };
 
 // The levels of both lines, once both are known.
@@ -106,13 +101,14 @@ class EdgeCollector {
   std::optional<bool> slo_;
 };
 
-cli::ExitStatus collect_edges(const cli::DecodeOptions& options, CaptureEdges& edges) {
+cli::ExitStatus collect_edges(const cli::DecodeOptions& options, CaptureEdges& edges,
+                              cli::Host& host) {
   cli::CaptureArguments arguments = options.capture;
   arguments.identify = false;
-  cli::DecodedCapture capture;
+  cli::DecodedCapture capture(host);
   const cli::ExitStatus opened = capture.open(arguments);
   if (opened != cli::ExitStatus::done) return opened;
-  if (capture.several()) return cli::fail(cli::ExitStatus::usage, "one capture at a time");
+  if (capture.several()) return host.fail(cli::ExitStatus::usage, "one capture at a time");
   if (!capture.next()) return capture.status();
   edges.ma_name = capture.ma_name();
   edges.slo_name = capture.slo_name();
@@ -124,10 +120,10 @@ cli::ExitStatus collect_edges(const cli::DecodeOptions& options, CaptureEdges& e
     return known;
   });
   if (!known) {
-    return cli::fail(cli::ExitStatus::data_failed,
+    return host.fail(cli::ExitStatus::data_failed,
                      capture.input().name() + ": MA or SLO has a level that is neither 0 nor 1");
   }
-  return read ? cli::ExitStatus::done : cli::fail(cli::ExitStatus::io, capture.input().error());
+  return read ? cli::ExitStatus::done : host.fail(cli::ExitStatus::io, capture.input().error());
 }
 
 }  // namespace
@@ -140,29 +136,21 @@ std::vector<const char*> arguments_of(const std::vector<std::string>& words) {
 
 VerbResult run_verb(const std::vector<std::string>& words, const VerbSetup& setup) {
   VerbResult result;
-  const Surroundings around(setup);
-  std::optional<cli::KeptTables> tables;
-  if (setup.keep_columns) {
-    tables.emplace([&](std::span<const report::Column> columns) {
-      return std::make_unique<ColumnStore>(columns, result.columns);
-    });
-  }
-  around.run(result, [&] { return run_words(words); });
+  VerbHost host(setup, result);
+  host.end(run_words(words, host));
   return result;
 }
 
 CaptureEdges read_edges(const std::vector<std::string>& words, const VerbSetup& setup) {
   CaptureEdges edges;
-  const Surroundings around(setup);
-  around.run(edges.result, [&] {
-    cli::Command command;
-    cli::DecodeOptions options;
-    const cli::Verb verb =
-        command.add_verb(cli::decode_text(), [&] { return collect_edges(options, edges); });
-    cli::add_decode_options(verb, options);
-    const std::vector<const char*> arguments = arguments_of(words);
-    return command.run(static_cast<int>(arguments.size()), arguments.data());
-  });
+  VerbHost host(setup, edges.result);
+  cli::Command command(host);
+  cli::DecodeOptions options;
+  const cli::Verb verb = command.add_verb(
+      cli::decode_text(), [&](cli::Host& of_run) { return collect_edges(options, edges, of_run); });
+  cli::add_decode_options(verb, options);
+  const std::vector<const char*> arguments = arguments_of(words);
+  host.end(command.run(static_cast<int>(arguments.size()), arguments.data()));
   return edges;
 }
 

@@ -9,7 +9,7 @@
 
 #include "biss/base/units.hpp"
 #include "cli/common/exit_status.hpp"
-#include "cli/common/given_captures.hpp"
+#include "cli/common/host.hpp"
 #include "python/column_store.hpp"
 
 namespace biss::python {
@@ -30,7 +30,7 @@ struct VerbSetup {
   std::map<std::string, cli::GivenCapture> captures;
   /// The rows go to VerbResult::columns where the verb reads captures to a table.
   bool keep_columns = false;
-  /// As Interruptible has it. Where it says no, the result has no meaning.
+  /// As MemoryHost::set_go_on() has it. Where it says no, the result has no meaning.
   std::function<bool()> go_on = [] { return true; };
 };
 

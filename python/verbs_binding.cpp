@@ -7,7 +7,7 @@
 #include "capture/bytes.hpp"
 #include "capture/open.hpp"
 #include "capture/samples.hpp"
-#include "cli/common/raw_samples.hpp"
+#include "cli/common/capture_input.hpp"
 #include "python/arrays.hpp"
 #include "python/module.hpp"
 #include "python/numpy_arrays.hpp"

@@ -3,7 +3,7 @@
 
 #include <new>
 
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
 #ifndef BISS_WASM_QUICK
@@ -30,8 +30,8 @@ void add_further_verbs([[maybe_unused]] cli::Command& command) {
 #endif
 }
 
-cli::ExitStatus run_verb(std::span<const char* const> arguments) {
-  cli::Command command;
+cli::ExitStatus run_verb(std::span<const char* const> arguments, cli::Host& host) {
+  cli::Command command(host);
   cli::add_decode(command);
   cli::add_check(command);
   cli::add_encoders(command);
@@ -45,10 +45,11 @@ cli::ExitStatus run_verb(std::span<const char* const> arguments) {
 }  // namespace
 
 cli::ExitStatus run_command(std::span<const char* const> arguments) {
+  cli::ProcessHost host;
   try {
-    return run_verb(arguments);
+    return run_verb(arguments, host);
   } catch (const std::bad_alloc&) {
-    return cli::fail(cli::ExitStatus::io, "out of memory");
+    return host.fail(cli::ExitStatus::io, "out of memory");
   }
 }
 

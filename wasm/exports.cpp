@@ -6,7 +6,7 @@
 #include <new>
 #include <string>
 
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/output.hpp"
 #include "wasm/command.hpp"
 #include "wasm/session.hpp"
@@ -39,7 +39,7 @@ EMSCRIPTEN_KEEPALIVE Session* biss_open(int count, const char* const* arguments,
   try {
     return new Session({arguments, static_cast<std::size_t>(count)}, any_lines != 0);
   } catch (const std::bad_alloc&) {
-    biss::cli::warn("out of memory");
+    biss::cli::ProcessHost().warn("out of memory");
     return nullptr;
   }
 }
@@ -55,7 +55,7 @@ EMSCRIPTEN_KEEPALIVE int biss_advance(Session* session, double milliseconds) {
   try {
     return session->advance(milliseconds) ? 1 : 0;
   } catch (const std::bad_alloc&) {
-    biss::cli::warn("out of memory");
+    biss::cli::ProcessHost().warn("out of memory");
     return -1;
   }
 }

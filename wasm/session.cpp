@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "biss/frame/format_text.hpp"
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "cli/registers/access_rows.hpp"
 #include "report/sink.hpp"
 #include "wasm/cycle_json.hpp"
@@ -64,8 +64,8 @@ Session::Session(std::span<const char* const> arguments, bool any_lines)
     : accesses_(cli::access_columns()), listener_([this](const decode::SeenAccess& access) {
         cli::write_access(accesses_, access);
       }) {
-  cli::Command command;
-  const cli::Verb verb = command.add_verb(cli::decode_text(), [&] {
+  cli::Command command(host_);
+  const cli::Verb verb = command.add_verb(cli::decode_text(), [&](cli::Host& /*host*/) {
     options_.capture.any_lines = any_lines;
     return begin();
   });
@@ -76,11 +76,11 @@ Session::Session(std::span<const char* const> arguments, bool any_lines)
 Session::~Session() = default;
 
 cli::ExitStatus Session::begin() {
-  run_ = std::make_unique<cli::DecodeRun>(options_);
+  run_ = std::make_unique<cli::DecodeRun>(options_, host_);
   cli::ExitStatus status = run_->open();
   if (status != cli::ExitStatus::done) return status;
   if (run_->capture().several()) {
-    return cli::fail(
+    return host_.fail(
         cli::ExitStatus::usage,
         "a page reads one capture and one pair of lines; name them with --ma and --slo");
   }
@@ -113,7 +113,7 @@ void Session::end() {
   const bool read = run_->capture().end_steps();
   listener_.finish();
   status_ = run_->end_rows(read, messages);
-  messages.print();
+  messages.print(host_);
 }
 
 void Session::take(std::span<const wire::Edge> edges) {

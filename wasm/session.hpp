@@ -61,6 +61,7 @@ class Session final : private cli::ChangeWatcher {
   void take(const capture::PairPiece& changes) override;
   void end();
 
+  cli::ProcessHost host_;
   cli::DecodeOptions options_;
   std::unique_ptr<cli::DecodeRun> run_;
   std::optional<RowStore> rows_;

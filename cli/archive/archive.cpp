@@ -15,7 +15,7 @@
 #include <utility>
 
 #include "cli/common/files.hpp"
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/program.hpp"
 #include "cli/common/shard_option.hpp"
 #include "cli/common/verb.hpp"
@@ -105,47 +105,49 @@ tl::expected<std::vector<std::string>, std::string> read_list(const std::string&
 }
 
 // One line: the output would replace one of the files; else empty.
-std::string replaced_file(const std::string& output,
-                          const std::vector<archive::ListedFile>& files) {
+std::string replaced_file(const std::string& output, const std::vector<archive::ListedFile>& files,
+                          Host& host) {
   archive::FileStamp stamp;
   if (output.empty() || output == "-" || !archive::read_stamp(output, stamp)) return {};
   for (const archive::ListedFile& file : files) {
     if (!file.cause.empty() || file.stamp != stamp) continue;
     std::string conflict = file_conflict(
-        {{"--output", output, FileUse::write}, {"the file to be read", file.path, FileUse::read}});
+        {{"--output", output, FileUse::write}, {"the file to be read", file.path, FileUse::read}},
+        host);
     if (!conflict.empty()) return conflict;
   }
   return {};
 }
 
-ExitStatus run_read(const ArchiveOptions& options) {
+ExitStatus run_read(const ArchiveOptions& options, Host& host) {
   const std::vector<std::string>& paths = options.capture.files;
   std::vector<std::string> listed;
   if (!options.list.empty()) {
     auto lines = read_list(options.list);
-    if (!lines) return fail(ExitStatus::io, lines.error());
+    if (!lines) return host.fail(ExitStatus::io, lines.error());
     listed = std::move(*lines);
   }
   if (paths.empty() && listed.empty()) {
-    return fail(ExitStatus::usage, "no folder given; name one, or --files-from");
+    return host.fail(ExitStatus::usage, "no folder given; name one, or --files-from");
   }
   const auto names_stdin = [](const std::vector<std::string>& names) {
     return std::find(names.begin(), names.end(), "-") != names.end();
   };
   if (names_stdin(paths) || names_stdin(listed)) {
-    return fail(ExitStatus::usage, "standard input is no folder; for a file of that name give ./-");
+    return host.fail(ExitStatus::usage,
+                     "standard input is no folder; for a file of that name give ./-");
   }
   // The options are wrong for each file, or for none.
   CaptureArguments checked = options.capture;
   checked.files = {"any"};
-  if (const ExitStatus status = DecodedCapture().open(checked); status != ExitStatus::done) {
+  if (const ExitStatus status = DecodedCapture(host).open(checked); status != ExitStatus::done) {
     return status;
   }
   const auto files = archive::list_files(paths, listed);
-  if (!files) return fail(ExitStatus::io, files.error());
-  if (const std::string replaced = replaced_file(options.summary.output, *files);
+  if (!files) return host.fail(ExitStatus::io, files.error());
+  if (const std::string replaced = replaced_file(options.summary.output, *files, host);
       !replaced.empty()) {
-    return fail(ExitStatus::usage, replaced);
+    return host.fail(ExitStatus::usage, replaced);
   }
   const ArchiveTask task{.capture = options.capture,
                          // Figures of different programs do not add up.
@@ -154,28 +156,29 @@ ExitStatus run_read(const ArchiveOptions& options) {
                          .threads = options.threads,
                          .journal = journal_of(options.summary.output)};
   archive::Summary summary;
-  const ExitStatus status = read_archive(task, *files, summary);
-  return status == ExitStatus::done ? show_summary(summary, options.summary) : status;
+  const ExitStatus status = read_archive(task, *files, summary, host);
+  return status == ExitStatus::done ? show_summary(summary, options.summary, host) : status;
 }
 
-ExitStatus run_merge(const ArchiveOptions& options) {
+ExitStatus run_merge(const ArchiveOptions& options, Host& host) {
   std::vector<archive::NamedSummary> parts;
   for (const std::string& path : options.parts) {
     std::ifstream file(path, std::ios::binary);
-    if (!file) return fail(ExitStatus::io, fmt::format("{}: cannot open it", path));
+    if (!file) return host.fail(ExitStatus::io, fmt::format("{}: cannot open it", path));
     auto part = archive::read_summary(file);
     if (!part) {
-      return fail(ExitStatus::io, fmt::format("{}: not a usable summary: {}", path, part.error()));
+      return host.fail(ExitStatus::io,
+                       fmt::format("{}: not a usable summary: {}", path, part.error()));
     }
     parts.emplace_back(path, std::move(*part));
   }
   auto sum = archive::merge(std::move(parts));
-  if (!sum) return fail(ExitStatus::io, sum.error());
-  const ExitStatus status = show_summary(*sum, options.summary);
+  if (!sum) return host.fail(ExitStatus::io, sum.error());
+  const ExitStatus status = show_summary(*sum, options.summary, host);
   if (status != ExitStatus::done || sum->parts.complete()) return status;
-  return fail(ExitStatus::data_failed,
-              fmt::format("shards are missing: {} of {}; run them, and merge all again",
-                          sum->parts.missing(), sum->parts.count));
+  return host.fail(ExitStatus::data_failed,
+                   fmt::format("shards are missing: {} of {}; run them, and merge all again",
+                               sum->parts.missing(), sum->parts.count));
 }
 
 void add_summary_options(Verb verb, SummaryOptions& summary) {
@@ -195,7 +198,9 @@ void add_archive(Command& command) {
        .examples = {"biss archive captures -o summary.json",
                     "biss archive captures --shard 1/2 -o shard1.json",
                     "biss archive merge shard1.json shard2.json -o summary.json"}},
-      [options] { return options->merge->parsed() ? run_merge(*options) : run_read(*options); });
+      [options](Host& host) {
+        return options->merge->parsed() ? run_merge(*options, host) : run_read(*options, host);
+      });
   add_folder_options(verb, options->capture);
   verb.add_option("--files-from", options->list,
                   "Also read the files and folders that this file names, one a line")

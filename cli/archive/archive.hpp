@@ -36,12 +36,12 @@ struct ArchiveTask {
 /// is wrong with a file, but with the journal.
 /// \param files all files, as list_files() gives them
 ExitStatus read_archive(const ArchiveTask& task, const std::vector<archive::ListedFile>& files,
-                        archive::Summary& summary);
+                        archive::Summary& summary, Host& host);
 
 /// Writes the JSON, prints the table of the worst files on standard output, unless the JSON goes
 /// there, and the sums on stderr.
 /// \return `data_failed` where shards are missing, or no file has a request cycle
-ExitStatus show_summary(archive::Summary& summary, const SummaryOptions& options);
+ExitStatus show_summary(archive::Summary& summary, const SummaryOptions& options, Host& host);
 
 /// For a progress line.
 struct ArchiveProgress {

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "archive/summary.hpp"
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/output.hpp"
 
 namespace biss::cli {
@@ -73,7 +73,8 @@ void Journal::close() {
 }
 
 ExitStatus Journal::fail_with(int cause) const {
-  return fail(ExitStatus::io, fmt::format("{}: {}", path_, std::generic_category().message(cause)));
+  return host_.fail(ExitStatus::io,
+                    fmt::format("{}: {}", path_, std::generic_category().message(cause)));
 }
 
 ExitStatus Journal::open(const std::string& path, const std::string& header,
@@ -92,16 +93,17 @@ ExitStatus Journal::open_and_lock(const std::string& path) {
     if (file_ < 0) return fail_with(errno);
     // A file system without locks is used without them.
     if (::flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-      return fail(ExitStatus::io,
-                  fmt::format("{}: another run is writing it; wait for its end, or give another "
-                              "output",
-                              path));
+      return host_.fail(
+          ExitStatus::io,
+          fmt::format("{}: another run is writing it; wait for its end, or give another "
+                      "output",
+                      path));
     }
     struct stat opened {};
     struct stat named {};
     if (::fstat(file_, &opened) != 0) return fail_with(errno);
     if (!S_ISREG(opened.st_mode)) {
-      return fail(ExitStatus::io, fmt::format("{}: not a regular file", path));
+      return host_.fail(ExitStatus::io, fmt::format("{}: not a regular file", path));
     }
     // The one who had the lock before may have replaced the file.
     if (::stat(path.c_str(), &named) == 0 && named.st_ino == opened.st_ino &&
@@ -120,14 +122,15 @@ ExitStatus Journal::read_lines(const std::string& header, const OnEntry& on_entr
     const bool own = archive::own_files_begin.starts_with(line.substr(0, 14)) ||
                      line.starts_with(archive::own_files_begin);
     if (!own) {
-      return fail(ExitStatus::io,
-                  fmt::format("{}: not a journal of biss archive; give another output", path_));
+      return host_.fail(
+          ExitStatus::io,
+          fmt::format("{}: not a journal of biss archive; give another output", path_));
     }
     return begin(header);
   }
   if (!line.starts_with(archive::own_files_begin)) {
-    return fail(ExitStatus::io,
-                fmt::format("{}: not a journal of biss archive; give another output", path_));
+    return host_.fail(ExitStatus::io,
+                      fmt::format("{}: not a journal of biss archive; give another output", path_));
   }
   if (line != header) return begin(header);
   while (lines.next(line)) {
@@ -151,7 +154,7 @@ ExitStatus Journal::begin(const std::string& header) {
 }
 
 ExitStatus Journal::rewrite(const std::string& header) {
-  Output file;
+  Output file(host_);
   if (!file.open(path_) || !file.write(header + '\n')) return file.status();
   std::string line;
   for (const Line& used : used_) {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "archive/entry.hpp"
-#include "cli/common/exit_status.hpp"
+#include "cli/common/host.hpp"
 
 namespace biss::cli {
 
@@ -19,7 +19,7 @@ class Journal {
   /// True: the entry is used. Any other is of no use any more.
   using OnEntry = std::function<bool(archive::StampedEntry entry)>;
 
-  Journal() = default;
+  explicit Journal(Host& host) : host_(host) {}
   ~Journal();
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
@@ -46,6 +46,7 @@ class Journal {
   ExitStatus fail_with(int cause) const;
   void close();
 
+  Host& host_;
   std::string path_;
   int file_ = -1;
   std::vector<Line> used_;

@@ -27,7 +27,8 @@ std::string volume_text(std::uint64_t bytes) {
 
 class ArchiveRun {
  public:
-  ArchiveRun(const ArchiveTask& task, archive::Summary& summary) : task_(task), summary_(summary) {}
+  ArchiveRun(const ArchiveTask& task, archive::Summary& summary, Host& host)
+      : task_(task), summary_(summary), journal_(host), progress_(host) {}
 
   ExitStatus run(const std::vector<ListedFile>& files) {
     summary_.setup = task_.setup;
@@ -157,8 +158,8 @@ std::string progress_text(const ArchiveProgress& now, const ArchiveProgress& bef
 }
 
 ExitStatus read_archive(const ArchiveTask& task, const std::vector<ListedFile>& files,
-                        archive::Summary& summary) {
-  return ArchiveRun(task, summary).run(files);
+                        archive::Summary& summary, Host& host) {
+  return ArchiveRun(task, summary, host).run(files);
 }
 
 }  // namespace biss::cli

@@ -11,8 +11,8 @@
 
 #include "biss/frame/format_text.hpp"
 #include "capture/open.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/identified.hpp"
-#include "cli/common/message.hpp"
 #include "decode/limits.hpp"
 #include "decode/statistics.hpp"
 
@@ -136,14 +136,12 @@ class FileReader {
     const auto& cause = capture_.input().cause();
     return cause ? capture::name_of(*cause) : no_such_line;
   }
-  std::string last_message() const {
-    return messages_.lines().empty() ? "" : messages_.lines().back();
-  }
+  std::string last_message() const { return host_.lines().empty() ? "" : host_.lines().back(); }
 
   CaptureArguments arguments_;
   FileEntry& entry_;
-  KeptMessages messages_;
-  DecodedCapture capture_;
+  MemoryHost host_;
+  DecodedCapture capture_{host_};
   std::string no_request_;
 };
 

@@ -7,7 +7,7 @@
 
 #include "cli/archive/archive.hpp"
 #include "cli/common/columns.hpp"
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/output.hpp"
 #include "device/quantity.hpp"
 #include "report/summary.hpp"
@@ -87,8 +87,8 @@ bool put_row(report::TableWriter& writer, const FileEntry& file, const LinkEntry
 }
 
 // \pre the files are in the order of is_worse()
-ExitStatus write_table(const archive::Summary& summary, const SummaryOptions& options) {
-  Output output;
+ExitStatus write_table(const archive::Summary& summary, const SummaryOptions& options, Host& host) {
+  Output output(host);
   if (!output.open("-")) return output.status();
   const auto columns = worst_columns();
   const auto writer =
@@ -174,29 +174,29 @@ std::string sums_text(const archive::Summary& summary, const Sums& sums, const s
   return text.text();
 }
 
-ExitStatus write_json(const archive::Summary& summary, const std::string& path) {
-  Output output;
+ExitStatus write_json(const archive::Summary& summary, const std::string& path, Host& host) {
+  Output output(host);
   if (!output.open(path)) return output.status();
   return write_summary(summary, output) && output.finish() ? ExitStatus::done : output.status();
 }
 
 }  // namespace
 
-ExitStatus show_summary(archive::Summary& summary, const SummaryOptions& options) {
+ExitStatus show_summary(archive::Summary& summary, const SummaryOptions& options, Host& host) {
   std::sort(summary.files.begin(), summary.files.end(), archive::is_worse);
   if (!options.output.empty()) {
-    const ExitStatus status = write_json(summary, options.output);
+    const ExitStatus status = write_json(summary, options.output, host);
     if (status != ExitStatus::done) return status;
   }
   if (options.output != "-") {
-    const ExitStatus status = write_table(summary, options);
+    const ExitStatus status = write_table(summary, options, host);
     if (status != ExitStatus::done) return status;
   }
   const std::string name = options.output.empty() ? "archive" : options.output;
   const Sums sums = sums_of(summary);
-  print_summary(sums_text(summary, sums, name));
+  host.print_summary(sums_text(summary, sums, name));
   if (summary.parts.complete() && sums.counts.cycles == 0) {
-    return fail(ExitStatus::data_failed, fmt::format("{}: no file has a request cycle", name));
+    return host.fail(ExitStatus::data_failed, fmt::format("{}: no file has a request cycle", name));
   }
   return ExitStatus::done;
 }

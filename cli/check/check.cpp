@@ -165,13 +165,13 @@ Speed read_speed(const std::string& text) {
 
 class CheckRun {
  public:
-  explicit CheckRun(const CheckOptions& options) : options_(options) {}
+  CheckRun(const CheckOptions& options, Host& host) : options_(options), host_(host) {}
 
   ExitStatus run() {
     CaptureArguments arguments = options_.capture;
     arguments.identify = true;
     const std::string wrong = apply_against(options_.against, arguments);
-    if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
+    if (!wrong.empty()) return host_.fail(ExitStatus::usage, wrong);
     format_ = arguments.device.format;
     renishaw_ = arguments.timing == renishaw_timing;
     const ExitStatus opened = capture_.open(arguments, options_.margin);
@@ -188,7 +188,7 @@ class CheckRun {
     std::optional<SafetySetup> safety;
     if (options_.safety.given()) {
       const auto monitor = choose_monitor(options_.safety, format_, capture_);
-      if (!monitor) return fail(ExitStatus::usage, monitor.error());
+      if (!monitor) return host_.fail(ExitStatus::usage, monitor.error());
       if (*monitor) safety = (*monitor)->setup;
     }
     const auto& format = capture_.format();
@@ -252,7 +252,8 @@ class CheckRun {
   }
 
   const CheckOptions& options_;
-  DecodedCapture capture_;
+  Host& host_;
+  DecodedCapture capture_{host_};
   // The limits are those of Renishaw's data sheets.
   bool renishaw_ = false;
   // By -f or --against; empty where none is given.
@@ -269,7 +270,7 @@ void add_check(Command& command) {
        .examples = {"biss check capture.vcd --against resolute-26",
                     "biss check capture.sr --against renishaw -f pos26,nE,nW,crc6",
                     "biss check capture.vcd --against biss-c --to jsonl"}},
-      [options] { return CheckRun(*options).run(); });
+      [options](Host& host) { return CheckRun(*options, host).run(); });
   verb.add_option("--against", options->against,
                   "The limits: biss-c (by default; those of BiSS C, and of the name given to -f), "
                   "renishaw (its data sheets), or a name that 'biss encoders' lists, whose format "

@@ -14,8 +14,7 @@
 #include "capture/edge_pairs.hpp"
 #include "capture/merge.hpp"
 #include "capture/open.hpp"
-#include "cli/common/given_captures.hpp"
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/terminal.hpp"
 
 namespace biss::cli {
@@ -85,13 +84,13 @@ std::string open_error_text(const capture::CaptureError& error, const std::strin
 }
 
 // Prints why it cannot.
-ExitStatus open_file(CaptureFile& file, const InputArguments& arguments) {
+ExitStatus open_file(CaptureFile& file, const InputArguments& arguments, Host& host) {
   if (file.source) return ExitStatus::done;
-  if (const GivenCapture* given = GivenCaptures::find(file.path)) {
+  if (const GivenCapture* given = host.capture(file.path)) {
     capture::Opened opened = given->open(arguments);
     if (!opened) {
       file.cause = opened.error().cause;
-      return fail(ExitStatus::io, capture::capture_error_text(opened.error(), file.path));
+      return host.fail(ExitStatus::io, capture::capture_error_text(opened.error(), file.path));
     }
     file.source = std::move(*opened);
     return ExitStatus::done;
@@ -104,15 +103,15 @@ ExitStatus open_file(CaptureFile& file, const InputArguments& arguments) {
   capture::OpenedBytes bytes = capture::open_bytes(file.path);
   if (!bytes) {
     file.cause = bytes.error().cause;
-    return fail(ExitStatus::io, capture::capture_error_text(bytes.error(), file.path));
+    return host.fail(ExitStatus::io, capture::capture_error_text(bytes.error(), file.path));
   }
   file.position = ReadPosition((*bytes)->regular_file());
   capture::Opened opened = capture::open_capture(std::move(*bytes), file.path, options);
   if (!opened) {
     file.cause = opened.error().cause;
     const bool usage = opened.error().cause == capture::CaptureCause::no_such_channel;
-    return fail(usage ? ExitStatus::usage : ExitStatus::io,
-                open_error_text(opened.error(), file.path, options));
+    return host.fail(usage ? ExitStatus::usage : ExitStatus::io,
+                     open_error_text(opened.error(), file.path, options));
   }
   file.source = std::move(*opened);
   return ExitStatus::done;
@@ -157,13 +156,13 @@ std::optional<ReadPosition::Amount> ReadPosition::amount() const {
 }
 
 ExitStatus CaptureInput::open(std::vector<CaptureFile> files, const InputArguments& arguments) {
-  *this = CaptureInput();
+  *this = CaptureInput(*host_);
   most_beginning_ = arguments.beginning;
   std::vector<capture::NamedSource> sources;
   bool any_raw = arguments.one_of_many || files.size() < arguments.files.size();
   bool any_analog = any_raw;
   for (CaptureFile& file : files) {
-    const ExitStatus opened = open_file(file, arguments);
+    const ExitStatus opened = open_file(file, arguments, *host_);
     cause_ = file.cause;
     if (opened != ExitStatus::done) return opened;
     any_raw = any_raw || file.source->is_raw();
@@ -174,12 +173,13 @@ ExitStatus CaptureInput::open(std::vector<CaptureFile> files, const InputArgumen
     sources.push_back({std::move(file.source), file.path});
   }
   if (arguments.raw.rate && !any_raw) {
-    return fail(ExitStatus::usage,
-                fmt::format("--raw-rate: {} says its times itself; leave the option out", name_));
+    return host_->fail(
+        ExitStatus::usage,
+        fmt::format("--raw-rate: {} says its times itself; leave the option out", name_));
   }
   if (arguments.raw.analog.given() && !any_analog) {
     const char* const option = arguments.raw.analog.threshold ? "--threshold" : "--differential";
-    return fail(
+    return host_->fail(
         ExitStatus::usage,
         fmt::format("{}: {} has levels, not voltages; leave the option out", option, name_));
   }
@@ -193,8 +193,8 @@ ExitStatus CaptureInput::open(std::vector<CaptureFile> files, const InputArgumen
 
 ExitStatus CaptureInput::reopen(const InputArguments& arguments) {
   if (contains(paths_, "-")) {
-    return fail(ExitStatus::usage,
-                "--each: standard input can be read only once; save it to a file");
+    return host_->fail(ExitStatus::usage,
+                       "--each: standard input can be read only once; save it to a file");
   }
   std::vector<CaptureFile> files;
   for (std::string& path : paths_) files.push_back({.path = std::move(path)});
@@ -202,8 +202,8 @@ ExitStatus CaptureInput::reopen(const InputArguments& arguments) {
 }
 
 bool CaptureInput::can_reopen() const {
-  return std::all_of(paths_.begin(), paths_.end(), [](const std::string& path) {
-    if (const GivenCapture* given = GivenCaptures::find(path)) return given->again;
+  return std::all_of(paths_.begin(), paths_.end(), [this](const std::string& path) {
+    if (const GivenCapture* given = host_->capture(path)) return given->again;
     struct stat about {};
     return ::stat(path.c_str(), &about) == 0 && S_ISREG(about.st_mode);
   });
@@ -278,7 +278,7 @@ tl::expected<wire::LineIndex, ExitStatus> CaptureInput::find_ma(const InputArgum
 
 ExitStatus CaptureInput::report(const decode::LineError& error,
                                 const InputArguments& arguments) const {
-  if (!error_.empty()) return fail(ExitStatus::io, error_);
+  if (!error_.empty()) return host_->fail(ExitStatus::io, error_);
   std::vector<std::string> pairs;
   for (const decode::Lines& candidate : error.candidates) {
     pairs.push_back(pair_text(lines(), candidate));
@@ -287,25 +287,27 @@ ExitStatus CaptureInput::report(const decode::LineError& error,
     case LineProblem::no_such_ma:
     case LineProblem::no_such_slo: {
       const bool ma = error.problem == LineProblem::no_such_ma;
-      return fail(ExitStatus::usage,
-                  fmt::format("{}: no line '{}' in {}; it has {}", ma ? "--ma" : "--slo",
-                              ma ? arguments.ma : arguments.slo, name_, some_of(lines())));
+      return host_->fail(ExitStatus::usage,
+                         fmt::format("{}: no line '{}' in {}; it has {}", ma ? "--ma" : "--slo",
+                                     ma ? arguments.ma : arguments.slo, name_, some_of(lines())));
     }
     case LineProblem::same_line:
-      return fail(ExitStatus::usage,
-                  "MA and SLO cannot be the same line; name both with --ma and --slo");
+      return host_->fail(ExitStatus::usage,
+                         "MA and SLO cannot be the same line; name both with --ma and --slo");
     case LineProblem::too_few_lines:
-      return fail(ExitStatus::data_failed,
-                  fmt::format("{}: fewer than two lines change; MA and SLO are needed", name_));
+      return host_->fail(
+          ExitStatus::data_failed,
+          fmt::format("{}: fewer than two lines change; MA and SLO are needed", name_));
     case LineProblem::nothing_behaves:
-      return fail(ExitStatus::data_failed,
-                  fmt::format("{}: no pair of lines behaves like MA and SLO; it has {}; name them "
-                              "with --ma and --slo",
-                              name_, some_of(lines())));
+      return host_->fail(
+          ExitStatus::data_failed,
+          fmt::format("{}: no pair of lines behaves like MA and SLO; it has {}; name them "
+                      "with --ma and --slo",
+                      name_, some_of(lines())));
     case LineProblem::ambiguous:
       break;
   }
-  return fail(
+  return host_->fail(
       ExitStatus::data_failed,
       fmt::format("{}: several lines can be MA and SLO: {}; name one pair with --ma and "
                   "--slo{}{}",
@@ -392,13 +394,13 @@ ExitStatus CaptureList::open(InputArguments arguments) {
     if (file.empty() || contains(files, file)) continue;
     if (files_given && files.size() == 1) continue;  // a line of this name, or of none
     if (files_given) {
-      return fail(ExitStatus::usage, fmt::format("{}: '{}' is not among the captures given",
-                                                 file == ma_file ? "--ma" : "--slo", file));
+      return host_.fail(ExitStatus::usage, fmt::format("{}: '{}' is not among the captures given",
+                                                       file == ma_file ? "--ma" : "--slo", file));
     }
     files.push_back(file);
   }
   if (files.empty()) {
-    return fail(ExitStatus::usage, "no capture given; name a file, or - for standard input");
+    return host_.fail(ExitStatus::usage, "no capture given; name a file, or - for standard input");
   }
   std::vector<CaptureFile> opened;
   for (const std::string& file : files) opened.push_back({.path = file});
@@ -406,12 +408,13 @@ ExitStatus CaptureList::open(InputArguments arguments) {
   if (joined && contains(files, ma_file) && contains(files, slo_file) && ma_file != slo_file) {
     for (const std::string& file : files) {
       if (file == ma_file || file == slo_file) continue;
-      return fail(ExitStatus::usage,
-                  fmt::format("{}: neither --ma nor --slo names a line of it; leave it out", file));
+      return host_.fail(
+          ExitStatus::usage,
+          fmt::format("{}: neither --ma nor --slo names a line of it; leave it out", file));
     }
   } else {
     for (std::size_t i = 0; joined && i < opened.size(); ++i) {
-      const ExitStatus status = open_file(opened[i], arguments_);
+      const ExitStatus status = open_file(opened[i], arguments_, host_);
       if (status != ExitStatus::done) return status;
       joined = opened[i].source->lines().size() == 1;
     }

@@ -11,6 +11,7 @@
 #include "capture/edge_source.hpp"
 #include "capture/pair_source.hpp"
 #include "cli/common/exit_status.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/raw_samples.hpp"
 #include "decode/lines.hpp"
 
@@ -74,6 +75,8 @@ struct CaptureFile {
 /// A capture: one file, or several that are read as one.
 class CaptureInput {
  public:
+  explicit CaptureInput(Host& host) : host_(&host) {}
+
   /// Opens what is not open yet. Prints why it cannot be read.
   ExitStatus open(std::vector<CaptureFile> files, const InputArguments& arguments);
   /// Begins at the beginning once more. Prints why it cannot.
@@ -131,6 +134,7 @@ class CaptureInput {
   void note_error(const capture::CaptureError& error);
   ExitStatus report(const decode::LineError& error, const InputArguments& arguments) const;
 
+  Host* host_;
   std::vector<std::string> paths_;
   std::vector<ReadPosition> positions_;
   std::string name_;
@@ -149,6 +153,8 @@ class CaptureInput {
 /// --ma and --slo name a line of different files; else each file is a capture by itself.
 class CaptureList {
  public:
+  explicit CaptureList(Host& host) : host_(host) {}
+
   /// Decides which files belong together. Prints why the command line makes no sense, or which file
   /// cannot be read.
   ExitStatus open(InputArguments arguments);
@@ -164,6 +170,7 @@ class CaptureList {
   const InputArguments& arguments() const { return arguments_; }
 
  private:
+  Host& host_;
   InputArguments arguments_;
   std::vector<std::vector<CaptureFile>> captures_;
   std::size_t next_ = 0;

@@ -11,7 +11,7 @@
 #include "capture/samples.hpp"
 #include "capture/sr.hpp"
 #include "capture/vcd.hpp"
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "device/quantity.hpp"
 
 namespace biss::cli {
@@ -107,8 +107,8 @@ bool CaptureOutput::finish(Picoseconds end_time) { return take(writer_->finish(e
 
 ExitStatus CaptureOutput::status() const {
   if (!cause_ || *cause_ == capture::WriteCause::write_failed) return output_.status();
-  return fail(ExitStatus::io,
-              std::string("cannot write the capture: ") + cause_text(*cause_, format_));
+  return output_.host().fail(
+      ExitStatus::io, std::string("cannot write the capture: ") + cause_text(*cause_, format_));
 }
 
 Hertz usual_sample_rate(Hertz clock) {
@@ -123,10 +123,11 @@ Hertz usual_sample_rate(Hertz clock) {
   return Hertz{static_cast<std::uint32_t>(most)};
 }
 
-void warn_of_lost_clocks(Hertz sample_rate, Hertz clock) {
+void warn_of_lost_clocks(Hertz sample_rate, Hertz clock, Host& host) {
   if (sample_rate.count >= 2 * std::uint64_t{clock.count}) return;
-  warn(fmt::format("--sample-rate: {} misses clocks of MA at {}; give {} or more, or leave it out",
-                   text_of(sample_rate), text_of(clock), text_of(usual_sample_rate(clock))));
+  host.warn(
+      fmt::format("--sample-rate: {} misses clocks of MA at {}; give {} or more, or leave it out",
+                  text_of(sample_rate), text_of(clock), text_of(usual_sample_rate(clock))));
 }
 
 }  // namespace biss::cli

@@ -77,6 +77,6 @@ class CaptureOutput final : public capture::ByteSink {
 Hertz usual_sample_rate(Hertz clock);
 
 /// Warns where samples at this rate miss levels of the clock.
-void warn_of_lost_clocks(Hertz sample_rate, Hertz clock);
+void warn_of_lost_clocks(Hertz sample_rate, Hertz clock, Host& host);
 
 }  // namespace biss::cli

@@ -87,8 +87,8 @@ std::string unknown_verb_text(const std::string& name, const std::vector<std::st
                        : fmt::format("unknown verb '{}'; did you mean '{}'?", name, meant);
 }
 
-ExitStatus print(const std::string& text, const std::string& path = "-") {
-  Output output;
+ExitStatus print(Host& host, const std::string& text, const std::string& path = "-") {
+  Output output(host);
   const bool good = output.open(path) && output.write(text) && output.finish();
   return good ? ExitStatus::done : output.status();
 }
@@ -316,12 +316,12 @@ void wrong_value(const std::string& name, const std::string& why) {
 
 void add_verb_group(Command& command, const VerbText& group, const std::vector<GroupVerb>& verbs) {
   const auto runs = std::make_shared<std::vector<std::pair<Verb, Run>>>();
-  Verb above = command.add_verb(group, [runs, name = group.name] {
+  Verb above = command.add_verb(group, [runs, name = group.name](Host& host) {
     for (const auto& [verb, run] : *runs) {
-      if (verb.parsed()) return run();
+      if (verb.parsed()) return run(host);
     }
-    return fail(ExitStatus::usage,
-                fmt::format("no verb of {} given (see 'biss {} --help')", name, name));
+    return host.fail(ExitStatus::usage,
+                     fmt::format("no verb of {} given (see 'biss {} --help')", name, name));
   });
   above.app().require_subcommand(1);
   for (const GroupVerb& each : verbs) {
@@ -330,7 +330,7 @@ void add_verb_group(Command& command, const VerbText& group, const std::vector<G
   }
 }
 
-Command::Command() : declarations_(std::make_unique<Declarations>()) {
+Command::Command(Host& host) : host_(host), declarations_(std::make_unique<Declarations>()) {
   CLI::App& app = declarations_->app;
   app.set_help_flag("-h,--help", "Print this help");
   app.set_version_flag("-V,--version", program_text(), "Print the version and the commit");
@@ -347,8 +347,8 @@ Verb Command::add_verb(const VerbText& text, Run run) {
 
 ExitStatus Command::print_help(const HelpOptions& options) const {
   const VerbHelp command = help_of(*declarations_);
-  if (options.to == "man") return print(man_page(command, BISS_VERSION), options.output);
-  if (options.to == "bash") return print(bash_completion(command), options.output);
+  if (options.to == "man") return print(host_, man_page(command, BISS_VERSION), options.output);
+  if (options.to == "bash") return print(host_, bash_completion(command), options.output);
   const VerbHelp* verb = &command;
   for (const std::string& name : options.verb) {
     const VerbHelp* const next = below(*verb, name);
@@ -357,23 +357,23 @@ ExitStatus Command::print_help(const HelpOptions& options) const {
       for (const VerbHelp& each : verb->verbs) {
         names.push_back(each.name.substr(verb->name.size() + 1));
       }
-      return fail(ExitStatus::usage,
-                  fmt::format("{} (see '{} --help')", unknown_verb_text(name, names), verb->name));
+      return host_.fail(ExitStatus::usage, fmt::format("{} (see '{} --help')",
+                                                       unknown_verb_text(name, names), verb->name));
     }
     verb = next;
   }
-  return print(help_text(*verb), options.output);
+  return print(host_, help_text(*verb), options.output);
 }
 
 ExitStatus Command::run(int argc, const char* const* argv) {
   try {
     return parse_and_run(argc, argv);
   } catch (const std::bad_alloc&) {
-    return fail(ExitStatus::io, "out of memory");
+    return host_.fail(ExitStatus::io, "out of memory");
   } catch (const std::exception& error) {
-    return fail(ExitStatus::io, fmt::format("stopped by an error inside: {}", error.what()));
+    return host_.fail(ExitStatus::io, fmt::format("stopped by an error inside: {}", error.what()));
   } catch (...) {
-    return fail(ExitStatus::io, "stopped by an error inside");
+    return host_.fail(ExitStatus::io, "stopped by an error inside");
   }
 }
 
@@ -382,7 +382,9 @@ ExitStatus Command::parse_and_run(int argc, const char* const* argv) {
   // Last, so that the help lists it last.
   if (below(help_of(*declarations_), "help") == nullptr) {
     const auto options = std::make_shared<HelpOptions>();
-    declare_help(add_verb(help_verb(), [this, options] { return print_help(*options); }), *options);
+    declare_help(
+        add_verb(help_verb(), [this, options](Host& /*host*/) { return print_help(*options); }),
+        *options);
   }
   if (argc < 2) return wrong_usage("no verb given");
   const std::string first = argv[1];
@@ -398,18 +400,18 @@ ExitStatus Command::parse_and_run(int argc, const char* const* argv) {
     const VerbHelp command = help_of(*declarations_);
     const VerbHelp* verb = &command;
     for (const CLI::App* chosen : chosen_verbs(app)) verb = below(*verb, chosen->get_name());
-    return print(help_text(*verb));
+    return print(host_, help_text(*verb));
   } catch (const CLI::CallForVersion& version) {
-    return print(std::string(version.what()) + "\n");
+    return print(host_, std::string(version.what()) + "\n");
   } catch (const CLI::ParseError& error) {
     const std::string empty = empty_option(argc, argv);
     return wrong_usage(empty.empty() ? usage_text(error) : empty);
   }
   if (const std::string empty = empty_option(argc, argv); !empty.empty()) return wrong_usage(empty);
-  const std::string conflict = file_conflict(named_files(*declarations_));
+  const std::string conflict = file_conflict(named_files(*declarations_), host_);
   if (!conflict.empty()) return wrong_usage(conflict);
   for (const auto& [verb, run] : declarations_->runs) {
-    if (verb->parsed()) return run();
+    if (verb->parsed()) return run(host_);
   }
   return wrong_usage("no verb given");
 }
@@ -421,7 +423,8 @@ ExitStatus Command::unknown_verb(const std::string& name) const {
 ExitStatus Command::wrong_usage(const std::string& what) const {
   std::string verb;
   for (const CLI::App* chosen : chosen_verbs(declarations_->app)) verb += chosen->get_name() + " ";
-  return fail(ExitStatus::usage, fmt::format("{} (see 'biss {}--help')", one_line(what), verb));
+  return host_.fail(ExitStatus::usage,
+                    fmt::format("{} (see 'biss {}--help')", one_line(what), verb));
 }
 
 std::string Command::usage_text(const CLI::ParseError& error) const {

@@ -29,7 +29,7 @@ class CommandTest : public testing::Test {
     Verb verb = command_.add_verb({.name = "frame",
                                    .purpose = "Show a frame",
                                    .examples = {"biss frame -f pos26 1", "biss frame 2"}},
-                                  [this] {
+                                  [this](Host& /*host*/) {
                                     ++runs_;
                                     return result_;
                                   });
@@ -42,9 +42,9 @@ class CommandTest : public testing::Test {
     add_length_option(verb, "--cable", into(options_.cable), "Cable");
     add_count_option(verb, "--cycles", into(options_.cycles), "Cycles", 1'000);
     command_.add_verb({.name = "memory", .purpose = "Fail", .examples = {"biss memory"}},
-                      []() -> ExitStatus { throw std::bad_alloc(); });
+                      [](Host& /*host*/) -> ExitStatus { throw std::bad_alloc(); });
     command_.add_verb({.name = "throw", .purpose = "Fail", .examples = {"biss throw"}},
-                      []() -> ExitStatus { throw std::runtime_error("two\nlines"); });
+                      [](Host& /*host*/) -> ExitStatus { throw std::runtime_error("two\nlines"); });
   }
 
   ExitStatus run(const std::vector<const char*>& arguments) {
@@ -66,7 +66,8 @@ class CommandTest : public testing::Test {
   }
 
   Options options_;
-  Command command_;
+  ProcessHost host_;
+  Command command_{host_};
   ExitStatus result_ = ExitStatus::done;
   int runs_ = 0;
   std::string out_;

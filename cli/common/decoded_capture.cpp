@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "biss/frame/format_text.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/identified.hpp"
-#include "cli/common/message.hpp"
 #include "cli/common/terminal.hpp"
 #include "decode/polarity.hpp"
 #include "decode/statistics.hpp"
@@ -155,21 +155,21 @@ void add_range_options(Verb verb, CaptureArguments& arguments) {
 
 ExitStatus DecodedCapture::open(const CaptureArguments& arguments, const MarginArguments& margin) {
   const std::string range = wrong_range(arguments.since, arguments.until);
-  if (!range.empty()) return fail(ExitStatus::usage, range);
+  if (!range.empty()) return host_.fail(ExitStatus::usage, range);
   range_ = {arguments.since, arguments.until};
   identifies_ = arguments.identify && arguments.device.format.empty();
   finds_format_ = identifies_ || (arguments.identify_besides && !arguments.device.format.empty());
   if (arguments.device.format.empty() || arguments.device.format == "none") {
     const auto timing =
         override_timing(arguments.device, arguments.timing.value_or(DeviceTiming{}));
-    if (!timing) return fail(ExitStatus::usage, timing.error());
+    if (!timing) return host_.fail(ExitStatus::usage, timing.error());
     timing_ = *timing;
   } else {
     auto choice = choose_device(arguments.device);
-    if (!choice) return fail(ExitStatus::usage, choice.error());
+    if (!choice) return host_.fail(ExitStatus::usage, choice.error());
     if (arguments.timing) {
       const auto timing = override_timing(arguments.device, *arguments.timing);
-      if (!timing) return fail(ExitStatus::usage, timing.error());
+      if (!timing) return host_.fail(ExitStatus::usage, timing.error());
       choice->timing = *timing;
     }
     format_ = choice->format;
@@ -183,7 +183,7 @@ ExitStatus DecodedCapture::open(const CaptureArguments& arguments, const MarginA
   margin_.compensated = !margin.no_compensation;
   margin_.signal = margin.signal;
   if (resolution_ && !is_resolution(*resolution_)) {
-    return fail(ExitStatus::usage, "--resolution: from 0s to 1ms");
+    return host_.fail(ExitStatus::usage, "--resolution: from 0s to 1ms");
   }
   if (arguments.words.file.empty()) return list_.open(arguments);
   words_ = arguments.words;
@@ -211,9 +211,10 @@ bool DecodedCapture::next() {
 
 bool DecodedCapture::open_words() {
   auto log = read_word_log(*words_);
-  if (!log) status_ = fail(ExitStatus::io, log.error());
+  if (!log) status_ = host_.fail(ExitStatus::io, log.error());
   if (words_->reading.payload && !format_) {
-    status_ = fail(ExitStatus::usage, "--payload: the length of the frame is not known; give -f");
+    status_ =
+        host_.fail(ExitStatus::usage, "--payload: the length of the frame is not known; give -f");
   }
   if (status_ != ExitStatus::done) return false;
   log_ = std::move(*log);
@@ -328,7 +329,7 @@ ExitStatus DecodedCapture::identify_format() {
 ExitStatus DecodedCapture::identify_from_all() {
   FrameCollection frames(*this);
   const std::size_t first = input_.beginning().size();
-  Progress progress;
+  Progress progress(host_);
   for (auto block = input_.next(); !block.empty(); block = input_.next()) {
     frames.push(block);
     if (progress.due()) {
@@ -342,11 +343,11 @@ ExitStatus DecodedCapture::identify_from_all() {
     take_finding(samples);
     sure = finding_->sure();
     if (before && (sure == nullptr || sure->format != *before)) {
-      warn(fmt::format("{}: later frames contradict {}, which the beginning shows; {}",
-                       input_.name(), format_text(*before).view(),
-                       sure == nullptr ? std::string("no format is sure for all: give -f")
-                                       : fmt::format("all frames are judged by {}",
-                                                     format_text(sure->format).view())));
+      host_.warn(fmt::format("{}: later frames contradict {}, which the beginning shows; {}",
+                             input_.name(), format_text(*before).view(),
+                             sure == nullptr ? std::string("no format is sure for all: give -f")
+                                             : fmt::format("all frames are judged by {}",
+                                                           format_text(sure->format).view())));
     }
   }
   return input_.reopen(list_.arguments());
@@ -372,8 +373,9 @@ void DecodedCapture::take_finding(std::span<const identify::Sample> samples) {
                                  part.from_cycle, part.to_cycle);
   }
   if (!identifies_) return;
-  warn(fmt::format("{}: the format changes: {}; decode each part with -f and --since, --until",
-                   input_.name(), format_parts_));
+  host_.warn(
+      fmt::format("{}: the format changes: {}; decode each part with -f and --since, --until",
+                  input_.name(), format_parts_));
 }
 
 const identify::FormatCandidate* DecodedCapture::better_format() const {
@@ -393,8 +395,8 @@ void DecodedCapture::warn_of_protocol() {
       guess.protocol == identify::Protocol::biss_c) {
     return;
   }
-  warn(fmt::format("{}: the lines look like {} ({})", input_.name(), name_of(guess.protocol),
-                   guess.why));
+  host_.warn(fmt::format("{}: the lines look like {} ({})", input_.name(), name_of(guess.protocol),
+                         guess.why));
 }
 
 void DecodedCapture::measure_polarity(decode::FoundLines& found) {
@@ -495,7 +497,7 @@ bool DecodedCapture::read(const OnCycle& on_cycle) {
   std::uint64_t good = 0;
   std::uint64_t contradict = 0;
   bool wanted = true;
-  Progress progress;
+  Progress progress(host_);
   deliver_ = [&](const decode::Cycle& cycle) {
     good += cycle.status == decode::CycleStatus::ok ? 1U : 0U;
     contradict += contradicts(cycle.status) ? 1U : 0U;
@@ -519,8 +521,8 @@ bool DecodedCapture::read(const OnCycle& on_cycle) {
   decoder_.reset();
   if (identifies_ && format_ && watcher_ == nullptr && contradict > least_contradiction &&
       4 * contradict > good) {
-    warn(fmt::format("{}: {} frames contradict {}, which the beginning shows; give -f",
-                     input_.name(), contradict, format_text(*format_).view()));
+    host_.warn(fmt::format("{}: {} frames contradict {}, which the beginning shows; give -f",
+                           input_.name(), contradict, format_text(*format_).view()));
     status_ = std::max(status_, ExitStatus::data_failed);
   }
   return input_.error().empty();
@@ -548,7 +550,7 @@ flow::Watch DecodedCapture::watch_of_pieces() const {
 }
 
 bool DecodedCapture::read_edges(const std::function<bool(std::span<const wire::Edge>)>& on_edges) {
-  Progress progress;
+  Progress progress(host_);
   for (auto block = input_.next(); !block.empty() && on_edges(block); block = input_.next()) {
     if (progress.due()) progress.show(input_.progress_text(progress.seconds()));
   }
@@ -595,9 +597,9 @@ ExitStatus RunMessages::fail(ExitStatus status, std::string line) {
   return status;
 }
 
-void RunMessages::print() const {
-  print_summary(summaries_);
-  for (const std::string& line : lines_) warn(line);
+void RunMessages::print(Host& host) const {
+  host.print_summary(summaries_);
+  for (const std::string& line : lines_) host.warn(line);
 }
 
 namespace {
@@ -624,10 +626,10 @@ ExitStatus write_captures(
     const std::function<std::vector<report::Column>()>& columns, bool needs_all,
     const std::function<ExitStatus(report::TableWriter& writer, RunMessages& messages)>& write) {
   if (!capture.next()) {
-    if (capture.status() == ExitStatus::io) print_summary(rest_text(capture, ""));
+    if (capture.status() == ExitStatus::io) capture.host().print_summary(rest_text(capture, ""));
     return capture.status();
   }
-  Output output;
+  Output output(capture.host());
   if (!output.open(output_path)) return output.status();
   std::vector<report::Column> all = columns();
   for (report::Column& column : capture.columns()) {
@@ -638,7 +640,7 @@ ExitStatus write_captures(
     all.push_back(std::move(column));
   }
   const auto made = make_table(to, all, output);
-  if (!made) return fail(ExitStatus::usage, made.error());
+  if (!made) return capture.host().fail(ExitStatus::usage, made.error());
   report::TableWriter* const writer = made->get();
   CaptureRows rows(*writer, all.size(), output, needs_all);
   RunMessages messages;
@@ -657,7 +659,7 @@ ExitStatus write_captures(
     output.abandon();
     messages.add_summary(rest_text(capture, is_file ? output_path : ""));
   }
-  messages.print();
+  messages.print(capture.host());
   return status;
 }
 

@@ -84,7 +84,7 @@ class ChangeWatcher {
 
 /// The captures of a command line, decoded one after the other:
 ///
-///     DecodedCapture capture;
+///     DecodedCapture capture(host);
 ///     const ExitStatus opened = capture.open(…);
 ///     if (opened != ExitStatus::done) return opened;
 ///     return write_captures(capture, …, [&](report::TableWriter& writer, RunMessages& messages) {
@@ -94,6 +94,9 @@ class DecodedCapture {
  public:
   /// False ends the reading.
   using OnCycle = std::function<bool(std::uint64_t number, const decode::Cycle& cycle)>;
+
+  explicit DecodedCapture(Host& host) : host_(host), list_(host), input_(host) {}
+  Host& host() const { return host_; }
 
   /// Prints why the command line makes no sense.
   ExitStatus open(const CaptureArguments& arguments, const MarginArguments& margin = {});
@@ -202,6 +205,7 @@ class DecodedCapture {
   void read_pieces(const decode::CleanCycleFinder& finder, const std::function<bool()>& go_on);
   void measure_polarity(decode::FoundLines& found);
 
+  Host& host_;
   std::optional<FrameFormat> format_;
   DeviceTiming timing_;
   // To use the format, or only to find it.
@@ -251,7 +255,7 @@ class RunMessages {
   void add_summary(std::string_view text);
   /// Keeps a line that says why the run fails; returns `status`.
   ExitStatus fail(ExitStatus status, std::string line);
-  void print() const;
+  void print(Host& host) const;
 
  private:
   std::string summaries_;

@@ -8,7 +8,7 @@
 #include <optional>
 #include <system_error>
 
-#include "cli/common/given_captures.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/output.hpp"
 
 namespace biss::cli {
@@ -27,10 +27,13 @@ struct Target {
 
 bool is_standard(const NamedFile& file) { return file.path == "-"; }
 
-std::optional<Target> target_of(const NamedFile& file) {
-  if (file.use == FileUse::read && GivenCaptures::find(file.path) != nullptr) return std::nullopt;
+std::optional<Target> target_of(const NamedFile& file, Host& host) {
+  if (file.use == FileUse::read && host.capture(file.path) != nullptr) return std::nullopt;
   struct stat about {};
-  const int stream = file.use == FileUse::read ? STDIN_FILENO : standard_output();
+  if (is_standard(file) && file.use != FileUse::read && host.output() != nullptr) {
+    return std::nullopt;
+  }
+  const int stream = file.use == FileUse::read ? STDIN_FILENO : STDOUT_FILENO;
   const bool exists =
       is_standard(file) ? ::fstat(stream, &about) == 0 : ::stat(file.path.c_str(), &about) == 0;
   if (exists && S_ISCHR(about.st_mode)) return std::nullopt;
@@ -42,19 +45,19 @@ std::optional<Target> target_of(const NamedFile& file) {
   return Target{about.st_dev, about.st_ino, path.filename().string()};
 }
 
-bool are_one(const NamedFile& a, const NamedFile& b) {
+bool are_one(const NamedFile& a, const NamedFile& b, Host& host) {
   if (is_standard(a) && is_standard(b)) return (a.use == FileUse::read) == (b.use == FileUse::read);
   if (a.use == FileUse::read && b.use == FileUse::read) return false;
-  const auto target = target_of(a);
-  return target && target == target_of(b);
+  const auto target = target_of(a, host);
+  return target && target == target_of(b, host);
 }
 
 }  // namespace
 
-std::string file_conflict(const std::vector<NamedFile>& files) {
+std::string file_conflict(const std::vector<NamedFile>& files, Host& host) {
   for (std::size_t i = 0; i < files.size(); ++i) {
     for (std::size_t k = i + 1; k < files.size(); ++k) {
-      if (!are_one(files[i], files[k])) continue;
+      if (!are_one(files[i], files[k], host)) continue;
       return fmt::format("{} '{}' and {} '{}' are the same file; name another one", files[i].option,
                          files[i].path, files[k].option, files[k].path);
     }

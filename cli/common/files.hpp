@@ -7,6 +7,8 @@
 
 namespace biss::cli {
 
+class Host;
+
 /// What a verb does with a file. A state is read first and replaced later.
 enum class FileUse : std::uint8_t { read, write, read_and_write };
 
@@ -20,7 +22,7 @@ struct NamedFile {
 /// standard input or output named twice. A file that does not exist yet is known by its folder and
 /// name. Terminals and /dev/null may be named any number of times.
 /// \return one line that says so; empty if there are none
-std::string file_conflict(const std::vector<NamedFile>& files);
+std::string file_conflict(const std::vector<NamedFile>& files, Host& host);
 
 /// The path at the end of symbolic links, also if nothing is there. Empty if they form a circle.
 std::string follow_links(std::string path);

@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "cli/common/files.hpp"
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/terminal.hpp"
 #include "report/text.hpp"
 
@@ -22,24 +22,23 @@ namespace {
 
 constexpr std::size_t block_bytes = 64U * 1024U;
 
-// Of this thread.
-thread_local int standard_descriptor = STDOUT_FILENO;
-
 std::string reason(int cause) { return std::generic_category().message(cause); }
 
 }  // namespace
 
-int set_standard_output(int descriptor) { return std::exchange(standard_descriptor, descriptor); }
-int standard_output() { return standard_descriptor; }
+std::size_t output_columns(Host& host) {
+  return host.output() == nullptr ? terminal_columns(STDOUT_FILENO) : 0;
+}
 
 Output::~Output() { abandon(); }
 
 bool Output::open(const std::string& path) {
   if (path.empty() || path == "-") {
     name_ = "stdout";
-    descriptor_ = standard_descriptor;
-    is_terminal_ = ::isatty(descriptor_) == 1;
-    return descriptor_ >= 0 || fail("cannot open", EBADF);
+    text_ = host_.output();
+    descriptor_ = STDOUT_FILENO;
+    is_terminal_ = text_ == nullptr && ::isatty(descriptor_) == 1;
+    return true;
   }
   name_ = "'" + path + "'";
   const std::string target = follow_links(path);
@@ -67,6 +66,10 @@ bool Output::open(const std::string& path) {
 bool Output::write(std::string_view text) {
   if (reader_left_) return true;
   if (descriptor_ < 0) return false;
+  if (text_ != nullptr) {
+    text_->append(text);
+    return true;
+  }
   if (held_.size() + text.size() < block_bytes) {
     held_.append(text);
     return true;
@@ -169,7 +172,7 @@ void Output::close() {
 }
 
 ExitStatus Output::status() const {
-  return error_.empty() ? ExitStatus::done : cli::fail(ExitStatus::io, error_);
+  return error_.empty() ? ExitStatus::done : host_.fail(ExitStatus::io, error_);
 }
 
 report::TableOptions Output::table_options() const {
@@ -180,9 +183,9 @@ report::TableOptions Output::table_options() const {
   options.colour = (no_colour == nullptr || *no_colour == '\0') && terminal != nullptr &&
                    std::string_view(terminal) != "dumb";
   options.width = terminal_columns(descriptor_);
-  options.on_left_out = [](const std::vector<std::string>& columns) {
-    warn(fmt::format("the terminal is too narrow for {}; widen it, or use --to csv",
-                     fmt::join(columns, ", ")));
+  options.on_left_out = [&host = host_](const std::vector<std::string>& columns) {
+    host.warn(fmt::format("the terminal is too narrow for {}; widen it, or use --to csv",
+                          fmt::join(columns, ", ")));
   };
   return options;
 }

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "cli/common/exit_status.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/temporary_file.hpp"
 #include "report/sink.hpp"
 #include "report/table.hpp"
@@ -32,7 +33,8 @@ namespace biss::cli {
 /// Not to be copied or moved; one thread at a time. SIGPIPE must be ignored, see prepare_process().
 class Output final : public report::TextSink, private report::FileSink {
  public:
-  Output() = default;
+  /// \param host gets its messages; its standard output is that of the verb
+  explicit Output(Host& host) : host_(host) {}
   ~Output() override;
   Output(const Output&) = delete;
   Output& operator=(const Output&) = delete;
@@ -58,6 +60,7 @@ class Output final : public report::TextSink, private report::FileSink {
 
   /// The reader of the pipe has left.
   bool reader_left() const { return reader_left_; }
+  Host& host() const { return host_; }
   /// One line without the `biss:`; empty when nothing failed.
   const std::string& error() const { return error_; }
   /// `done` when nothing failed; otherwise prints error() and is `io`.
@@ -77,21 +80,21 @@ class Output final : public report::TextSink, private report::FileSink {
   bool fail(std::string_view what, int cause);
   void close();
 
+  Host& host_;
   std::string name_;  // as the user calls it
   TemporaryFile temporary_;
   std::string held_;
   std::string error_;
   int descriptor_ = -1;
+  // Takes all text in place of a descriptor.
+  std::string* text_ = nullptr;
   bool owns_descriptor_ = false;
   bool is_terminal_ = false;
   bool reader_left_ = false;
 };
 
-/// What this thread opens as standard output from now on; returns what it was. For programs that are
-/// not the command.
-int set_standard_output(int descriptor);
-/// That descriptor.
-int standard_output();
+/// Columns of the terminal that the text without a file goes to; 0 if it goes to none.
+std::size_t output_columns(Host& host);
 
 /// Once, at the start of the process: ignores SIGPIPE, reserves closed standard streams so that no
 /// file takes their numbers, and has signals remove temporary files before they end the process.

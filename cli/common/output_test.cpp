@@ -64,11 +64,12 @@ class OutputTest : public testing::Test {
   }
 
   fs::path folder_;
+  ProcessHost host_;
 };
 
 TEST_F(OutputTest, NewFile_AppearsOnlyAtTheEndWithTheModeOfTheUmask) {
   const mode_t before = ::umask(027);
-  Output output;
+  Output output(host_);
   ASSERT_TRUE(output.open(path("new.csv")));
   ASSERT_TRUE(output.write("text\n"));
   EXPECT_FALSE(fs::exists(path("new.csv")));
@@ -83,7 +84,7 @@ TEST_F(OutputTest, NewFile_AppearsOnlyAtTheEndWithTheModeOfTheUmask) {
 TEST_F(OutputTest, ExistingFile_StaysUntilTheEndAndKeepsItsMode) {
   put(path("old"), "old");
   fs::permissions(path("old"), fs::perms(0600));
-  Output output;
+  Output output(host_);
   ASSERT_TRUE(output.open(path("old")));
   ASSERT_TRUE(output.write(std::string(1'000'000, 'x')));
   EXPECT_EQ(content(path("old")), "old");
@@ -95,7 +96,7 @@ TEST_F(OutputTest, ExistingFile_StaysUntilTheEndAndKeepsItsMode) {
 TEST_F(OutputTest, NoFinish_LeavesTheOldFileAndNoTemporaryOne) {
   put(path("old"), "old");
   {
-    Output output;
+    Output output(host_);
     ASSERT_TRUE(output.open(path("old")));
     output.write("half");
   }
@@ -104,7 +105,7 @@ TEST_F(OutputTest, NoFinish_LeavesTheOldFileAndNoTemporaryOne) {
 }
 
 TEST_F(OutputTest, Abandoned_LeavesNothing) {
-  Output output;
+  Output output(host_);
   ASSERT_TRUE(output.open(path("new")));
   output.write("half");
   output.abandon();
@@ -118,7 +119,7 @@ TEST_F(OutputTest, SymbolicLink_StaysAndItsTargetIsReplaced) {
   put(path("deep/target"), "old");
   fs::create_symlink("deep/target", path("link"));
   fs::create_symlink("link", path("link2"));
-  Output output;
+  Output output(host_);
   ASSERT_TRUE(output.open(path("link2")));
   output.write("new");
   ASSERT_TRUE(output.finish());
@@ -129,7 +130,7 @@ TEST_F(OutputTest, SymbolicLink_StaysAndItsTargetIsReplaced) {
 
 TEST_F(OutputTest, DanglingLink_CreatesItsTarget) {
   fs::create_symlink("missing", path("link"));
-  Output output;
+  Output output(host_);
   ASSERT_TRUE(output.open(path("link")));
   output.write("new");
   ASSERT_TRUE(output.finish());
@@ -140,14 +141,14 @@ TEST_F(OutputTest, DanglingLink_CreatesItsTarget) {
 TEST_F(OutputTest, LinksInACircle_AreAnError) {
   fs::create_symlink("b", path("a"));
   fs::create_symlink("a", path("b"));
-  Output output;
+  Output output(host_);
   EXPECT_FALSE(output.open(path("a")));
   EXPECT_EQ(output.status(), ExitStatus::io);
 }
 
 TEST_F(OutputTest, LongestName_IsWritten) {
   const std::string name(255, 'n');
-  Output output;
+  Output output(host_);
   ASSERT_TRUE(output.open(path(name)));
   output.write("x");
   EXPECT_TRUE(output.finish());
@@ -155,21 +156,21 @@ TEST_F(OutputTest, LongestName_IsWritten) {
 }
 
 TEST_F(OutputTest, Folder_IsRefused) {
-  Output output;
+  Output output(host_);
   EXPECT_FALSE(output.open(folder_.string()));
   EXPECT_EQ(output.error(), "cannot write '" + folder_.string() + "': Is a directory");
   EXPECT_EQ(output.status(), ExitStatus::io);
 }
 
 TEST_F(OutputTest, FolderMissing_IsRefused) {
-  Output output;
+  Output output(host_);
   EXPECT_FALSE(output.open(path("none/file")));
   EXPECT_NE(output.error().find("No such file"), std::string::npos) << output.error();
 }
 
 TEST_F(OutputTest, TwoOutputsInOneFolder_DoNotDisturbEachOther) {
-  Output a;
-  Output b;
+  Output a(host_);
+  Output b(host_);
   ASSERT_TRUE(a.open(path("a")));
   ASSERT_TRUE(b.open(path("b")));
   a.write("A");
@@ -181,7 +182,7 @@ TEST_F(OutputTest, TwoOutputsInOneFolder_DoNotDisturbEachOther) {
 }
 
 TEST_F(OutputTest, TargetBecomesAFolder_FailsTheFinish) {
-  Output output;
+  Output output(host_);
   ASSERT_TRUE(output.open(path("x")));
   output.write("text");
   fs::create_directory(path("x"));
@@ -191,7 +192,7 @@ TEST_F(OutputTest, TargetBecomesAFolder_FailsTheFinish) {
 }
 
 TEST_F(OutputTest, DevNull_TakesAllAndStaysADevice) {
-  Output output;
+  Output output(host_);
   ASSERT_TRUE(output.open("/dev/null"));
   EXPECT_TRUE(output.write(std::string(200'000, 'x')));
   EXPECT_TRUE(output.finish());
@@ -199,7 +200,7 @@ TEST_F(OutputTest, DevNull_TakesAllAndStaysADevice) {
 }
 
 TEST_F(OutputTest, DevFull_SmallText_FailsTheFinish) {
-  Output output;
+  Output output(host_);
   ASSERT_TRUE(output.open("/dev/full"));
   EXPECT_TRUE(output.write("x"));
   EXPECT_FALSE(output.finish());
@@ -208,7 +209,7 @@ TEST_F(OutputTest, DevFull_SmallText_FailsTheFinish) {
 }
 
 TEST_F(OutputTest, DevFull_LargeText_FailsTheWriteAndAllAfter) {
-  Output output;
+  Output output(host_);
   ASSERT_TRUE(output.open("/dev/full"));
   EXPECT_FALSE(output.write(std::string(200'000, 'x')));
   EXPECT_FALSE(output.write("more"));
@@ -220,7 +221,7 @@ TEST_F(OutputTest, NamedPipe_IsWrittenStraight) {
   ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
   std::string received;
   std::thread reader([&] { received = content(path("pipe")); });
-  Output output;
+  Output output(host_);
   EXPECT_TRUE(output.open(path("pipe")));
   EXPECT_TRUE(output.write(std::string(300'000, 'x')));
   EXPECT_TRUE(output.finish());
@@ -232,7 +233,7 @@ TEST_F(OutputTest, NamedPipe_IsWrittenStraight) {
 TEST_F(OutputTest, ReaderLeaves_DropsTheRestWithoutAnError) {
   int ends[2] = {};
   ASSERT_EQ(::pipe(ends), 0);
-  Output output;
+  Output output(host_);
   ASSERT_TRUE(output.open("/dev/fd/" + std::to_string(ends[1])));
   ::close(ends[0]);
   EXPECT_FALSE(output.reader_left());
@@ -249,7 +250,7 @@ TEST_F(OutputTest, NameOfAnOpenFile_IsAppendedToAndNotReplaced) {
   put(path("log"), "first\n");
   const int descriptor = ::open(path("log").c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
   ASSERT_GE(descriptor, 0);
-  Output output;
+  Output output(host_);
   ASSERT_TRUE(output.open("/dev/fd/" + std::to_string(descriptor)));
   output.write("second\n");
   ASSERT_TRUE(output.finish());
@@ -262,7 +263,7 @@ TEST_F(OutputTest, AbandonedStraight_KeepsWhatWasTaken) {
   const int descriptor = ::open(path("log").c_str(), O_WRONLY | O_CLOEXEC);
   ASSERT_GE(descriptor, 0);
   {
-    Output output;
+    Output output(host_);
     ASSERT_TRUE(output.open("/dev/fd/" + std::to_string(descriptor)));
     output.write("so far\n");
   }
@@ -300,7 +301,7 @@ int status_of(const Body& body) {
 TEST_F(OutputTest, Killed_LeavesTheOldFileAndNoOther) {
   put(path("old"), "old");
   const int status = status_of([this] {
-    Output output;
+    Output output(host_);
     if (!output.open(path("old")) || !output.write(std::string(200'000, 'x'))) ::_exit(9);
     std::raise(SIGKILL);
   });
@@ -313,7 +314,7 @@ TEST_F(OutputTest, FileSystemWithoutNamelessFiles_ReplacesTheFileAsElsewhere) {
   put(path("old"), "old");
   const int status = status_of([this] {
     if (!refuse_files_without_name()) ::_exit(9);
-    Output output;
+    Output output(host_);
     if (!output.open(path("old")) || !output.write("new") || files() != 2) ::_exit(1);
     ::_exit(output.finish() ? 0 : 2);
   });
@@ -327,7 +328,7 @@ TEST_F(OutputTest, SignalThatEndsTheProcess_RemovesTheTemporaryFile) {
   put(path("old"), "old");
   const int status = status_of([this] {
     prepare_process();
-    Output output;
+    Output output(host_);
     if (!refuse_files_without_name() || !output.open(path("old"))) ::_exit(9);
     if (!output.write("half") || files() != 2) ::_exit(9);
     std::raise(SIGTERM);
@@ -344,7 +345,7 @@ TEST_F(OutputTest, FileSizeLimit_IsAnErrorAndLeavesTheOldFile) {
     prepare_process();
     const rlimit limit = {4096, 4096};
     if (::setrlimit(RLIMIT_FSIZE, &limit) != 0) ::_exit(9);
-    Output output;
+    Output output(host_);
     const bool reported = output.open(path("old")) && !output.write(std::string(200'000, 'x')) &&
                           !output.error().empty();
     ::_exit(reported ? 0 : 1);
@@ -360,7 +361,7 @@ TEST_F(OutputTest, StdoutClosed_IsAnErrorAndNoOtherFileTakesItsPlace) {
     ::close(STDOUT_FILENO);
     prepare_process();
     const int file = ::open(path("victim").c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600);
-    Output output;
+    Output output(host_);
     const bool reported =
         output.open("-") && output.write("text") && !output.finish() && !output.error().empty();
     ::_exit(file > STDERR_FILENO && reported ? 0 : 1);
@@ -371,29 +372,28 @@ TEST_F(OutputTest, StdoutClosed_IsAnErrorAndNoOtherFileTakesItsPlace) {
 }
 
 TEST_F(OutputTest, Colour_IsForTerminalsOnly) {
-  Output output;
+  Output output(host_);
   ASSERT_TRUE(output.open("/dev/null"));
   EXPECT_FALSE(output.table_options().colour);
   EXPECT_EQ(output.table_options().width, 0U);
 }
 
-// What a terminal gets of a text that is written to standard output there.
+// A terminal, and what it gets of a text that is written to its path.
 class OnTerminal {
  public:
   OnTerminal() {
     termios raw{};
     ::cfmakeraw(&raw);
     EXPECT_EQ(::openpty(&reader_, &terminal_, nullptr, &raw, nullptr), 0);
-    before_ = set_standard_output(terminal_);
   }
   ~OnTerminal() {
-    set_standard_output(before_);
     ::close(terminal_);
     ::close(reader_);
   }
   OnTerminal(const OnTerminal&) = delete;
   OnTerminal& operator=(const OnTerminal&) = delete;
 
+  std::string path() const { return ::ttyname(terminal_); }
   std::string read() const {
     std::string text(4096, '\0');
     const ssize_t got = ::read(reader_, text.data(), text.size());
@@ -404,7 +404,6 @@ class OnTerminal {
  private:
   int reader_ = -1;
   int terminal_ = -1;
-  int before_ = -1;
 };
 
 const std::string hostile =
@@ -428,8 +427,8 @@ TEST_F(OutputTest, TextOfAnyWriterOnATerminal_CannotSteerIt) {
       {.name = "name" + hostile, .unit = "ns", .role = report::Role::status}};
   for (const auto format : {report::Format::table, report::Format::csv, report::Format::jsonl}) {
     const OnTerminal terminal;
-    Output output;
-    ASSERT_TRUE(output.open("-"));
+    Output output(host_);
+    ASSERT_TRUE(output.open(terminal.path()));
     const auto table = report::make_table_writer(format, columns, output, output.table_options());
     ASSERT_TRUE(table->row(std::vector<report::Cell>{hostile}));
     ASSERT_TRUE(table->finish() && output.finish());
@@ -448,8 +447,8 @@ TEST_F(OutputTest, TextOfAnyWriterOnATerminal_CannotSteerIt) {
 
 TEST_F(OutputTest, CharacterBetweenTwoWrites_StaysWholeOnATerminal) {
   const OnTerminal terminal;
-  Output output;
-  ASSERT_TRUE(output.open("-"));
+  Output output(host_);
+  ASSERT_TRUE(output.open(terminal.path()));
   ASSERT_TRUE(output.write("a\tb\n\xE2") &&
               output.write("\x82\xAC"
                            "c\x1b") &&
@@ -460,17 +459,19 @@ TEST_F(OutputTest, CharacterBetweenTwoWrites_StaysWholeOnATerminal) {
 }
 
 TEST_F(OutputTest, TextToAFile_IsAsItWasGiven) {
-  Output output;
+  Output output(host_);
   ASSERT_TRUE(output.open(path("rows.csv")) && output.write(hostile) && output.finish());
   EXPECT_EQ(content(path("rows.csv")), hostile);
 }
 
-TEST_F(OutputTest, StandardOutputThatIsNone_IsAnError) {
-  const int before = set_standard_output(-1);
-  Output output;
-  EXPECT_FALSE(output.open("-"));
-  EXPECT_NE(output.error(), "");
-  set_standard_output(before);
+TEST_F(OutputTest, StandardOutputOfAHostInMemory_IsItsText) {
+  MemoryHost memory;
+  Output output(memory);
+  ASSERT_TRUE(output.open("-") && output.write("a\x1b\n"));
+  EXPECT_EQ(output.table_options().width, 0U);
+  EXPECT_EQ(output.file(), nullptr);
+  EXPECT_TRUE(output.finish());
+  EXPECT_EQ(memory.output_text(), "a\x1b\n");
 }
 
 }  // namespace output_test

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <tl/expected.hpp>
 
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/verb.hpp"
 
 namespace biss::cli {

@@ -12,8 +12,6 @@ namespace biss::cli {
 
 namespace {
 
-thread_local const KeptTables::Make* kept_tables = nullptr;
-
 // Hands on some cells of each row.
 class ChosenColumns final : public report::TableWriter {
  public:
@@ -70,7 +68,7 @@ void put_time_first(Places& places, std::span<const report::Column> columns) {
 
 tl::expected<std::unique_ptr<report::TableWriter>, std::string> make_writer(
     report::Format to, std::span<const report::Column> columns, Output& output) {
-  if (kept_tables != nullptr) return (*kept_tables)(columns);
+  if (auto kept = output.host().keep_rows(columns)) return kept;
   if (to != report::Format::hdf5) {
     return report::make_table_writer(to, columns, output, output.table_options());
   }
@@ -81,10 +79,6 @@ tl::expected<std::unique_ptr<report::TableWriter>, std::string> make_writer(
 }
 
 }  // namespace
-
-KeptTables::KeptTables(Make make)
-    : make_(std::move(make)), outer_(std::exchange(kept_tables, &make_)) {}
-KeptTables::~KeptTables() { kept_tables = outer_; }
 
 tl::expected<std::unique_ptr<report::TableWriter>, std::string> make_table(
     const TableChoice& choice, std::span<const report::Column> columns, Output& output) {

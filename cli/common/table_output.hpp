@@ -1,7 +1,6 @@
 // Where the rows of a verb go: every format, and the columns that are chosen.
 #pragma once
 
-#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -28,22 +27,5 @@ struct TableChoice {
 /// \return one line where the choice is wrong usage
 tl::expected<std::unique_ptr<report::TableWriter>, std::string> make_table(
     const TableChoice& choice, std::span<const report::Column> columns, Output& output);
-
-/// While it exists, the tables that this thread makes are given to `make` and not written as text, in
-/// any format. For programs that are not the command.
-class KeptTables {
- public:
-  using Make =
-      std::function<std::unique_ptr<report::TableWriter>(std::span<const report::Column> columns)>;
-
-  explicit KeptTables(Make make);
-  ~KeptTables();
-  KeptTables(const KeptTables&) = delete;
-  KeptTables& operator=(const KeptTables&) = delete;
-
- private:
-  Make make_;
-  const Make* outer_;
-};
 
 }  // namespace biss::cli

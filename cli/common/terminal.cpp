@@ -12,8 +12,7 @@
 #include <string>
 #include <utility>
 
-#include "cli/common/interruptible.hpp"
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "report/text.hpp"
 
 namespace biss::cli {
@@ -37,17 +36,18 @@ std::size_t terminal_columns(int descriptor) {
   return ::ioctl(descriptor, TIOCGWINSZ, &size) == 0 ? size.ws_col : 0;
 }
 
-Progress::Progress()
-    : began_(std::chrono::steady_clock::now()),
+Progress::Progress(Host& host)
+    : host_(host),
+      began_(std::chrono::steady_clock::now()),
       next_(began_ + first_after),
-      wanted_(!KeptMessages::in_use() && ::isatty(STDERR_FILENO) == 1) {}
+      wanted_(host.shows_progress()) {}
 
 Progress::~Progress() {
   if (wanted_) clear_progress();
 }
 
 bool Progress::due() {
-  Interruptible::check();
+  host_.check();
   if (!wanted_) return false;
   const auto now = std::chrono::steady_clock::now();
   if (now < next_) return false;

@@ -9,31 +9,34 @@
 
 namespace biss::cli {
 
+class Host;
+
 /// Columns of the terminal that `descriptor` is; 0 when it is none, or its width is not known.
 std::size_t terminal_columns(int descriptor);
 
 /// One line on stderr that a long run replaces as it goes on:
 ///
-///     Progress progress;
+///     Progress progress(host);
 ///     while (…) if (progress.due()) progress.show(fmt::format("{} of {} blocks", done, all));
 ///
 /// Nothing is shown when stderr is no terminal, nor in the first second. One thread at a time. The
 /// destructor removes the line.
 class Progress {
  public:
-  Progress();
+  explicit Progress(Host& host);
   ~Progress();
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
   /// True five times a second at most: time to call show(). Cheap enough for every block.
-  /// Throws as Interruptible::check().
+  /// Throws as Host::check().
   bool due();
   void show(std::string_view text);
   /// Since it exists.
   double seconds() const;
 
  private:
+  Host& host_;
   std::chrono::steady_clock::time_point began_;
   std::chrono::steady_clock::time_point next_;
   bool wanted_;

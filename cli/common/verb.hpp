@@ -4,7 +4,7 @@
 //     namespace biss::cli {
 //     namespace {
 //     struct CrcOptions { std::string format; std::string output; report::Format to{}; … };
-//     ExitStatus run_crc(const CrcOptions& options) { … }
+//     ExitStatus run_crc(const CrcOptions& options, Host& host) { … }
 //     }  // namespace
 //
 //     void add_crc(Command& command) {
@@ -12,7 +12,7 @@
 //       Verb verb = command.add_verb({.name = "crc",
 //                                          .purpose = "Show the frame for a position, bit by bit",
 //                                          .examples = {"biss crc -f pos26,nE,nW,crc6 12345"}},
-//                                         [options] { return run_crc(*options); });
+//                                         [options](Host& host) { return run_crc(*options, host); });
 //       verb.add_option("-f,--format", options->format, "Frame format").required();
 //       add_output_option(verb, options->output);
 //       add_to_option(verb, options->to);
@@ -21,7 +21,7 @@
 //
 // A run that writes a table:
 //
-//     Output output;
+//     Output output(host);
 //     if (!output.open(options.output)) return output.status();
 //     const auto table = report::make_table_writer(options.to, columns, output,
 //                                                  output.table_options());
@@ -29,10 +29,10 @@
 //     if (input_failed) {                                            // rows so far to a pipe,
 //       table->finish();                                             // no partial file
 //       output.abandon();
-//       return fail(ExitStatus::io, "…");
+//       return host.fail(ExitStatus::io, "…");
 //     }
 //     if (!table->finish() || !output.finish()) return output.status();
-//     print_summary(summary.text());
+//     host.print_summary(summary.text());
 //     return ExitStatus::done;
 #pragma once
 
@@ -47,7 +47,7 @@
 #include "biss/base/units.hpp"
 #include "cli/common/exit_status.hpp"
 #include "cli/common/files.hpp"
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/output.hpp"
 #include "device/quantity.hpp"
 #include "report/table.hpp"
@@ -157,13 +157,14 @@ class Verb {
 /// Ends the parsing of the command line: the value of option `name` is wrong usage.
 [[noreturn]] void wrong_value(const std::string& name, const std::string& why);
 
-/// Runs a verb once its command line is known to be good. It prints its own errors, by fail().
-using Run = std::function<ExitStatus()>;
+/// Runs a verb once its command line is known to be good. It prints its own errors, by Host::fail().
+using Run = std::function<ExitStatus(Host& host)>;
 
 /// The command line `biss VERB …` and its verbs.
 class Command {
  public:
-  Command();
+  /// \param host outlives the command; verbs run with it
+  explicit Command(Host& host);
   ~Command();
   Command(const Command&) = delete;
   Command& operator=(const Command&) = delete;
@@ -182,6 +183,7 @@ class Command {
   ExitStatus wrong_usage(const std::string& what) const;
   std::string usage_text(const CLI::ParseError& error) const;
 
+  Host& host_;
   std::unique_ptr<Declarations> declarations_;
 };
 

@@ -19,7 +19,8 @@ struct Ran {
 
 /// `biss ARGUMENTS…` with the one verb that `add` adds.
 inline Ran run_verb(void (*add)(Command&), const std::vector<std::string>& arguments) {
-  Command command;
+  ProcessHost host;
+  Command command(host);
   add(command);
   std::vector<const char*> all{"biss"};
   for (const std::string& argument : arguments) all.push_back(argument.c_str());

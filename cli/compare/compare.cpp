@@ -4,8 +4,8 @@
 #include <cmath>
 #include <memory>
 
+#include "cli/common/host.hpp"
 #include "cli/common/identified.hpp"
-#include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/verbs.hpp"
 #include "cli/compare/difference.hpp"
@@ -45,6 +45,8 @@ Cell cell_of(const std::variant<double, std::string>& value) {
 
 // One of the two captures.
 struct Side {
+  explicit Side(Host& host) : capture(host) {}
+
   CaptureArguments arguments;
   DecodedCapture capture;
   std::optional<Link> link;
@@ -52,7 +54,7 @@ struct Side {
 
 class CompareRun {
  public:
-  explicit CompareRun(const CompareOptions& options) : options_(options) {}
+  CompareRun(const CompareOptions& options, Host& host) : options_(options), host_(host) {}
 
   ExitStatus run() {
     ExitStatus status = choose_files();
@@ -66,9 +68,9 @@ class CompareRun {
     if (good_asks && bad_asks) found = differences(*good_.link, *bad_.link);
     status = write(found);
     if (status != ExitStatus::done) return status;
-    print_summary(summary(found));
-    if (!good_asks) status = fail(ExitStatus::data_failed, good_.capture.no_request());
-    if (!bad_asks) status = fail(ExitStatus::data_failed, bad_.capture.no_request());
+    host_.print_summary(summary(found));
+    if (!good_asks) status = host_.fail(ExitStatus::data_failed, good_.capture.no_request());
+    if (!bad_asks) status = host_.fail(ExitStatus::data_failed, bad_.capture.no_request());
     return status;
   }
 
@@ -76,10 +78,11 @@ class CompareRun {
   ExitStatus choose_files() {
     const auto& files = options_.capture.files;
     if (files.size() != 2 && files.size() != 4) {
-      return fail(ExitStatus::usage,
-                  fmt::format("compare needs two captures, GOOD and BAD, or four files with one "
-                              "line each; {} given",
-                              files.size()));
+      return host_.fail(
+          ExitStatus::usage,
+          fmt::format("compare needs two captures, GOOD and BAD, or four files with one "
+                      "line each; {} given",
+                      files.size()));
     }
     const auto middle = files.begin() + static_cast<std::ptrdiff_t>(files.size() / 2);
     for (Side* side : {&good_, &bad_}) {
@@ -111,20 +114,20 @@ class CompareRun {
     const ExitStatus status = side.capture.open(side.arguments, options_.margin);
     if (status != ExitStatus::done) return status;
     if (side.capture.several()) {
-      return fail(ExitStatus::usage,
-                  fmt::format("{} and {} are two captures; name one GOOD and one BAD",
-                              side.arguments.files.front(), side.arguments.files.back()));
+      return host_.fail(ExitStatus::usage,
+                        fmt::format("{} and {} are two captures; name one GOOD and one BAD",
+                                    side.arguments.files.front(), side.arguments.files.back()));
     }
     return side.capture.next() ? ExitStatus::done : side.capture.status();
   }
 
   ExitStatus read(Side& side) const {
     side.link = read_link(side.capture, side.arguments, options_.margin);
-    return side.link ? ExitStatus::done : fail(ExitStatus::io, side.capture.input().error());
+    return side.link ? ExitStatus::done : host_.fail(ExitStatus::io, side.capture.input().error());
   }
 
   ExitStatus write(const std::vector<Difference>& found) const {
-    Output output;
+    Output output(host_);
     if (!output.open(options_.output)) return output.status();
     const auto writer =
         report::make_table_writer(options_.to, compare_columns(), output, output.table_options());
@@ -166,8 +169,9 @@ class CompareRun {
   }
 
   const CompareOptions& options_;
-  Side good_;
-  Side bad_;
+  Host& host_;
+  Side good_{host_};
+  Side bad_{host_};
 };
 
 }  // namespace
@@ -179,7 +183,7 @@ void add_compare(Command& command) {
        .purpose = "Show what differs between a link that works and one that does not",
        .examples = {"biss compare good.vcd bad.vcd",
                     "biss compare good.vcd bad.vcd -f resolute-26 --to jsonl"}},
-      [options] { return CompareRun(*options).run(); });
+      [options](Host& host) { return CompareRun(*options, host).run(); });
   add_pair_options(verb, options->capture);
   verb.add_flag("--no-compensation", options->margin.no_compensation,
                 "The masters of these links sample half a period after their own edges of MA");

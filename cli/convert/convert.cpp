@@ -11,7 +11,7 @@
 #include "cli/common/capture_input.hpp"
 #include "cli/common/capture_output.hpp"
 #include "cli/common/files.hpp"
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/terminal.hpp"
 #include "cli/common/verb.hpp"
@@ -38,7 +38,7 @@ struct ConvertOptions {
 
 class ConvertRun {
  public:
-  explicit ConvertRun(ConvertOptions options) : options_(std::move(options)) {}
+  ConvertRun(ConvertOptions options, Host& host) : options_(std::move(options)), host_(host) {}
 
   ExitStatus run() {
     ExitStatus status = name_files();
@@ -55,21 +55,22 @@ class ConvertRun {
     std::string option = "-o";
     if (options_.output.empty()) {
       if (files.size() < 2) {
-        return fail(ExitStatus::usage,
-                    "name the capture and then the file to write: biss convert IN OUT");
+        return host_.fail(ExitStatus::usage,
+                          "name the capture and then the file to write: biss convert IN OUT");
       }
       option = "OUT";
       options_.output = files.back();
       files.pop_back();
     }
     if (files.empty()) {
-      return fail(ExitStatus::usage, "no capture given; name a file, or - for standard input");
+      return host_.fail(ExitStatus::usage,
+                        "no capture given; name a file, or - for standard input");
     }
     std::vector<NamedFile> named{{option, options_.output, FileUse::write}};
     for (const std::string& file : files) named.push_back({"IN", file, FileUse::read});
     if (options_.output != "-") named.push_back({"standard output", "-", FileUse::write});
-    const std::string conflict = file_conflict(named);
-    if (!conflict.empty()) return fail(ExitStatus::usage, conflict);
+    const std::string conflict = file_conflict(named, host_);
+    if (!conflict.empty()) return host_.fail(ExitStatus::usage, conflict);
     return choose_format();
   }
 
@@ -79,13 +80,15 @@ class ConvertRun {
       if (options_.to == capture_formats[i].name) format = static_cast<CaptureFormat>(i);
     }
     if (!format && options_.output == "-") {
-      return fail(ExitStatus::usage, "standard output has no extension; name its format with --to");
+      return host_.fail(ExitStatus::usage,
+                        "standard output has no extension; name its format with --to");
     }
     if (!format) {
-      return fail(ExitStatus::usage,
-                  fmt::format("{}: the extension names no format that is written; use .vcd, .csv, "
-                              ".sr, .dsl, .bin, or --to",
-                              options_.output));
+      return host_.fail(
+          ExitStatus::usage,
+          fmt::format("{}: the extension names no format that is written; use .vcd, .csv, "
+                      ".sr, .dsl, .bin, or --to",
+                      options_.output));
     }
     format_ = *format;
     return ExitStatus::done;
@@ -93,17 +96,18 @@ class ConvertRun {
 
   ExitStatus open_input() {
     const std::string range = wrong_range(options_.since, options_.until);
-    if (!range.empty()) return fail(ExitStatus::usage, range);
+    if (!range.empty()) return host_.fail(ExitStatus::usage, range);
     std::vector<CaptureFile> files;
     for (const std::string& file : options_.input.files) files.push_back({.path = file});
     const ExitStatus opened = input_.open(std::move(files), options_.input);
     if (opened != ExitStatus::done) return opened;
     auto selection =
         select_lines(plain_names(input_.lines(), options_.input.files), options_.lines);
-    if (!selection) return fail(ExitStatus::usage, selection.error());
+    if (!selection) return host_.fail(ExitStatus::usage, selection.error());
     if (selection->names.empty()) {
-      return fail(ExitStatus::data_failed,
-                  fmt::format("{}: has no line of one bit; nothing to convert", input_.name()));
+      return host_.fail(
+          ExitStatus::data_failed,
+          fmt::format("{}: has no line of one bit; nothing to convert", input_.name()));
     }
     cutter_.emplace(std::move(*selection), options_.since, options_.until);
     return ExitStatus::done;
@@ -113,34 +117,37 @@ class ConvertRun {
     const std::size_t lines = cutter_->names().size();
     if (!is_sampled(format_)) {
       if (options_.rate) {
-        return fail(ExitStatus::usage,
-                    "--rate: this format stores changes, not samples; leave the option out");
+        return host_.fail(ExitStatus::usage,
+                          "--rate: this format stores changes, not samples; leave the option out");
       }
       if (format_ == CaptureFormat::saleae_binary && lines > 1) {
-        return fail(ExitStatus::usage,
-                    fmt::format("Saleae's binary export has a file for each line, and this capture "
-                                "has {}; select one with --line",
-                                lines));
+        return host_.fail(
+            ExitStatus::usage,
+            fmt::format("Saleae's binary export has a file for each line, and this capture "
+                        "has {}; select one with --line",
+                        lines));
       }
       rate_ = input_.sample_rate();
       return ExitStatus::done;
     }
     constexpr std::size_t most_lines = 64;
     if (lines > most_lines) {
-      return fail(ExitStatus::usage,
-                  fmt::format("a sample holds 64 lines, and this capture has {}; select some with "
-                              "--line",
-                              lines));
+      return host_.fail(
+          ExitStatus::usage,
+          fmt::format("a sample holds 64 lines, and this capture has {}; select some with "
+                      "--line",
+                      lines));
     }
     rate_ = options_.rate.value_or(input_.sample_rate());
     if (rate_.count != 0) return ExitStatus::done;
-    return fail(ExitStatus::usage,
-                fmt::format("{}: holds changes, and the output holds samples; give their --rate",
-                            input_.name()));
+    return host_.fail(
+        ExitStatus::usage,
+        fmt::format("{}: holds changes, and the output holds samples; give their --rate",
+                    input_.name()));
   }
 
   ExitStatus copy() {
-    Output output;
+    Output output(host_);
     if (!output.open(options_.output)) return output.status();
     CaptureOutput capture(format_, cutter_->names(), rate_, output);
     losses_.emplace(format_, cutter_->names(), rate_);
@@ -149,28 +156,29 @@ class ConvertRun {
     const bool damaged = !input_.error().empty();
     if (damaged && !options_.partial) {
       output.abandon();
-      return fail(ExitStatus::io, input_.error() + " (--partial: convert the part before)");
+      return host_.fail(ExitStatus::io, input_.error() + " (--partial: convert the part before)");
     }
     if (cutter_->is_before(input_.end_time())) {
       output.abandon();
-      return fail(ExitStatus::data_failed,
-                  fmt::format("--since: {} ends before, at {}; nothing to convert", input_.name(),
-                              text_of(input_.end_time())));
+      return host_.fail(ExitStatus::data_failed,
+                        fmt::format("--since: {} ends before, at {}; nothing to convert",
+                                    input_.name(), text_of(input_.end_time())));
     }
     if (!any_ && cutter_->past_end()) {
       output.abandon();
-      return fail(ExitStatus::data_failed,
-                  fmt::format("--until: {} has no level of the lines before {}; nothing to convert",
-                              input_.name(), text_of(*options_.until)));
+      return host_.fail(
+          ExitStatus::data_failed,
+          fmt::format("--until: {} has no level of the lines before {}; nothing to convert",
+                      input_.name(), text_of(*options_.until)));
     }
     if (!finish(capture)) return status_of(capture);
     if (!output.finish()) return output.status();
-    print_summary(summary());
-    return damaged ? fail(ExitStatus::io, input_.error()) : ExitStatus::done;
+    host_.print_summary(summary());
+    return damaged ? host_.fail(ExitStatus::io, input_.error()) : ExitStatus::done;
   }
 
   ExitStatus copy_edges(CaptureOutput& capture, const Output& output) {
-    Progress progress;
+    Progress progress(host_);
     while (!cutter_->past_end() && !output.reader_left()) {
       if (progress.due()) progress.show(input_.progress_text(progress.seconds()));
       const auto block = input_.next();
@@ -182,7 +190,7 @@ class ConvertRun {
   }
 
   ExitStatus status_of(const CaptureOutput& capture) const {
-    return refused_.empty() ? capture.status() : fail(ExitStatus::io, refused_);
+    return refused_.empty() ? capture.status() : host_.fail(ExitStatus::io, refused_);
   }
 
   // The time of an edge, or of the end, in the output; nothing where the output cannot have it.
@@ -251,8 +259,9 @@ class ConvertRun {
   }
 
   ConvertOptions options_;
+  Host& host_;
   CaptureFormat format_ = CaptureFormat::vcd;
-  CaptureInput input_;
+  CaptureInput input_{host_};
   std::optional<PartCutter> cutter_;
   std::optional<Losses> losses_;
   Hertz rate_;
@@ -277,7 +286,7 @@ void add_convert(Command& command) {
                     "biss convert ma.csv slo.csv line.vcd --line D0=MA --line D1=SLO",
                     "biss convert capture.csv part.csv --since 1ms --until 2ms",
                     "biss convert capture.sr - --to vcd"}},
-      [options] { return ConvertRun(*options).run(); });
+      [options](Host& host) { return ConvertRun(*options, host).run(); });
   verb.add_option("FILE", options->input.files,
                   "Captures, read as one whose times count from the same moment; the last file is "
                   "the one to write, unless -o names it; - is standard input or output");

@@ -330,23 +330,23 @@ tl::expected<Frame, std::string> chosen_frame(const CrcOptions& options,
   return frame;
 }
 
-ExitStatus run_crc(const CrcOptions& options) {
+ExitStatus run_crc(const CrcOptions& options, Host& host) {
   const auto choice = choose_device(options.arguments);
-  if (!choice) return fail(ExitStatus::usage, choice.error());
+  if (!choice) return host.fail(ExitStatus::usage, choice.error());
   if (choice->format.needs_previous()) {
-    return fail(ExitStatus::usage,
-                "-f: with :previous the CRC of a frame is in the next one; decode "
-                "a capture, or leave :previous out");
+    return host.fail(ExitStatus::usage,
+                     "-f: with :previous the CRC of a frame is in the next one; decode "
+                     "a capture, or leave :previous out");
   }
   const BufferOptions& buffer = options.buffer;
-  if (!buffer.text.empty()) return show_buffer(buffer, *choice);
-  if (buffer.clock) return fail(ExitStatus::usage, "--clock: needs --read");
+  if (!buffer.text.empty()) return show_buffer(buffer, *choice, host);
+  if (buffer.clock) return host.fail(ExitStatus::usage, "--clock: needs --read");
   const FrameFormat& format = choice->format;
   const auto frame = chosen_frame(options, format);
-  if (!frame) return fail(ExitStatus::usage, frame.error());
+  if (!frame) return host.fail(ExitStatus::usage, frame.error());
   const PlainCodec codec(format);
   const FrameWords line = frame_words(format, *frame, codec);
-  Output output;
+  Output output(host);
   if (!output.open(buffer.output)) return output.status();
   const bool written = buffer.to == report::Format::table
                            ? write_table(format, line, codec, output, output.table_options())
@@ -366,7 +366,7 @@ void add_crc(Command& command) {
                     "biss crc -f fs-28-24 0x1234567 0x123456 --lc 1 --to jsonl",
                     "biss crc -f resolute-18 --read 'F0 00 00 00 01 24 68 B9 A0' --clock 10MHz",
                     "biss crc -f resolute-18 --read 0x00000000012345CD --payload"}},
-      [options] { return run_crc(*options); });
+      [options](Host& host) { return run_crc(*options, host); });
   add_format_option(verb, options->arguments, true);
   const Option position = verb.add_option(
       "POSITION", options->positions,

@@ -55,6 +55,6 @@ struct BufferOptions {
 };
 
 /// Prints the frame, or why there is none and which options read it.
-ExitStatus show_buffer(const BufferOptions& options, const Device& device);
+ExitStatus show_buffer(const BufferOptions& options, const Device& device, Host& host);
 
 }  // namespace biss::cli

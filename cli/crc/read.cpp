@@ -127,21 +127,21 @@ std::string summary_of(const BufferOptions& options, const FrameFormat& format,
 
 }  // namespace
 
-ExitStatus show_buffer(const BufferOptions& options, const Device& device) {
+ExitStatus show_buffer(const BufferOptions& options, const Device& device, Host& host) {
   if (options.clock && !accepts_clock(device.timing, *options.clock)) {
-    return fail(ExitStatus::usage,
-                fmt::format("--clock: the encoder does not accept {}", text_of(*options.clock)));
+    return host.fail(ExitStatus::usage, fmt::format("--clock: the encoder does not accept {}",
+                                                    text_of(*options.clock)));
   }
   if (options.clock && !options.reading.has_ack()) {
-    return fail(ExitStatus::usage, "--clock: the word has no ACK; leave the option out");
+    return host.fail(ExitStatus::usage, "--clock: the word has no ACK; leave the option out");
   }
   const FrameFormat& format = device.format;
   const auto words = words_of(options, format);
-  if (!words) return fail(ExitStatus::usage, words.error());
+  if (!words) return host.fail(ExitStatus::usage, words.error());
   const PlainCodec codec(format);
   const Word word = arrange(words->front().second.front(), options.reading, format);
   const Received received = receive(options, word, device);
-  Output output;
+  Output output(host);
   if (!output.open(options.output)) return output.status();
   const bool is_table = options.to == report::Format::table;
   bool written = true;
@@ -154,8 +154,8 @@ ExitStatus show_buffer(const BufferOptions& options, const Device& device) {
   const std::string fitting =
       received.fault ? fitting_options(*words, options.reading, format) : std::string();
   if (is_table || !fitting.empty()) {
-    print_summary((is_table && received.line ? "\n" : "") +
-                  summary_of(options, format, received, fitting));
+    host.print_summary((is_table && received.line ? "\n" : "") +
+                       summary_of(options, format, received, fitting));
   }
   return received.fault ? ExitStatus::data_failed : ExitStatus::done;
 }

@@ -71,7 +71,8 @@ void add_decode_options(Verb verb, DecodeOptions& options) {
 
 void add_decode(Command& command) {
   const auto options = std::make_shared<DecodeOptions>();
-  Verb verb = command.add_verb(decode_text(), [options] { return DecodeRun(*options).run(); });
+  Verb verb = command.add_verb(decode_text(),
+                               [options](Host& host) { return DecodeRun(*options, host).run(); });
   add_decode_options(verb, *options);
   Option words = verb.add_option("--words", options->capture.words.file,
                                  "A log in place of a capture: a frame a line, in digits, a time "

@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "cli/decode/summary.hpp"
 
 namespace biss::cli {
@@ -37,26 +37,27 @@ bool is_error(const decode::Cycle& cycle, std::optional<SafetyVerdict> verdict,
 
 ExitStatus DecodeRun::open() {
   const std::string wrong = fail_on_.read(options_.fail_on);
-  if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
+  if (!wrong.empty()) return host_.fail(ExitStatus::usage, wrong);
   const std::string range = wrong_range(options_.since, options_.until);
-  if (!range.empty()) return fail(ExitStatus::usage, range);
+  if (!range.empty()) return host_.fail(ExitStatus::usage, range);
   const std::string unusable = options_.motion.wrong_usage();
-  if (!unusable.empty()) return fail(ExitStatus::usage, unusable);
+  if (!unusable.empty()) return host_.fail(ExitStatus::usage, unusable);
   CaptureArguments capture = options_.capture;
   capture.words.needs_times = needs_times();
   const bool is_words = !capture.words.file.empty();
   if (is_words && fail_on_.asks_line()) {
-    return fail(ExitStatus::usage, "--fail-on: words show neither limits nor margins of a line");
+    return host_.fail(ExitStatus::usage,
+                      "--fail-on: words show neither limits nor margins of a line");
   }
   const ExitStatus opened = capture_.open(capture, options_.margin);
   if (opened != ExitStatus::done) return opened;
   if (options_.to == report::Format::vcd && capture_.several()) {
-    return fail(ExitStatus::usage, "--to vcd: of one capture and one pair of lines only");
+    return host_.fail(ExitStatus::usage, "--to vcd: of one capture and one pair of lines only");
   }
   if (const auto limit = fail_on_.unknown_limit(capture_.timing())) {
-    return fail(ExitStatus::usage,
-                fmt::format("--fail-on: {} is not known for this encoder; give {}", name_of(*limit),
-                            source_of(*limit)));
+    return host_.fail(ExitStatus::usage,
+                      fmt::format("--fail-on: {} is not known for this encoder; give {}",
+                                  name_of(*limit), source_of(*limit)));
   }
   return ExitStatus::done;
 }
@@ -145,7 +146,7 @@ ExitStatus DecodeRun::begin_rows() {
   now_ = {};
   std::string wrong = choose_monitor();
   if (wrong.empty()) wrong = choose_motion();
-  if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
+  if (!wrong.empty()) return host_.fail(ExitStatus::usage, wrong);
   now_.limits.emplace(capture_.timing(), capture_.margin().resolution);
   return ExitStatus::done;
 }

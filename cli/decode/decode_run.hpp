@@ -49,7 +49,7 @@ void add_decode_options(Verb verb, DecodeOptions& options);
 class DecodeRun {
  public:
   /// \param options outlive the run
-  explicit DecodeRun(const DecodeOptions& options) : options_(options) {}
+  DecodeRun(const DecodeOptions& options, Host& host) : options_(options), host_(host) {}
 
   ExitStatus run();
 
@@ -84,8 +84,9 @@ class DecodeRun {
   const decode::SafetyWatch* safety() const { return now_.safety ? &*now_.safety : nullptr; }
 
   const DecodeOptions& options_;
+  Host& host_;
   FailOn fail_on_;
-  DecodedCapture capture_;
+  DecodedCapture capture_{host_};
   std::optional<DecodeTable> table_;
   // Of the capture that is being read: each begins with a new one.
   struct OfCapture {

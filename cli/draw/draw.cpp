@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "cli/common/decoded_capture.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/identified.hpp"
-#include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/terminal.hpp"
 #include "cli/common/verbs.hpp"
@@ -50,22 +50,23 @@ std::string drawn_time(Picoseconds time) { return text_of(time, 3); }
 
 class DrawRun {
  public:
-  explicit DrawRun(const DrawOptions& options)
+  DrawRun(const DrawOptions& options, Host& host)
       : options_(options),
+        host_(host),
         svg_(options.to.empty() ? options.output.ends_with(".svg") : options.to == "svg") {}
 
   ExitStatus run() {
-    if (options_.count == 0) return fail(ExitStatus::usage, "--count: 1 to 100");
-    if (options_.ack_clocks == 0) return fail(ExitStatus::usage, "--ack: 1 to 1000");
+    if (options_.count == 0) return host_.fail(ExitStatus::usage, "--count: 1 to 100");
+    if (options_.ack_clocks == 0) return host_.fail(ExitStatus::usage, "--ack: 1 to 1000");
     if (const std::string wrong = wrong_width(); !wrong.empty()) {
-      return fail(ExitStatus::usage, wrong);
+      return host_.fail(ExitStatus::usage, wrong);
     }
     const CaptureArguments& capture = options_.capture;
     const bool has_capture = !capture.files.empty() || !capture.ma.empty() || !capture.slo.empty();
     const ExitStatus drawn = has_capture ? draw_captures() : draw_line();
     if (drawn != ExitStatus::done) return drawn;
     warn_of_marks();
-    Output output;
+    Output output(host_);
     if (!output.open(options_.output)) return output.status();
     if (!output.write(svg_ ? draw::svg_text(panels_, svg_width()) : text())) {
       return output.status();
@@ -87,7 +88,7 @@ class DrawRun {
   }
   std::size_t svg_width() const { return width_or(draw::svg_width_usual); }
   std::size_t columns() const {
-    const std::size_t terminal = terminal_columns(standard_output());
+    const std::size_t terminal = output_columns(host_);
     return width_or(terminal == 0 || !options_.output.empty() ? text_width_usual : terminal);
   }
 
@@ -107,7 +108,7 @@ class DrawRun {
         return mark.time >= drawing.cycle.time && mark.time <= drawing.end;
       });
       if (!shown) {
-        warn(
+        host_.warn(
             fmt::format("--mark: {} is not within the cycles drawn; left out", text_of(mark.time)));
       }
     }
@@ -117,22 +118,22 @@ class DrawRun {
     LineOptions line = options_.line;
     line.device = options_.capture.device;
     if (line.device.format.empty()) {
-      return fail(ExitStatus::usage,
-                  "no capture given; name a file, or give -f to draw a simulated cycle");
+      return host_.fail(ExitStatus::usage,
+                        "no capture given; name a file, or give -f to draw a simulated cycle");
     }
     if (line.device.format == "none") {
-      return fail(ExitStatus::usage, "-f none: a simulated cycle needs a format");
+      return host_.fail(ExitStatus::usage, "-f none: a simulated cycle needs a format");
     }
     for (const Option& option : options_.of_capture) {
       if (option.given()) {
-        return fail(
+        return host_.fail(
             ExitStatus::usage,
             fmt::format("{}: describes a capture; name one, or leave it out", option.name()));
       }
     }
     auto simulated =
         draw_simulated(std::move(line), options_.ack_clocks, options_.cycle, options_.count);
-    if (!simulated) return fail(simulated.error());
+    if (!simulated) return host_.fail(simulated.error());
     for (SimulatedDrawing& cycle : simulated->cycles) {
       add_panel(std::move(cycle.drawing), simulated->format, cycle.faults);
     }
@@ -142,9 +143,10 @@ class DrawRun {
   ExitStatus draw_captures() {
     for (const Option& option : options_.of_line) {
       if (option.given()) {
-        return fail(ExitStatus::usage,
-                    fmt::format("{}: describes a simulated line; leave it out, or the capture",
-                                option.name()));
+        return host_.fail(
+            ExitStatus::usage,
+            fmt::format("{}: describes a simulated line; leave it out, or the capture",
+                        option.name()));
       }
     }
     CaptureArguments arguments = options_.capture;
@@ -161,12 +163,13 @@ class DrawRun {
 
   ExitStatus draw_capture() {
     if (options_.capture.device.format.empty()) {
-      warn(capture_.format()
-               ? fmt::format("{}: drawn with the format that its frames show, -f '{}'",
-                             capture_.input().name(), text_of(*capture_.format()))
-               : fmt::format("{}: its frames show no format that is sure; bits have no names, "
-                             "give -f",
-                             capture_.input().name()));
+      host_.warn(
+          capture_.format()
+              ? fmt::format("{}: drawn with the format that its frames show, -f '{}'",
+                            capture_.input().name(), text_of(*capture_.format()))
+              : fmt::format("{}: its frames show no format that is sure; bits have no names, "
+                            "give -f",
+                            capture_.input().name()));
     }
     const std::uint64_t first = options_.cycle.value_or(0);
     const std::size_t before = panels_.size();
@@ -186,11 +189,12 @@ class DrawRun {
     });
     if (!done()) reader.finish(capture_.input().end_time());
     if (done()) return ExitStatus::done;
-    if (!whole) return fail(ExitStatus::io, capture_.input().error());
-    return fail(ExitStatus::data_failed,
-                fmt::format("{}: no cycle {}; the capture has {} request cycle{}, counted from 0",
-                            capture_.input().name(), std::max(first, cycles), cycles,
-                            cycles == 1 ? "" : "s"));
+    if (!whole) return host_.fail(ExitStatus::io, capture_.input().error());
+    return host_.fail(
+        ExitStatus::data_failed,
+        fmt::format("{}: no cycle {}; the capture has {} request cycle{}, counted from 0",
+                    capture_.input().name(), std::max(first, cycles), cycles,
+                    cycles == 1 ? "" : "s"));
   }
 
   std::string text() const {
@@ -203,8 +207,9 @@ class DrawRun {
   }
 
   const DrawOptions& options_;
+  Host& host_;
   bool svg_;
-  DecodedCapture capture_;
+  DecodedCapture capture_{host_};
   std::vector<draw::Panel> panels_;
 };
 
@@ -271,7 +276,7 @@ void add_draw(Command& command) {
                     "biss draw -f pos12,nE,nW,crc6 --clock 5MHz --ack 12 --cable 20m "
                     "--position 1234 -o cycle.svg",
                     "biss draw -f resolute-18 --fault flip@0,bit=7"}},
-      [options] { return DrawRun(*options).run(); });
+      [options](Host& host) { return DrawRun(*options, host).run(); });
   add_capture_options(verb, options->capture);
   for (const char* name : {"--invert-ma", "--invert-slo", "--resolution", "--each", "--raw-rate",
                            "--raw-bytes", "--threshold", "--differential"}) {

@@ -7,7 +7,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "cli/simulate/setup.hpp"
 #include "draw/cycle_drawing.hpp"
 

@@ -177,13 +177,13 @@ std::string nothing_to_advise(const std::string& file) {
       "'{}' has no BP3 part of data channel 0 with lengths; give --resolution or --turns", file);
 }
 
-ExitStatus run_advise(const AdviseOptions& options) {
+ExitStatus run_advise(const AdviseOptions& options, Host& host) {
   AdviceWish wish;
   if (!options.arguments.file.empty()) {
-    const auto source = load_eds_with_part(options.arguments);
+    const auto source = load_eds_with_part(options.arguments, host);
     if (!source) return source.error();
     for (const EdsFindingRow& row : eds_findings(source->sheet)) {
-      warn(fmt::format("{}: {}", part_text(row.part, row.channel), finding_line(row)));
+      host.warn(fmt::format("{}: {}", part_text(row.part, row.channel), finding_line(row)));
     }
     const auto ignore = [](const EdsRemark&) {};
     const auto device = describe_device(source->stored.image(), source->overrides, ignore);
@@ -193,20 +193,20 @@ ExitStatus run_advise(const AdviseOptions& options) {
     take_part(*source, wish);
   }
   const std::string error = take_options(options, wish);
-  if (!error.empty()) return fail(ExitStatus::usage, error);
+  if (!error.empty()) return host.fail(ExitStatus::usage, error);
   if (wish.resolution_bits == 0 && wish.turns_bits == 0) {
-    return fail(ExitStatus::usage, nothing_to_advise(options.arguments.file));
+    return host.fail(ExitStatus::usage, nothing_to_advise(options.arguments.file));
   }
   const auto advice = advise(wish);
-  if (!advice.ok()) return fail(ExitStatus::usage, text_of(advice.error()));
+  if (!advice.ok()) return host.fail(ExitStatus::usage, text_of(advice.error()));
   if (options.to == "description" && advice->identifier == 0) {
-    return fail(ExitStatus::data_failed,
-                "the position is too long for BP3, so there is no part to write");
+    return host.fail(ExitStatus::data_failed,
+                     "the position is too long for BP3, so there is no part to write");
   }
   FrameFormat format;
   format.channel_count = 1;
   format.channel_list[0] = advice->channel;
-  Output output;
+  Output output(host);
   if (!output.open(options.output)) return output.status();
   const bool written = options.to == "table"   ? output.write(summary_of(wish, *advice, format))
                        : options.to == "jsonl" ? write_object(*advice, format, output)
@@ -239,7 +239,7 @@ Run add_eds_advise(Verb verb) {
                   "Output format; by default that of the ending of -o, else table");
   let_output_choose(verb, advise_formats, into(options->to));
   add_output_option(verb, options->output);
-  return [options] { return run_advise(*options); };
+  return [options](Host& host) { return run_advise(*options, host); };
 }
 
 }  // namespace biss::cli

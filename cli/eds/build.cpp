@@ -62,43 +62,43 @@ dump::DataSheet with_drafted(dump::DataSheet sheet, const dump::DataSheet& draft
   return sheet;
 }
 
-ExitStatus run_build(const BuildOptions& options) {
+ExitStatus run_build(const BuildOptions& options, Host& host) {
   if (!is_identifier(options.name)) {
-    return fail(ExitStatus::usage,
-                fmt::format("--name '{}': not an identifier in C", options.name));
+    return host.fail(ExitStatus::usage,
+                     fmt::format("--name '{}': not an identifier in C", options.name));
   }
   if (is_reserved_word(options.name)) {
-    return fail(ExitStatus::usage,
-                fmt::format("--name '{}': a reserved word of C or C++", options.name));
+    return host.fail(ExitStatus::usage,
+                     fmt::format("--name '{}': a reserved word of C or C++", options.name));
   }
-  const auto source = load_eds(options.arguments);
+  const auto source = load_eds(options.arguments, host);
   if (!source) return source.error();
   const dump::RegisterDump& dump = source->dump;
   const auto range = dump.banks();
-  if (!range) return fail(ExitStatus::data_failed, "there is no bank to write");
+  if (!range) return host.fail(ExitStatus::data_failed, "there is no bank to write");
   const std::string format =
       options.to.empty() ? std::string(dump::format_of(options.output)) : options.to;
   const bool banks_only = dump::holds_banks_only(format);
   const unsigned first = options.bank.value_or(0);
   if (banks_only && first > range->last) {
-    return fail(ExitStatus::usage,
-                fmt::format("--bank {}: the last bank is {}", first, range->last));
+    return host.fail(ExitStatus::usage,
+                     fmt::format("--bank {}: the last bank is {}", first, range->last));
   }
   const auto findings = eds_findings(with_drafted(source->sheet, source->drafted));
   for (const EdsFindingRow& row : findings) {
-    warn(fmt::format("{}{} {}", row.part,
-                     row.channel ? fmt::format(" of channel {}:", *row.channel) : ":",
-                     finding_line(row)));
+    host.warn(fmt::format("{}{} {}", row.part,
+                          row.channel ? fmt::format(" of channel {}:", *row.channel) : ":",
+                          finding_line(row)));
   }
   if (!findings.empty() && !options.force) {
-    return fail(ExitStatus::data_failed, "not written; --force writes it with these findings");
+    return host.fail(ExitStatus::data_failed, "not written; --force writes it with these findings");
   }
-  Output output;
+  Output output(host);
   if (!output.open(options.output)) return output.status();
   if (!output.write(write_as(format, dump, options.name, first)) || !output.finish()) {
     return output.status();
   }
-  if (banks_only) print_summary(text_of_banks(dump, first));
+  if (banks_only) host.print_summary(text_of_banks(dump, first));
   return ExitStatus::done;
 }
 
@@ -116,7 +116,7 @@ Run add_eds_build(Verb verb) {
       .type_name("NAME");
   verb.add_flag("--force", options->force, "Write the banks even if there are findings");
   add_output_option(verb, options->output);
-  return [options] { return run_build(*options); };
+  return [options](Host& host) { return run_build(*options, host); };
 }
 
 }  // namespace biss::cli

@@ -25,9 +25,9 @@ struct CheckOptions {
 };
 
 // A profile part of which no byte is in the dump is a finding, as one of which a byte is missing.
-void add_missing(std::vector<EdsFindingRow>& rows, const dump::DataSheet& sheet) {
+void add_missing(std::vector<EdsFindingRow>& rows, const dump::DataSheet& sheet, Host& host) {
   if (!sheet.common) {
-    warn("the common part is not in the dump: the profile part is judged alone");
+    host.warn("the common part is not in the dump: the profile part is judged alone");
     return;
   }
   const CommonPart common = parse_common_part(sheet.common->filled);
@@ -67,7 +67,7 @@ bool write_findings(const std::vector<EdsFindingRow>& rows, report::Format forma
 }
 
 // A remark and no finding: the value can mean that the delay is not given.
-void warn_of_power_on_delay(const EdsSource& source) {
+void warn_of_power_on_delay(const EdsSource& source, Host& host) {
   const EdsField& field = *find_field(bp3_fields, "PON_PDL");
   for (const EdsPartRow& part : eds_parts(source.sheet)) {
     const EdsBank& bank = part.found->filled;
@@ -75,14 +75,14 @@ void warn_of_power_on_delay(const EdsSource& source) {
     if (part.part != EdsPart::bp3 || !part.found->whole || is_empty) continue;
     const std::uint32_t value = field_value(bank, field);
     if (field.in_range(value)) continue;
-    warn(fmt::format(
+    host.warn(fmt::format(
         "{} of channel {} is {}, outside {} to {} ms: the delay from power-on is not given",
         field.symbol, part.channel.value_or(0), value, field.min, field.max));
   }
 }
 
-ExitStatus run_check(const CheckOptions& options) {
-  const auto source = load_eds_with_part(options.arguments);
+ExitStatus run_check(const CheckOptions& options, Host& host) {
+  const auto source = load_eds_with_part(options.arguments, host);
   if (!source) return source.error();
   EdsCheckOptions rules = options.rules;
   if (options.strict) {
@@ -91,15 +91,15 @@ ExitStatus run_check(const CheckOptions& options) {
     rules.unnamed_zero = true;
   }
   std::vector<EdsFindingRow> findings = eds_findings(source->sheet, rules);
-  add_missing(findings, source->sheet);
-  if (!options.strict) warn_of_power_on_delay(*source);
-  Output output;
+  add_missing(findings, source->sheet, host);
+  if (!options.strict) warn_of_power_on_delay(*source, host);
+  Output output(host);
   if (!output.open(options.output)) return output.status();
   if (!write_findings(findings, options.to, output) || !output.finish()) return output.status();
   if (options.to == report::Format::table) {
-    print_summary(findings.empty() ? "nothing wrong found\n"
-                                   : fmt::format("\n{} finding{}\n", findings.size(),
-                                                 findings.size() == 1 ? "" : "s"));
+    host.print_summary(findings.empty() ? "nothing wrong found\n"
+                                        : fmt::format("\n{} finding{}\n", findings.size(),
+                                                      findings.size() == 1 ? "" : "s"));
   }
   return findings.empty() ? ExitStatus::done : ExitStatus::data_failed;
 }
@@ -114,7 +114,7 @@ Run add_eds_check(Verb verb) {
                 "Also report values left out (0, all ones) and bytes that no source names");
   add_to_option(verb, options->to);
   add_output_option(verb, options->output);
-  return [options] { return run_check(*options); };
+  return [options](Host& host) { return run_check(*options, host); };
 }
 
 }  // namespace biss::cli

@@ -171,22 +171,22 @@ bool write_rows(const std::vector<Difference>& rows, report::Format format, Outp
   return table->finish();
 }
 
-ExitStatus run_diff(const DiffOptions& options) {
+ExitStatus run_diff(const DiffOptions& options, Host& host) {
   if (options.first.file == "-" && options.second == "-") {
-    return fail(ExitStatus::usage, "only one of the two files can be stdin");
+    return host.fail(ExitStatus::usage, "only one of the two files can be stdin");
   }
-  const auto first = load_eds(options.first);
+  const auto first = load_eds(options.first, host);
   if (!first) return first.error();
   EdsArguments arguments = options.first;
   arguments.file = options.second;
-  const auto second = load_eds(arguments);
+  const auto second = load_eds(arguments, host);
   if (!second) return second.error();
   const Fields first_fields = fields_of(*first);
   const Fields second_fields = fields_of(*second);
   const Sides a = sides_of(first_fields, second_fields);
   const Sides b = sides_of(second_fields, first_fields);
   const auto rows = differences(*first, *second, a, b);
-  Output output;
+  Output output(host);
   if (!output.open(options.output)) return output.status();
   if (!write_rows(rows, options.to, output) || !output.finish()) return output.status();
   return rows.empty() ? ExitStatus::done : ExitStatus::data_failed;
@@ -211,7 +211,7 @@ Run add_eds_diff(Verb verb) {
                    7);
   add_to_option(verb, options->to);
   add_output_option(verb, options->output);
-  return [options] { return run_diff(*options); };
+  return [options](Host& host) { return run_diff(*options, host); };
 }
 
 }  // namespace biss::cli

@@ -189,19 +189,19 @@ dump::RegisterDump overridden_dump(const EdsSource& source) {
   return dump;
 }
 
-ExitStatus run_show(const ShowOptions& options) {
+ExitStatus run_show(const ShowOptions& options, Host& host) {
   const bool description = options.to == "description";
   // A description also holds the registers of a device without data sheet.
   const auto loaded =
-      description ? load_eds(options.arguments) : load_eds_with_part(options.arguments);
+      description ? load_eds(options.arguments, host) : load_eds_with_part(options.arguments, host);
   if (!loaded) return loaded.error();
   const EdsSource& source = *loaded;
   for (const EdsPartRow& part : eds_parts(source.sheet)) {
     if (part.found->whole) continue;
-    warn(fmt::format("bank {} is incomplete: its {} part is shown, but not used", part.found->bank,
-                     name_of(part.part)));
+    host.warn(fmt::format("bank {} is incomplete: its {} part is shown, but not used",
+                          part.found->bank, name_of(part.part)));
   }
-  Output output;
+  Output output(host);
   if (!output.open(options.output)) return output.status();
   bool written = false;
   if (options.to == "table") {
@@ -214,7 +214,7 @@ ExitStatus run_show(const ShowOptions& options) {
     written = output.write(write_description(overridden_dump(source), source.sheet));
   }
   if (!written || !output.finish()) return output.status();
-  if (options.to == "table") print_summary(eds_summary(source));
+  if (options.to == "table") host.print_summary(eds_summary(source));
   return ExitStatus::done;
 }
 
@@ -229,7 +229,7 @@ Run add_eds_show(Verb verb) {
                   "Output format; by default that of the ending of -o, else table");
   let_output_choose(verb, show_formats, into(options->to));
   add_output_option(verb, options->output);
-  return [options] { return run_show(*options); };
+  return [options](Host& host) { return run_show(*options, host); };
 }
 
 }  // namespace biss::cli

@@ -175,14 +175,14 @@ void add_eds_options(Verb verb, EdsArguments& arguments) {
       .type_name("SYMBOL=VALUE");
 }
 
-tl::expected<EdsSource, ExitStatus> load_eds(const EdsArguments& arguments) {
+tl::expected<EdsSource, ExitStatus> load_eds(const EdsArguments& arguments, Host& host) {
   const ReadDump read = read_file(arguments);
   if (!read) {
     return tl::unexpected(
-        fail(ExitStatus::io, fmt::format("'{}': {}", arguments.file, read.error())));
+        host.fail(ExitStatus::io, fmt::format("'{}': {}", arguments.file, read.error())));
   }
   if (read->dump.without_bank != 0) {
-    warn(fmt::format("'{}': {}", arguments.file, text_without_bank(read->dump)));
+    host.warn(fmt::format("'{}': {}", arguments.file, text_without_bank(read->dump)));
   }
   EdsSource source;
   source.dump = read->dump;
@@ -194,19 +194,19 @@ tl::expected<EdsSource, ExitStatus> load_eds(const EdsArguments& arguments) {
     const std::string error = make_override(source, text);
     if (!error.empty()) {
       return tl::unexpected(
-          fail(ExitStatus::usage, fmt::format("--override '{}': {}", text, error)));
+          host.fail(ExitStatus::usage, fmt::format("--override '{}': {}", text, error)));
     }
   }
   if (!source.overrides.empty()) find_again(source, arguments);
   return source;
 }
 
-tl::expected<EdsSource, ExitStatus> load_eds_with_part(const EdsArguments& arguments) {
-  auto source = load_eds(arguments);
+tl::expected<EdsSource, ExitStatus> load_eds_with_part(const EdsArguments& arguments, Host& host) {
+  auto source = load_eds(arguments, host);
   if (!source || !source->sheet.empty()) return source;
   return tl::unexpected(
-      fail(ExitStatus::data_failed,
-           fmt::format("'{}': {}", arguments.file, nothing_found(*source, arguments))));
+      host.fail(ExitStatus::data_failed,
+                fmt::format("'{}': {}", arguments.file, nothing_found(*source, arguments))));
 }
 
 }  // namespace biss::cli

@@ -14,6 +14,8 @@
 
 namespace biss::cli {
 
+class Host;
+
 class Verb;
 
 /// The user's arguments.
@@ -45,9 +47,9 @@ struct EdsSource {
 };
 
 /// Reads a file; prints one line and returns the status where it cannot.
-tl::expected<EdsSource, ExitStatus> load_eds(const EdsArguments& arguments);
+tl::expected<EdsSource, ExitStatus> load_eds(const EdsArguments& arguments, Host& host);
 
 /// The same; a file without any part of a data sheet is an error too (data_failed).
-tl::expected<EdsSource, ExitStatus> load_eds_with_part(const EdsArguments& arguments);
+tl::expected<EdsSource, ExitStatus> load_eds_with_part(const EdsArguments& arguments, Host& host);
 
 }  // namespace biss::cli

@@ -195,19 +195,19 @@ std::string no_match(const std::string& name) {
       names.empty() ? "" : fmt::format("; did you mean {}?", names));
 }
 
-ExitStatus run_encoders(const EncodersOptions& options) {
+ExitStatus run_encoders(const EncodersOptions& options, Host& host) {
   const CatalogueEntry* const exact = find_encoder(options.name);
   const bool as_table = options.to == report::Format::table;
   const Matches found = exact == nullptr ? matches_of(options.name) : Matches{{exact}, {}};
   if (found.encoders.empty() && found.configurations.empty()) {
-    return fail(ExitStatus::data_failed, no_match(options.name));
+    return host.fail(ExitStatus::data_failed, no_match(options.name));
   }
   if (found.encoders.empty() && !as_table) {
-    return fail(
+    return host.fail(
         ExitStatus::data_failed,
         fmt::format("'{}' is a safety configuration, which only the table lists", options.name));
   }
-  Output output;
+  Output output(host);
   if (!output.open(options.output)) return output.status();
   const report::TableOptions table_options = output.table_options();
   const bool written = !as_table          ? write_rows(found.encoders, options.to, output)
@@ -216,7 +216,7 @@ ExitStatus run_encoders(const EncodersOptions& options) {
                                                 write_configurations(found, output, table_options);
   if (!written || !output.finish()) return output.status();
   if (exact == nullptr && as_table) {
-    print_summary(fmt::format(
+    host.print_summary(fmt::format(
         "\n{} encoder{}, {} safety configuration{}; -f accepts both. A dash: the source does not "
         "state it.\n'biss encoders NAME' shows an encoder's timing and what is uncertain.\n",
         found.encoders.size(), found.encoders.size() == 1 ? "" : "s", found.configurations.size(),
@@ -234,7 +234,7 @@ void add_encoders(Command& command) {
        .purpose = "List the names of encoders and safety configurations that -f accepts",
        .examples = {"biss encoders", "biss encoders resolute-26", "biss encoders renishaw",
                     "biss encoders --to jsonl"}},
-      [options] { return run_encoders(*options); });
+      [options](Host& host) { return run_encoders(*options, host); });
   verb.add_option(
       "NAME", options->name,
       "Name of an encoder, for its details; or a part of a name, maker or family, as a filter");

@@ -10,8 +10,8 @@
 
 #include "cli/common/decoded_capture.hpp"
 #include "cli/common/explained.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/identified.hpp"
-#include "cli/common/message.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/terminal.hpp"
 #include "cli/common/verbs.hpp"
@@ -65,7 +65,7 @@ bool has_usual_counter(const FrameFormat& format) {
 
 class ExplainRun {
  public:
-  explicit ExplainRun(const ExplainOptions& options) : options_(options) {}
+  ExplainRun(const ExplainOptions& options, Host& host) : options_(options), host_(host) {}
 
   ExitStatus run() {
     CaptureArguments arguments = options_.capture;
@@ -204,7 +204,7 @@ class ExplainRun {
   // For eyes: a paragraph for each cause, or the drawing.
   ExitStatus write_text() {
     if (!capture_.next()) return capture_.status();
-    Output output;
+    Output output(host_);
     if (!output.open(options_.output)) return output.status();
     RunMessages messages;
     ExitStatus status = ExitStatus::done;
@@ -221,12 +221,12 @@ class ExplainRun {
     } else if (!output.finish()) {
       return output.status();
     }
-    messages.print();
+    messages.print(host_);
     return status;
   }
 
   std::size_t columns() const {
-    const std::size_t terminal = terminal_columns(standard_output());
+    const std::size_t terminal = output_columns(host_);
     return terminal == 0 || !options_.output.empty() ? usual_columns : terminal;
   }
 
@@ -268,7 +268,8 @@ class ExplainRun {
   }
 
   const ExplainOptions& options_;
-  DecodedCapture capture_;
+  Host& host_;
+  DecodedCapture capture_{host_};
   // Of the capture that is being read.
   explain::Evidence evidence_;
   explain::Context context_;
@@ -288,7 +289,7 @@ void add_explain(Command& command) {
        .examples = {"biss explain capture.vcd -f resolute-26",
                     "biss explain capture.vcd -f pos26,nE,nW,crc6 --cycle 12",
                     "biss explain capture.sr -f resolute-26 --to jsonl"}},
-      [options] { return ExplainRun(*options).run(); });
+      [options](Host& host) { return ExplainRun(*options, host).run(); });
   add_capture_options(verb, options->capture);
   add_range_options(verb, options->capture);
   add_safety_options(verb, options->safety);

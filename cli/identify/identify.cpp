@@ -105,14 +105,15 @@ std::string alternatives_of(const FormatFinding& finding, report::Format to) {
 
 class IdentifyRun {
  public:
-  explicit IdentifyRun(const IdentifyOptions& options) : options_(options) {}
+  IdentifyRun(const IdentifyOptions& options, Host& host) : options_(options), host_(host) {}
 
   ExitStatus run() {
     const std::string& format = options_.capture.device.format;
     if (!format.empty() && format != "none") {
-      return fail(ExitStatus::usage,
-                  "identify finds the format without -f: leave it out; biss explain compares a "
-                  "format with the frames");
+      return host_.fail(
+          ExitStatus::usage,
+          "identify finds the format without -f: leave it out; biss explain compares a "
+          "format with the frames");
     }
     const ExitStatus opened = capture_.open(options_.capture);
     if (opened != ExitStatus::done) return opened;
@@ -248,7 +249,8 @@ class IdentifyRun {
   }
 
   const IdentifyOptions& options_;
-  DecodedCapture capture_;
+  Host& host_;
+  DecodedCapture capture_{host_};
 };
 
 }  // namespace
@@ -262,7 +264,7 @@ void add_identify(Command& command) {
        .purpose = "Find out what the lines of a capture carry, and the frame format",
        .examples = {"biss identify capture.vcd", "biss identify *.sr --to jsonl",
                     "biss identify samples.bin --raw-rate 100MHz --ma D0 --slo D3"}},
-      [options] { return IdentifyRun(*options).run(); });
+      [options](Host& host) { return IdentifyRun(*options, host).run(); });
   add_capture_options(verb, options->capture, true);
   add_range_options(verb, options->capture);
   add_output_option(verb, options->output);

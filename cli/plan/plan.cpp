@@ -100,18 +100,19 @@ std::string length_or(const std::optional<Millimetres>& length, std::string_view
   return length ? length_text(*length) : std::string(otherwise);
 }
 
-void warn_of(const Plan& plan) {
+void warn_of(const Plan& plan, Host& host) {
   const DeviceTiming& timing = plan.device.timing;
   if (!plan.clock_ok) {
-    warn(fmt::format("a clock of {} is outside the encoder's range of {} to {}",
-                     text_of(plan.clock), text_of(timing.clock_min), text_of(timing.clock_max)));
+    host.warn(fmt::format("a clock of {} is outside the encoder's range of {} to {}",
+                          text_of(plan.clock), text_of(timing.clock_min),
+                          text_of(timing.clock_max)));
   }
   if (!plan.longest_compensated) {
-    warn("no cable length is known for clocks above 10 MHz");
+    host.warn("no cable length is known for clocks above 10 MHz");
   } else if (!plan.cable_ok) {
-    warn(fmt::format("{} of cable is too long: at {} the limit is {} with line-delay compensation",
-                     length_text(plan.cable), text_of(plan.clock),
-                     length_text(*plan.longest_compensated)));
+    host.warn(fmt::format(
+        "{} of cable is too long: at {} the limit is {} with line-delay compensation",
+        length_text(plan.cable), text_of(plan.clock), length_text(*plan.longest_compensated)));
   }
 }
 
@@ -409,15 +410,16 @@ std::vector<Hertz> clocks_to_show(const PlanOptions& options, const DeviceTiming
   return shown.empty() ? std::vector<Hertz>(clocks.begin(), clocks.end()) : shown;
 }
 
-ExitStatus run_plan(const PlanOptions& options) {
+ExitStatus run_plan(const PlanOptions& options, Host& host) {
   const auto choice = choose_device(options.arguments);
-  if (!choice) return fail(ExitStatus::usage, choice.error());
+  if (!choice) return host.fail(ExitStatus::usage, choice.error());
   if (const std::string wrong = wrong_slaves(options.slaves, choice->format); !wrong.empty()) {
-    return fail(ExitStatus::usage, wrong);
+    return host.fail(ExitStatus::usage, wrong);
   }
   if (options.master_delay > biss_line_delay_max) {
-    return fail(ExitStatus::usage, fmt::format("--master-delay: BiSS C allows a line delay of {}",
-                                               text_of(biss_line_delay_max)));
+    return host.fail(ExitStatus::usage,
+                     fmt::format("--master-delay: BiSS C allows a line delay of {}",
+                                 text_of(biss_line_delay_max)));
   }
   const Device& device = *choice;
   std::vector<Plan> plans;
@@ -425,7 +427,7 @@ ExitStatus run_plan(const PlanOptions& options) {
     plans.push_back(plan_for(device, clock, options));
   }
   const bool one = options.clock && options.cable;
-  Output output;
+  Output output(host);
   if (!output.open(options.output)) return output.status();
   const report::TableOptions table_options = output.table_options();
   const bool written = options.to == report::Format::jsonl ? write_objects(plans, output)
@@ -433,7 +435,7 @@ ExitStatus run_plan(const PlanOptions& options) {
                            ? write_page(plans[0], output, table_options)
                            : write_clocks(plans, options.cable.has_value(), output, table_options);
   if (!written || !output.finish()) return output.status();
-  if (options.clock) warn_of(plans[0]);
+  if (options.clock) warn_of(plans[0], host);
   return ExitStatus::done;
 }
 
@@ -448,7 +450,7 @@ void add_plan(Command& command) {
                     "biss plan -f resolute-26",
                     "biss plan -f pos24,nE,nW,crc6 --ack-clocks 4 --timeout static:13.2us "
                     "--clock 5MHz --cable 3m"}},
-      [options] { return run_plan(*options); });
+      [options](Host& host) { return run_plan(*options, host); });
   add_format_option(verb, options->arguments, true);
   add_rate_option(verb, "--clock", into(options->clock),
                   "Frequency of MA; by default one line for each usual clock");

@@ -58,17 +58,18 @@ class Dumps {
 
 class RegistersRun {
  public:
-  explicit RegistersRun(const RegistersOptions& options)
-      : options_(options), dumps_(options.bank) {}
+  RegistersRun(const RegistersOptions& options, Host& host)
+      : options_(options), host_(host), dumps_(options.bank) {}
 
   ExitStatus run() {
     if (options_.dump.empty() && (options_.id || options_.bank)) {
-      return fail(ExitStatus::usage, options_.id ? "--id: needs --dump" : "--bank: needs --dump");
+      return host_.fail(ExitStatus::usage,
+                        options_.id ? "--id: needs --dump" : "--bank: needs --dump");
     }
     const ExitStatus opened = capture_.open(options_.capture);
     if (opened != ExitStatus::done) return opened;
     if (!options_.dump.empty() && capture_.several()) {
-      return fail(ExitStatus::usage, "--dump: of one capture and one pair of lines only");
+      return host_.fail(ExitStatus::usage, "--dump: of one capture and one pair of lines only");
     }
     const ExitStatus status =
         write_captures(capture_, options_.output, options_.to, access_columns,
@@ -133,38 +134,41 @@ class RegistersRun {
   ExitStatus write_dump() const {
     const dump::RegisterDump* const found = dumps_.find(options_.id);
     if (found == nullptr) {
-      return fail(dumps_.slaves() > 1 && !options_.id ? ExitStatus::usage : ExitStatus::data_failed,
-                  dumps_.slaves() > 1 && !options_.id
-                      ? "--dump: several slaves were accessed; name one with --id"
-                      : "--dump: no register of this slave was accessed");
+      return host_.fail(
+          dumps_.slaves() > 1 && !options_.id ? ExitStatus::usage : ExitStatus::data_failed,
+          dumps_.slaves() > 1 && !options_.id
+              ? "--dump: several slaves were accessed; name one with --id"
+              : "--dump: no register of this slave was accessed");
     }
     const bool banks_only = dump::holds_banks_only(dump::format_of(options_.dump));
     const bool direct = found->direct() != dump::DumpedBytes{};
     const bool lost = found->without_bank != 0;
     if (lost) {
-      warn(fmt::format("--dump: {}; --bank gives the bank at the beginning of the capture",
-                       text_without_bank(*found)));
+      host_.warn(fmt::format("--dump: {}; --bank gives the bank at the beginning of the capture",
+                             text_without_bank(*found)));
     }
     if (!found->banks() && !direct) {
-      return fail(ExitStatus::data_failed,
-                  lost ? "--dump: no other register was read" : "--dump: no register was read");
+      return host_.fail(ExitStatus::data_failed, lost ? "--dump: no other register was read"
+                                                      : "--dump: no register was read");
     }
     if (!found->banks() && banks_only) {
-      return fail(ExitStatus::data_failed,
-                  fmt::format("--dump: no register of a {}bank was read; this format has no place "
-                              "for the registers from 0x40 on",
-                              lost ? "known " : ""));
+      return host_.fail(
+          ExitStatus::data_failed,
+          fmt::format("--dump: no register of a {}bank was read; this format has no place "
+                      "for the registers from 0x40 on",
+                      lost ? "known " : ""));
     }
-    Output file;
+    Output file(host_);
     if (!file.open(options_.dump)) return file.status();
     const std::string text = write_as(dump::format_of(options_.dump), *found, "registers");
     if (!file.write(text) || !file.finish()) return file.status();
-    if (banks_only && direct) print_summary(text_of_banks(*found));
+    if (banks_only && direct) host_.print_summary(text_of_banks(*found));
     return ExitStatus::done;
   }
 
   const RegistersOptions& options_;
-  DecodedCapture capture_;
+  Host& host_;
+  DecodedCapture capture_{host_};
   Dumps dumps_;
   std::array<std::uint64_t, decode::access_outcome_count> counts_{};
   // A sequential access is one access of several bytes.
@@ -182,7 +186,7 @@ void add_registers(Command& command) {
        .examples = {"biss registers capture.vcd",
                     "biss registers capture.vcd -f pos26,nE,nW,crc6 --to jsonl",
                     "biss registers capture.sr --dump seen.hex"}},
-      [options] { return RegistersRun(*options).run(); });
+      [options](Host& host) { return RegistersRun(*options, host).run(); });
   add_capture_options(verb, options->capture);
   verb.add_option(
           "--dump", options->dump,

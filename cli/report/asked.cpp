@@ -2,16 +2,15 @@
 
 #include <nlohmann/json.hpp>
 
-#include "cli/common/memory_file.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/common/verbs.hpp"
 
 namespace biss::cli {
 
-tl::expected<nlohmann::json, VerbError> ask_verb(const std::vector<std::string>& words) {
-  const KeptMessages messages;
-  const CapturedOutput output;
-  Command command;
+tl::expected<nlohmann::json, VerbError> ask_verb(const std::vector<std::string>& words,
+                                                 Host& host) {
+  MemoryHost asked(&host);
+  Command command(asked);
   add_identify(command);
   add_explain(command);
   add_check(command);
@@ -19,13 +18,12 @@ tl::expected<nlohmann::json, VerbError> ask_verb(const std::vector<std::string>&
   for (const std::string& word : words) arguments.push_back(word.c_str());
   const ExitStatus status = command.run(static_cast<int>(arguments.size()), arguments.data());
   if (status >= ExitStatus::usage) {
-    return tl::unexpected(
-        VerbError{status, words.front() + ": " +
-                              (messages.lines().empty() ? "no message" : messages.lines().back())});
+    return tl::unexpected(VerbError{
+        status,
+        words.front() + ": " + (asked.lines().empty() ? "no message" : asked.lines().back())});
   }
-  return nlohmann::json{{"status", static_cast<int>(status)},
-                        {"out", output.file().text()},
-                        {"err", messages.text()}};
+  return nlohmann::json{
+      {"status", static_cast<int>(status)}, {"out", asked.output_text()}, {"err", asked.text()}};
 }
 
 }  // namespace biss::cli

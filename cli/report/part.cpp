@@ -10,8 +10,9 @@
 #include <utility>
 
 #include "biss/frame/format_text.hpp"
-#include "cli/common/memory_file.hpp"
-#include "cli/common/message.hpp"
+#include "capture/bytes.hpp"
+#include "capture/open.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/terminal.hpp"
 #include "cli/registers/access_rows.hpp"
 #include "cli/report/asked.hpp"
@@ -72,8 +73,8 @@ std::vector<std::string> cells_of(const std::string& row) {
 
 class PartMaker {
  public:
-  PartMaker(DecodeOptions& options, DecodeRun& run, std::string_view name)
-      : options_(options), run_(run), name_(name) {}
+  PartMaker(DecodeOptions& options, DecodeRun& run, std::string_view name, Host& host)
+      : options_(options), run_(run), name_(name), host_(host) {}
 
   ExitStatus read() {
     DecodedCapture& capture = run_.capture();
@@ -85,7 +86,7 @@ class PartMaker {
     const ExitStatus begun = run_.begin_rows();
     if (begun != ExitStatus::done) return begun;
     LineRows rows(run_.columns(), &*overview_);
-    Progress progress;
+    Progress progress(host_);
     capture.begin_steps([&](std::uint64_t number, const decode::Cycle& cycle) {
       listener_.push(number, cycle);
       run_.take(number, cycle, rows);
@@ -101,7 +102,7 @@ class PartMaker {
     listener_.finish();
     access_rows_->finish();
     excerpt_->finish(capture.input().end_time());
-    if (ended != ExitStatus::done) messages.print();
+    if (ended != ExitStatus::done) messages.print(host_);
     return ended;
   }
 
@@ -144,11 +145,14 @@ class PartMaker {
   }
 
   ExitStatus verify(const PageSettings& settings) {
-    const MemoryFile file;
-    file.append(vcd_);
+    MemoryHost host(&host_);
+    const std::string file = "part.vcd";
+    host.give(file, {[&](const InputArguments&) {
+                return capture::open_capture(capture::memory_bytes(vcd_), file, {});
+              }});
     DecodeOptions options;
     options.capture = options_.capture;
-    options.capture.files = {file.path()};
+    options.capture.files = {file};
     options.capture.device.format = settings.format;
     options.capture.ma = "MA";
     options.capture.slo = "SLO";
@@ -157,7 +161,7 @@ class PartMaker {
     options.capture.resolution = run_.capture().margin().resolution;
     options.capture.raw = {};
     options.motion = options_.motion;
-    DecodeRun run(options);
+    DecodeRun run(options, host);
     std::map<std::int64_t, std::string> rows;
     ExitStatus status = run.open();
     if (status == ExitStatus::done) status = run.next();
@@ -264,7 +268,7 @@ class PartMaker {
     }
     words.insert(words.end(), more.begin(), more.end());
     words.insert(words.end(), {"--to", "jsonl"});
-    auto answer = ask_verb(words);
+    auto answer = ask_verb(words, host_);
     if (!answer) return answer;
     for (const char* text : {"out", "err"}) {
       (*answer)[text] = plain((*answer)[text].get<std::string>());
@@ -334,6 +338,7 @@ class PartMaker {
   DecodeOptions& options_;
   DecodeRun& run_;
   std::string name_;
+  Host& host_;
   std::optional<Excerpt> excerpt_;
   std::optional<Overview> overview_;
   std::uint64_t good_ = 0;
@@ -358,14 +363,15 @@ class PartMaker {
 
 tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, DecodeRun& run,
                                                       const PageSettings& settings,
-                                                      std::string_view name, std::size_t room) {
-  PartMaker maker(options, run, name);
+                                                      std::string_view name, std::size_t room,
+                                                      Host& host) {
+  PartMaker maker(options, run, name, host);
   ExitStatus status = maker.read();
   if (status != ExitStatus::done) return tl::unexpected(status);
   CapturePart part;
   part.settings = maker.part_settings(settings);
   const auto verbs = maker.verbs(settings);
-  if (!verbs) return tl::unexpected(fail(verbs.error()));
+  if (!verbs) return tl::unexpected(host.fail(verbs.error()));
   // Numbers of rows and times take little room beside the edges.
   constexpr std::size_t rows_room = 150'000;
   const auto dumped = [](const json& value) {

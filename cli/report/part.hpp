@@ -29,6 +29,7 @@ struct CapturePart {
 /// \return why there is none; it has been printed
 tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, DecodeRun& run,
                                                       const PageSettings& settings,
-                                                      std::string_view name, std::size_t room);
+                                                      std::string_view name, std::size_t room,
+                                                      Host& host);
 
 }  // namespace biss::cli

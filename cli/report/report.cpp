@@ -8,8 +8,7 @@
 #include <optional>
 #include <system_error>
 
-#include "cli/common/given_captures.hpp"
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/page.hpp"
 #include "cli/common/page_settings.hpp"
@@ -44,35 +43,38 @@ bool is_zstd(std::string_view bytes) { return bytes.starts_with("\x28\xB5\x2F\xF
 
 class ReportRun {
  public:
-  ReportRun(ReportOptions& options, const Verb& verb) : options_(options), verb_(verb) {}
+  ReportRun(ReportOptions& options, const Verb& verb, Host& host)
+      : options_(options), verb_(verb), host_(host) {}
 
   ExitStatus run() {
     const std::vector<std::string>& files = options_.decode.capture.files;
     for (const std::string& file : files) {
       std::error_code problem;
-      if (GivenCaptures::find(file) != nullptr ||
+      if (host_.capture(file) != nullptr ||
           (file != "-" && (!fs::exists(file, problem) || fs::is_regular_file(file, problem)))) {
         continue;
       }
-      return fail(ExitStatus::usage,
-                  fmt::format("{}: a report reads a capture several times; give a file", file));
+      return host_.fail(
+          ExitStatus::usage,
+          fmt::format("{}: a report reads a capture several times; give a file", file));
     }
     const auto page = read_page(options_.page);
-    if (!page) return fail(page.error());
-    DecodeRun decode(options_.decode);
+    if (!page) return host_.fail(page.error());
+    DecodeRun decode(options_.decode, host_);
     ExitStatus status = decode.open();
     if (status != ExitStatus::done) return status;
     if (decode.capture().several()) {
-      return fail(ExitStatus::usage,
-                  "a report has one capture and one pair of lines: give one file, or one for each "
-                  "line, and name the lines with --ma and --slo");
+      return host_.fail(
+          ExitStatus::usage,
+          "a report has one capture and one pair of lines: give one file, or one for each "
+          "line, and name the lines with --ma and --slo");
     }
     status = decode.next();
     if (status != ExitStatus::done) return status;
     if (const auto text = whole_capture()) return write(whole_page(*page, *text));
     const std::size_t room = report_max - std::min(report_max, page->size());
     const auto part = part_of_capture(options_.decode, decode, page_settings(verb_.given_options()),
-                                      name(), room);
+                                      name(), room, host_);
     return part ? write(part_page(*page, *part)) : part.error();
   }
 
@@ -85,7 +87,7 @@ class ReportRun {
   std::optional<std::string> whole_capture() const {
     const std::vector<std::string>& files = options_.decode.capture.files;
     std::error_code problem;
-    if (files.size() != 1 || GivenCaptures::find(files.front()) != nullptr ||
+    if (files.size() != 1 || host_.capture(files.front()) != nullptr ||
         fs::file_size(files.front(), problem) > whole_file_max) {
       return std::nullopt;
     }
@@ -109,7 +111,7 @@ class ReportRun {
   }
 
   ExitStatus write(const std::string& page) {
-    Output output;
+    Output output(host_);
     if (!output.open(options_.output)) return output.status();
     if (!output.write(page) || !output.finish()) return output.status();
     report::Summary out;
@@ -117,12 +119,13 @@ class ReportRun {
     out.title(fmt::format("{}: {:.2f} MB", is_file ? options_.output : "standard output",
                           static_cast<double>(page.size()) / 1e6));
     out.entry("contains", contains_);
-    print_summary(out.text());
+    host_.print_summary(out.text());
     return ExitStatus::done;
   }
 
   ReportOptions& options_;
   const Verb& verb_;
+  Host& host_;
   std::string contains_;
 };
 
@@ -137,7 +140,7 @@ void add_report(Command& command) {
        .examples = {"biss report capture.vcd -f resolute-26 -o report.html",
                     "biss report ma.csv slo.csv --ma ma.csv:D0 --slo slo.csv:D1 -o report.html",
                     "biss report samples.bin --raw-rate 100MHz --ma D0 --slo D3 -o report.html"}},
-      [options, verb] { return ReportRun(*options, **verb).run(); });
+      [options, verb](Host& host) { return ReportRun(*options, **verb, host).run(); });
   options->decode.capture.identify = true;
   add_single_capture_options(**verb, options->decode.capture);
   add_output_option(**verb, options->output, "The page to write").required();

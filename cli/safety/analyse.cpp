@@ -64,11 +64,11 @@ tl::expected<std::string, std::string> rating_text(const SafetyQuestion& questio
       rating->residual_e24, rating->check);
 }
 
-ExitStatus run_analyse(const AnalyseOptions& options) {
+ExitStatus run_analyse(const AnalyseOptions& options, Host& host) {
   const auto device = parse_device(options.arguments.format);
-  if (!device) return fail(ExitStatus::usage, device.error());
+  if (!device) return host.fail(ExitStatus::usage, device.error());
   if (device->format.deviates()) {
-    return fail(ExitStatus::usage, "-f: a CRC with an error of the maker is not analysed");
+    return host.fail(ExitStatus::usage, "-f: a CRC with an error of the maker is not analysed");
   }
   SafetyQuestion question{.format = device->format,
                           .bit_error_rates = {},
@@ -80,30 +80,30 @@ ExitStatus run_analyse(const AnalyseOptions& options) {
   for (const std::string& text : options.rates) {
     const auto rate = parse_positive(text, 0.5);
     if (!rate) {
-      return fail(ExitStatus::usage,
-                  fmt::format("--ber '{}': give a number above 0, up to 0.5", text));
+      return host.fail(ExitStatus::usage,
+                       fmt::format("--ber '{}': give a number above 0, up to 0.5", text));
     }
     question.bit_error_rates.push_back(*rate);
   }
   if (question.bit_error_rates.empty()) question.bit_error_rates = {1e-2, 1e-3, 1e-4};
   const auto limit = parse_positive(options.limit, 1e12);
   if (!limit) {
-    return fail(ExitStatus::usage,
-                fmt::format("--limit '{}': give a number above 0", options.limit));
+    return host.fail(ExitStatus::usage,
+                     fmt::format("--limit '{}': give a number above 0", options.limit));
   }
   question.limit_per_hour = *limit;
 
-  Output output;
+  Output output(host);
   if (!output.open(options.output)) return output.status();
   if (options.to == "c") {
     const auto rating = rating_text(question);
-    if (!rating) return fail(ExitStatus::usage, rating.error());
+    if (!rating) return host.fail(ExitStatus::usage, rating.error());
     return output.write(*rating) && output.finish() ? ExitStatus::done : output.status();
   }
   const SafetyAnalysis analysis = analyse(question);
   if (analysis.pair_problem) {
-    warn(fmt::format("the two words are not analysed as a pair: {}",
-                     lab::text_of(*analysis.pair_problem)));
+    host.warn(fmt::format("the two words are not analysed as a pair: {}",
+                          lab::text_of(*analysis.pair_problem)));
   }
   const std::string text = options.to == "jsonl" ? analysis_jsonl(question, analysis)
                                                  : analysis_text(question, analysis);
@@ -138,7 +138,7 @@ Run add_safety_analyse(Verb verb) {
   add_name_option(verb, "--to", options->to, {"table", "jsonl", "c"},
                   "Output format; c: the rating for SafetySetup; table by default");
   add_output_option(verb, options->output);
-  return [options] { return run_analyse(*options); };
+  return [options](Host& host) { return run_analyse(*options, host); };
 }
 
 }  // namespace

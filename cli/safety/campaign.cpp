@@ -47,8 +47,8 @@ struct CampaignOptions {
   std::string output;
 };
 
-ExitStatus bad_format(const std::string& name) {
-  return fail(ExitStatus::usage, safety_format_error(name));
+ExitStatus bad_format(const std::string& name, Host& host) {
+  return host.fail(ExitStatus::usage, safety_format_error(name));
 }
 
 tl::expected<lab::CampaignState, std::string> read_state_of(const std::string& path) {
@@ -71,40 +71,40 @@ std::string too_many_bits(const std::string& path) {
 }
 
 ExitStatus print_state(const lab::CampaignFrame& frame, const lab::CampaignState& state,
-                       const CampaignOptions& options) {
-  Output output;
+                       const CampaignOptions& options, Host& host) {
+  Output output(host);
   if (!output.open(options.output)) return output.status();
   const CampaignTable table =
       write_campaign(frame, state, options.to, output, output.table_options());
   if (!table.written || !output.finish()) return output.status();
   if (table.disagrees) {
-    return fail(ExitStatus::data_failed,
-                "a count is more than five standard deviations from the theory");
+    return host.fail(ExitStatus::data_failed,
+                     "a count is more than five standard deviations from the theory");
   }
   return ExitStatus::done;
 }
 
-bool save(const lab::CampaignState& state, const std::string& path) {
+bool save(const lab::CampaignState& state, const std::string& path, Host& host) {
   if (path.empty()) return true;
-  Output file;
+  Output file(host);
   std::string text = lab::state_text(state);
   text.resize(text.rfind('}'));
   text += archive::checksum_end(archive::hash_of(text));
   const bool saved = file.open(path) && file.write(text) && file.finish();
-  if (!saved) warn(file.error());
+  if (!saved) host.warn(file.error());
   return saved;
 }
 
 // With a state file, a signal ends the run after a last save.
 ExitStatus count_blocks(const lab::CampaignFrame& frame, lab::CampaignState& state,
-                        const lab::Shard& shard, const CampaignOptions& options) {
+                        const lab::Shard& shard, const CampaignOptions& options, Host& host) {
   std::optional<Interruption> interruption;
   if (!options.state.empty()) interruption.emplace();
   lab::ExperimentRun run{.threads = options.threads,
                          .shard = shard,
                          .save_seconds = static_cast<double>(options.save_every.count) * 1e-12};
-  run.save = [&] { return save(state, options.state); };
-  Progress progress;
+  run.save = [&] { return save(state, options.state, host); };
+  Progress progress(host);
   const std::uint64_t before = state.frames_done();
   run.interrupted = [&] {
     if (progress.due()) {
@@ -116,51 +116,52 @@ ExitStatus count_blocks(const lab::CampaignFrame& frame, lab::CampaignState& sta
   };
   if (run_campaign(frame, state, run)) return ExitStatus::done;
   if (interruption && interruption->requested()) {
-    warn(fmt::format("interrupted after {} of {} frames; the same command continues from {}",
-                     state.frames_done(), state.frames_planned(), options.state));
+    host.warn(fmt::format("interrupted after {} of {} frames; the same command continues from {}",
+                          state.frames_done(), state.frames_planned(), options.state));
     interruption->end_process();
   }
   return ExitStatus::io;
 }
 
 ExitStatus run_counts(const lab::CampaignFrame& frame, lab::CampaignPlan plan,
-                      const CampaignOptions& options) {
+                      const CampaignOptions& options, Host& host) {
   if (!options.plain) add_importance(frame, plan);
   lab::CampaignState state(plan);
   if (!options.state.empty() && std::filesystem::exists(options.state)) {
     auto before = read_state_of(options.state);
-    if (!before) return fail(ExitStatus::io, before.error());
+    if (!before) return host.fail(ExitStatus::io, before.error());
     if (before->plan != plan) {
-      return fail(ExitStatus::io,
-                  fmt::format("{}: state of another campaign (format, faults, frames or "
-                              "seed differ); give another file",
-                              options.state));
+      return host.fail(ExitStatus::io,
+                       fmt::format("{}: state of another campaign (format, faults, frames or "
+                                   "seed differ); give another file",
+                                   options.state));
     }
-    if (!fits(frame, *before)) return fail(ExitStatus::io, too_many_bits(options.state));
+    if (!fits(frame, *before)) return host.fail(ExitStatus::io, too_many_bits(options.state));
     state = std::move(*before);
   }
-  const ExitStatus status = count_blocks(frame, state, options.shard, options);
-  return status == ExitStatus::done ? print_state(frame, state, options) : status;
+  const ExitStatus status = count_blocks(frame, state, options.shard, options, host);
+  return status == ExitStatus::done ? print_state(frame, state, options, host) : status;
 }
 
 ExitStatus run_replay(const lab::CampaignFrame& frame, const lab::CampaignPlan& plan,
-                      const CampaignOptions& options) {
+                      const CampaignOptions& options, Host& host) {
   if (plan.faults.size() != 1) {
-    return fail(ExitStatus::usage, "--replay needs exactly one --fault");
+    return host.fail(ExitStatus::usage, "--replay needs exactly one --fault");
   }
   const std::uint64_t index = *options.replay;
   if (plan.faults[0].fitting && index >= lab::max_fitting_frames) {
-    return fail(ExitStatus::usage, fmt::format("--replay {}: a fitting draw has {} frames at most",
-                                               index, lab::max_fitting_frames));
+    return host.fail(ExitStatus::usage,
+                     fmt::format("--replay {}: a fitting draw has {} frames at most", index,
+                                 lab::max_fitting_frames));
   }
   if (index >= plan.frames) {
-    warn(
+    host.warn(
         fmt::format("frame {} is not below the {} of --frames; shown as a longer campaign draws it",
                     index, plan.frames));
   }
   const lab::ReplayedFrame replayed = lab::replay_frame(frame, {plan.faults[0], plan.seed}, index);
   const SafetyJudgement judgement = frame.monitor(replayed.sent, replayed.received);
-  Output output;
+  Output output(host);
   if (!output.open(options.output)) return output.status();
   using report::Kind;
   const std::vector<report::Column> columns = {
@@ -196,39 +197,39 @@ ExitStatus run_replay(const lab::CampaignFrame& frame, const lab::CampaignPlan& 
   return ExitStatus::done;
 }
 
-ExitStatus run_merge(const CampaignOptions& options) {
+ExitStatus run_merge(const CampaignOptions& options, Host& host) {
   std::optional<lab::CampaignState> sum;
   for (const std::string& path : options.parts) {
     auto part = read_state_of(path);
-    if (!part) return fail(ExitStatus::io, part.error());
+    if (!part) return host.fail(ExitStatus::io, part.error());
     const auto frame = campaign_frame_of(part->plan.format);
     if (!frame || campaign_rules(*frame) != part->plan.rules) {
-      return fail(ExitStatus::io,
-                  fmt::format("{}: made with other monitor rules than this program's", path));
+      return host.fail(ExitStatus::io,
+                       fmt::format("{}: made with other monitor rules than this program's", path));
     }
-    if (!fits(*frame, *part)) return fail(ExitStatus::io, too_many_bits(path));
+    if (!fits(*frame, *part)) return host.fail(ExitStatus::io, too_many_bits(path));
     if (!sum) {
       sum = std::move(*part);
     } else if (!sum->merge(*part)) {
-      return fail(ExitStatus::io,
-                  fmt::format("{}: state of another campaign, or with blocks that an "
-                              "earlier file has too",
-                              path));
+      return host.fail(ExitStatus::io,
+                       fmt::format("{}: state of another campaign, or with blocks that an "
+                                   "earlier file has too",
+                                   path));
     }
   }
   const auto frame = campaign_frame_of(sum->plan.format);
-  if (!options.state.empty() && !save(*sum, options.state)) return ExitStatus::io;
-  const ExitStatus status = print_state(*frame, *sum, options);
+  if (!options.state.empty() && !save(*sum, options.state, host)) return ExitStatus::io;
+  const ExitStatus status = print_state(*frame, *sum, options, host);
   if (status != ExitStatus::done || sum->complete()) return status;
-  return fail(ExitStatus::data_failed,
-              "parts are missing: the table does not cover the whole campaign");
+  return host.fail(ExitStatus::data_failed,
+                   "parts are missing: the table does not cover the whole campaign");
 }
 
-ExitStatus run_safety_campaign(const CampaignOptions& options) {
-  if (options.merge->parsed()) return run_merge(options);
-  if (options.format.empty()) return fail(ExitStatus::usage, "no --format given");
+ExitStatus run_safety_campaign(const CampaignOptions& options, Host& host) {
+  if (options.merge->parsed()) return run_merge(options, host);
+  if (options.format.empty()) return host.fail(ExitStatus::usage, "no --format given");
   const auto frame = campaign_frame_of(options.format);
-  if (!frame) return bad_format(options.format);
+  if (!frame) return bad_format(options.format, host);
   lab::CampaignPlan plan{.format = options.format,
                          .rules = campaign_rules(*frame),
                          .seed = options.seed,
@@ -236,13 +237,13 @@ ExitStatus run_safety_campaign(const CampaignOptions& options) {
                          .faults = {}};
   for (const std::string& text : options.faults) {
     if (add_campaign_fault(*frame, text, plan)) continue;
-    return fail(
+    return host.fail(
         ExitStatus::usage,
         fmt::format("'{}' is not a fault of these {} bits: {}, or one of {} with [:PLACE], or {}",
                     text, frame->bits(), measured_faults, placed_faults, other_faults));
   }
-  if (options.replay) return run_replay(*frame, plan, options);
-  return run_counts(*frame, std::move(plan), options);
+  if (options.replay) return run_replay(*frame, plan, options, host);
+  return run_counts(*frame, std::move(plan), options, host);
 }
 
 }  // namespace
@@ -287,7 +288,7 @@ Run add_safety_campaign(Verb verb) {
     add_output_option(each, options->output);
   }
   options->merge = merge;
-  return [options] { return run_safety_campaign(*options); };
+  return [options](Host& host) { return run_safety_campaign(*options, host); };
 }
 
 }  // namespace biss::cli

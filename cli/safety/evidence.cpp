@@ -35,8 +35,25 @@ struct VerbOptions {
   std::string checked;
 };
 
+// Keeps what a command writes to standard output; its messages are those of the verb.
+class OutputToMemory final : public Host {
+ public:
+  explicit OutputToMemory(Host& outer) : outer_(outer) {}
+
+  void warn(std::string_view text) override { outer_.warn(text); }
+  void print_summary(std::string_view text) override { outer_.print_summary(text); }
+  std::string* output() override { return &text_; }
+  bool shows_progress() const override { return outer_.shows_progress(); }
+  void check() override { outer_.check(); }
+  const std::string& text() const { return text_; }
+
+ private:
+  Host& outer_;
+  std::string text_;
+};
+
 int run_command(std::vector<std::string> arguments, std::uint64_t threads,
-                const MemoryFile& configuration) {
+                const MemoryFile& configuration, Host& host) {
   for (std::string& each : arguments) {
     if (each == configuration_name) each = configuration.path();
   }
@@ -45,7 +62,7 @@ int run_command(std::vector<std::string> arguments, std::uint64_t threads,
   }
   std::vector<const char*> pointers{"biss"};
   for (const std::string& each : arguments) pointers.push_back(each.c_str());
-  Command command;
+  Command command(host);
   add_safety(command);
   return static_cast<int>(command.run(static_cast<int>(pointers.size()), pointers.data()));
 }
@@ -78,7 +95,7 @@ struct Bundle {
 };
 
 Bundle make_bundle(const EvidenceSubject& subject, const std::vector<std::string>& made_by,
-                   std::uint64_t threads) {
+                   std::uint64_t threads, Host& host) {
   Bundle bundle;
   const EvidenceFile configuration{configuration_name,
                                    configuration_json(subject.monitored, subject.configuration)};
@@ -87,17 +104,17 @@ Bundle make_bundle(const EvidenceSubject& subject, const std::vector<std::string
   std::vector<EvidenceFile> tables;
   bundle.commands = evidence_commands(subject);
   for (EvidenceCommand& each : bundle.commands) {
-    if (!KeptMessages::in_use() && isatty(STDERR_FILENO) != 0) {
-      print_summary(command_line(each.arguments) + "\n");
+    if (host.shows_progress()) {
+      host.print_summary(command_line(each.arguments) + "\n");
     }
-    const CapturedOutput output;
-    each.status = run_command(each.arguments, threads, configuration_in_memory);
+    OutputToMemory memory(host);
+    each.status = run_command(each.arguments, threads, configuration_in_memory, memory);
     if (each.status != 0 && each.status != static_cast<int>(ExitStatus::data_failed)) {
       bundle.status = static_cast<ExitStatus>(each.status);
       return bundle;
     }
     if (each.status != 0) bundle.status = ExitStatus::data_failed;
-    tables.push_back({each.file, output.file().text()});
+    tables.push_back({each.file, memory.text()});
   }
   const std::vector<CoverageRow> coverage = read_coverage(subject, tables);
   bundle.files = {readme_file(subject, bundle.commands, coverage), version_file(),
@@ -111,43 +128,44 @@ Bundle make_bundle(const EvidenceSubject& subject, const std::vector<std::string
 }
 
 // Information that the tables do not show.
-void warn_of_choice(const EvidenceSubject& subject) {
+void warn_of_choice(const EvidenceSubject& subject, Host& host) {
   const EvidenceOptions& options = subject.options;
   const SafetyFormat& monitored = subject.monitored;
   const auto named = choose_safety({}, options.format, monitored.format, {});
   if (options.setup.configuration.empty() && named && named->name != subject.configuration) {
-    warn(
+    host.warn(
         fmt::format("the text of a format is monitored by the widths of its words; "
                     "-f {} is the configuration with these words",
                     named->name));
   }
-  for (const std::string& each : not_run(options)) warn("nothing was run: " + each);
+  for (const std::string& each : not_run(options)) host.warn("nothing was run: " + each);
 }
 
-ExitStatus run_make(const VerbOptions& options, const std::vector<std::string>& made_by) {
+ExitStatus run_make(const VerbOptions& options, const std::vector<std::string>& made_by,
+                    Host& host) {
   const auto subject = choose_evidence(options.evidence);
-  if (!subject) return fail(ExitStatus::usage, subject.error());
+  if (!subject) return host.fail(ExitStatus::usage, subject.error());
   // Before the minutes that the commands take.
   if (const std::string wrong = check_target(options.folder, options.force); !wrong.empty()) {
-    return fail(ExitStatus::io, wrong);
+    return host.fail(ExitStatus::io, wrong);
   }
-  const Bundle bundle = make_bundle(*subject, made_by, options.threads);
+  const Bundle bundle = make_bundle(*subject, made_by, options.threads, host);
   if (bundle.files.empty()) return bundle.status;
-  warn_of_choice(*subject);
+  warn_of_choice(*subject, host);
   const std::string wrong = write_bundle(options.folder, bundle.files, options.force);
-  if (!wrong.empty()) return fail(ExitStatus::io, wrong);
-  print_summary(
+  if (!wrong.empty()) return host.fail(ExitStatus::io, wrong);
+  host.print_summary(
       fmt::format("{}: {} files, see README.md in it\n", options.folder, bundle.files.size() + 1));
   return bundle.status;
 }
 
 // The options that the bundle was made with, read by the verb's own parser.
-std::optional<EvidenceOptions> parse_made_by(const std::vector<std::string>& made_by) {
+std::optional<EvidenceOptions> parse_made_by(const std::vector<std::string>& made_by, Host& host) {
   const auto options = std::make_shared<EvidenceOptions>();
-  Command command;
+  Command command(host);
   const Verb verb = command.add_verb(
       {.name = "evidence", .purpose = "Read manifest.json", .examples = {"biss evidence"}},
-      [] { return ExitStatus::done; });
+      [](Host& /*host*/) { return ExitStatus::done; });
   add_evidence_options(verb, *options);
   std::vector<const char*> pointers{"biss", "evidence"};
   for (const std::string& each : made_by) pointers.push_back(each.c_str());
@@ -172,19 +190,19 @@ bool is_of_program(const std::string& name) {
          name == "safety-matrix.md";
 }
 
-ExitStatus run_check(const VerbOptions& options) {
+ExitStatus run_check(const VerbOptions& options, Host& host) {
   auto found = read_bundle(options.checked);
-  if (!found) return fail(ExitStatus::io, found.error());
-  for (const std::string& finding : found->findings) warn(finding);
+  if (!found) return host.fail(ExitStatus::io, found.error());
+  for (const std::string& finding : found->findings) host.warn(finding);
   const auto made_by = read_made_by(found->find("manifest.json"));
-  const auto asked = made_by ? parse_made_by(*made_by) : std::nullopt;
+  const auto asked = made_by ? parse_made_by(*made_by, host) : std::nullopt;
   const auto subject = asked ? choose_evidence(*asked) : tl::unexpected(std::string());
   if (!subject) {
-    return fail(ExitStatus::io,
-                fmt::format("'{}': manifest.json cannot be read as the options of a bundle",
-                            options.checked));
+    return host.fail(ExitStatus::io,
+                     fmt::format("'{}': manifest.json cannot be read as the options of a bundle",
+                                 options.checked));
   }
-  const Bundle again = make_bundle(*subject, *made_by, options.threads);
+  const Bundle again = make_bundle(*subject, *made_by, options.threads, host);
   if (again.files.empty()) return ExitStatus::io;
   std::size_t same = 0;
   bool differs = !found->findings.empty();
@@ -193,15 +211,15 @@ ExitStatus run_check(const VerbOptions& options) {
     if (before != nullptr && before->text == file.text) {
       ++same;
     } else if (before != nullptr && is_of_program(file.name)) {
-      warn(file.name + ": from another build of the program");
+      host.warn(file.name + ": from another build of the program");
     } else {
       differs = true;
-      warn(file.name + (before != nullptr ? ": differs from what its command prints now"
-                                          : ": missing, this program writes it"));
+      host.warn(file.name + (before != nullptr ? ": differs from what its command prints now"
+                                               : ": missing, this program writes it"));
     }
   }
-  print_summary(fmt::format("{}: {} of {} files made again and the same\n", options.checked, same,
-                            again.files.size()));
+  host.print_summary(fmt::format("{}: {} of {} files made again and the same\n", options.checked,
+                                 same, again.files.size()));
   return differs ? ExitStatus::data_failed : again.status;
 }
 
@@ -401,19 +419,19 @@ Run add_safety_evidence(Verb verb) {
                   "Check the hashes of a bundle, make it again and compare; of the other options "
                   "only --threads is allowed")
       .type_name("DIR");
-  return [options, verb] {
+  return [options, verb](Host& host) {
     if (!options->checked.empty()) {
       for (const Option& each : verb.given_options()) {
         if (each.name() == "--check" || each.name() == "--threads") continue;
-        return fail(ExitStatus::usage, "--check does not go with " + each.name());
+        return host.fail(ExitStatus::usage, "--check does not go with " + each.name());
       }
-      return run_check(*options);
+      return run_check(*options, host);
     }
     if (options->folder.empty()) {
-      return fail(ExitStatus::usage,
-                  "no folder given: -o DIR makes a bundle, --check DIR checks one");
+      return host.fail(ExitStatus::usage,
+                       "no folder given: -o DIR makes a bundle, --check DIR checks one");
     }
-    return run_make(*options, made_by_of(verb));
+    return run_make(*options, made_by_of(verb), host);
   };
 }
 

@@ -239,20 +239,20 @@ bool write_row(report::TableWriter& table, sim::FaultKind kind, std::uint64_t cy
   return table.row(cells);
 }
 
-ExitStatus run_line(const LineRunOptions& options) {
+ExitStatus run_line(const LineRunOptions& options, Host& host) {
   const auto monitored = parse_safety_format(options.format);
-  if (!monitored) return fail(ExitStatus::usage, safety_format_error(options.format));
+  if (!monitored) return host.fail(ExitStatus::usage, safety_format_error(options.format));
   const auto line = line_of(*monitored, options);
-  if (!line) return fail(ExitStatus::usage, line.error());
+  if (!line) return host.fail(ExitStatus::usage, line.error());
   const Picoseconds interval = sim::Line(*line).nominal().interval;
   if (options.cycles > static_cast<std::uint64_t>(longest_run.count / interval.count)) {
-    return fail(ExitStatus::usage,
-                fmt::format("--cycles: the line model holds 100 days, {} cycles at this rate",
-                            longest_run.count / interval.count));
+    return host.fail(ExitStatus::usage,
+                     fmt::format("--cycles: the line model holds 100 days, {} cycles at this rate",
+                                 longest_run.count / interval.count));
   }
   std::array<LineCounts, sim::simulated_fault_count> all;
   {
-    Progress progress;
+    Progress progress(host);
     std::mutex mutex;
     std::size_t done = 0;
     lab::parallel_for(options.threads, all.size(), [&](std::size_t k) {
@@ -265,7 +265,7 @@ ExitStatus run_line(const LineRunOptions& options) {
       }
     });
   }
-  Output output;
+  Output output(host);
   if (!output.open(options.output)) return output.status();
   const auto table =
       report::make_table_writer(options.to, columns(), output, output.table_options());
@@ -274,14 +274,14 @@ ExitStatus run_line(const LineRunOptions& options) {
     const auto kind = static_cast<sim::FaultKind>(k);
     if (!write_row(*table, kind, options.cycles, all[k])) return output.status();
     if (all[k].false_alarms != 0) {
-      status = fail(ExitStatus::data_failed,
-                    fmt::format("{}: {} frames without a fault have a fault verdict", name_of(kind),
-                                all[k].false_alarms));
+      status = host.fail(ExitStatus::data_failed,
+                         fmt::format("{}: {} frames without a fault have a fault verdict",
+                                     name_of(kind), all[k].false_alarms));
     }
     if (all[k].wrong_undamaged != 0) {
-      status = fail(ExitStatus::data_failed,
-                    fmt::format("{}: {} frames without a fault are safe with a wrong position",
-                                name_of(kind), all[k].wrong_undamaged));
+      status = host.fail(ExitStatus::data_failed,
+                         fmt::format("{}: {} frames without a fault are safe with a wrong position",
+                                     name_of(kind), all[k].wrong_undamaged));
     }
   }
   return table->finish() && output.finish() ? status : output.status();
@@ -316,7 +316,7 @@ Run add_safety_line(Verb verb) {
                    "Worker threads; by default one per core", 1024);
   add_to_option(verb, options->to);
   add_output_option(verb, options->output);
-  return [options] { return run_line(*options); };
+  return [options](Host& host) { return run_line(*options, host); };
 }
 
 }  // namespace biss::cli

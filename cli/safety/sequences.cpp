@@ -95,8 +95,8 @@ std::optional<lab::SequencePlan> basis_of(const SequenceOptions& options) {
   return lab::SequencePlan{.format = known->format, .setup = known->setup, .seed = options.seed};
 }
 
-ExitStatus bad_format(const std::string& name) {
-  return fail(ExitStatus::usage, safety_format_error(name));
+ExitStatus bad_format(const std::string& name, Host& host) {
+  return host.fail(ExitStatus::usage, safety_format_error(name));
 }
 
 void add_rows(const SequenceOptions& options, lab::SequencePlan& plan) {
@@ -156,18 +156,19 @@ bool write_step(report::TableWriter& table, const lab::SequenceStep& step) {
   return table.row(cells);
 }
 
-ExitStatus run_replay(const lab::SequencePlan& plan, const SequenceOptions& options) {
+ExitStatus run_replay(const lab::SequencePlan& plan, const SequenceOptions& options, Host& host) {
   const std::uint64_t index = *options.replay;
   if (plan.rows.size() != 1 || index >= plan.rows[0].size) {
-    return fail(ExitStatus::usage,
-                "--replay needs a single row and an index in it: one --kind with its --variant, or "
-                "undamaged with --motion, --counter and --encoder-counter");
+    return host.fail(
+        ExitStatus::usage,
+        "--replay needs a single row and an index in it: one --kind with its --variant, or "
+        "undamaged with --motion, --counter and --encoder-counter");
   }
   const lab::SequenceRow& row = plan.rows[0];
   const auto frame =
       lab::SequenceFrame::make(plan.format, plan.setup_of(row), row.counter, row.encoder_counter);
-  if (!frame) return bad_format(options.format);
-  Output output;
+  if (!frame) return bad_format(options.format, host);
+  Output output(host);
   if (!output.open(options.output)) return output.status();
   const auto table =
       report::make_table_writer(options.to, step_columns(), output, output.table_options());
@@ -183,34 +184,35 @@ ExitStatus run_replay(const lab::SequencePlan& plan, const SequenceOptions& opti
   return ExitStatus::done;
 }
 
-std::optional<std::vector<lab::SequenceResult>> run(const lab::SequencePlan& plan,
-                                                    unsigned threads) {
-  Progress line;
+std::optional<std::vector<lab::SequenceResult>> run(const lab::SequencePlan& plan, unsigned threads,
+                                                    Host& host) {
+  Progress line(host);
   return lab::run_sequences(plan, threads, [&line](const lab::SequenceProgress& progress) {
     if (!line.due()) return;
     line.show(fmt::format("{} of {} blocks", progress.done, progress.all));
   });
 }
 
-ExitStatus run_safety_sequences(SequenceOptions options) {
+ExitStatus run_safety_sequences(SequenceOptions options, Host& host) {
   if (options.motions.empty()) options.motions = {"max"};
   auto plan = basis_of(options);
   if (plan) add_rows(options, *plan);
   if (plan && plan->rows.empty()) {
-    return fail(ExitStatus::usage,
-                "nothing to run: the --kind has no such --variant, or the monitor expects another "
-                "counter than the encoder's");
+    return host.fail(
+        ExitStatus::usage,
+        "nothing to run: the --kind has no such --variant, or the monitor expects another "
+        "counter than the encoder's");
   }
-  if (plan && options.replay) return run_replay(*plan, options);
-  const auto results = plan ? run(*plan, options.threads) : std::nullopt;
-  if (!results) return bad_format(options.format);
-  Output output;
+  if (plan && options.replay) return run_replay(*plan, options, host);
+  const auto results = plan ? run(*plan, options.threads, host) : std::nullopt;
+  if (!results) return bad_format(options.format, host);
+  Output output(host);
   if (!output.open(options.output)) return output.status();
   if (!write_sequences(*results, options.to, output, output.table_options()) || !output.finish()) {
     return output.status();
   }
   for (const lab::SequenceResult& result : *results) {
-    if (!result.passed()) return fail(ExitStatus::data_failed, failure_of(result));
+    if (!result.passed()) return host.fail(ExitStatus::data_failed, failure_of(result));
   }
   return ExitStatus::done;
 }
@@ -255,7 +257,7 @@ Run add_safety_sequences(Verb verb) {
                    "Show one event, or an undamaged frame and the four before it");
   add_to_option(verb, options->to);
   add_output_option(verb, options->output);
-  return [options] { return run_safety_sequences(*options); };
+  return [options](Host& host) { return run_safety_sequences(*options, host); };
 }
 
 }  // namespace biss::cli

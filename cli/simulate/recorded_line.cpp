@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "decode/times.hpp"
 
 namespace biss::cli {
@@ -10,7 +10,7 @@ namespace biss::cli {
 ExitStatus RecordedLine::open(const std::string& file, const std::string& ma,
                               const std::string& slo, const RawSamples& raw, bool needs_slo) {
   InputArguments arguments{.files = {file}, .ma = ma, .slo = slo, .raw = raw};
-  CaptureList list;
+  CaptureList list(host_);
   ExitStatus opened = list.open(arguments);
   if (opened == ExitStatus::done) opened = list.open_next(input_);
   if (opened != ExitStatus::done) return opened;
@@ -25,7 +25,7 @@ ExitStatus RecordedLine::open(const std::string& file, const std::string& ma,
     lines_.ma = *found;
   }
   guess_clock(input_.beginning());
-  return input_.error().empty() ? ExitStatus::done : fail(ExitStatus::io, input_.error());
+  return input_.error().empty() ? ExitStatus::done : host_.fail(ExitStatus::io, input_.error());
 }
 
 void RecordedLine::guess_clock(std::span<const wire::Edge> beginning) {

@@ -13,6 +13,8 @@ namespace biss::cli {
 /// The capture, and what its beginning shows.
 class RecordedLine {
  public:
+  explicit RecordedLine(Host& host) : host_(host), input_(host) {}
+
   /// Opens it and finds MA, and SLO where `needs_slo`. Prints why it cannot.
   ExitStatus open(const std::string& file, const std::string& ma, const std::string& slo,
                   const RawSamples& raw, bool needs_slo);
@@ -26,6 +28,7 @@ class RecordedLine {
  private:
   void guess_clock(std::span<const wire::Edge> beginning);
 
+  Host& host_;
   CaptureInput input_;
   decode::Lines lines_;
   Hertz clock_;

@@ -10,7 +10,7 @@
 #include "biss/eds/device.hpp"
 #include "biss/eds/profile.hpp"
 #include "biss/frame/format_text.hpp"
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "cli/eds/rows.hpp"
 #include "cli/eds/source.hpp"
 #include "device/quantity.hpp"
@@ -102,12 +102,12 @@ std::string file_of_registers(const std::string& argument) {
   return has_id(argument) ? argument.substr(2) : argument;
 }
 
-tl::expected<LoadedRegisters, ExitStatus> load_registers(
-    const std::vector<std::string>& arguments) {
+tl::expected<LoadedRegisters, ExitStatus> load_registers(const std::vector<std::string>& arguments,
+                                                         Host& host) {
   LoadedRegisters all;
   std::vector<std::optional<Loaded>> loaded;
-  const auto refuse = [](std::string_view text) {
-    return tl::unexpected(fail(ExitStatus::usage, text));
+  const auto refuse = [&host](std::string_view text) {
+    return tl::unexpected(host.fail(ExitStatus::usage, text));
   };
   for (const std::string& argument : arguments) {
     std::size_t id = loaded.size();
@@ -121,7 +121,7 @@ tl::expected<LoadedRegisters, ExitStatus> load_registers(
     EdsArguments file;
     file.file = file_of_registers(argument);
     if (has_id(argument)) file.slave = static_cast<std::uint8_t>(id);
-    const auto source = load_eds(file);
+    const auto source = load_eds(file, host);
     if (!source) return tl::unexpected(source.error());
     loaded.resize(std::max(loaded.size(), id + 1));
     loaded[id] = {registers_of(source->dump, source->sheet),

@@ -11,6 +11,8 @@
 
 namespace biss::cli {
 
+class Host;
+
 struct LoadedRegisters {
   /// By ID.
   std::vector<sim::EncoderRegisters> registers;
@@ -29,7 +31,8 @@ struct LoadedRegisters {
 /// Every byte in a file is readable. Writable are BSEL, where the file has it or more than one bank,
 /// and all bytes that are neither in the register map (0x41 … 0x47, 0x78 … 0x7F) nor in a bank of
 /// the data sheet. All other accesses are refused.
-tl::expected<LoadedRegisters, ExitStatus> load_registers(const std::vector<std::string>& arguments);
+tl::expected<LoadedRegisters, ExitStatus> load_registers(const std::vector<std::string>& arguments,
+                                                         Host& host);
 
 /// The file that one of these arguments names.
 std::string file_of_registers(const std::string& argument);

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "cli/common/capture_output.hpp"
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/terminal.hpp"
 #include "cli/decode/table.hpp"
@@ -34,14 +34,15 @@ constexpr Picoseconds motion_interval = microseconds(100);
 // The capture and the rows of a replay.
 class ReplayOutput {
  public:
-  ReplayOutput(const ReplayOptions& options, Hertz clock) : options_(options), clock_(clock) {}
+  ReplayOutput(const ReplayOptions& options, Hertz clock, Host& host)
+      : options_(options), clock_(clock), host_(host) {}
 
   bool open(const std::string& rows_path, std::span<const report::Column> columns) {
     if (!output_.open(options_.output)) return false;
     edges_.emplace(capture_format_of(options_.output).value_or(CaptureFormat::vcd),
                    std::vector<std::string>{"MA", "SLO"},
                    options_.sample_rate.value_or(usual_sample_rate(clock_)), output_);
-    if (options_.sample_rate) warn_of_lost_clocks(*options_.sample_rate, clock_);
+    if (options_.sample_rate) warn_of_lost_clocks(*options_.sample_rate, clock_, host_);
     if (rows_path.empty()) return true;
     if (!rows_output_.open(rows_path)) return false;
     rows_ = report::make_table_writer(report::Format::csv, columns, rows_output_);
@@ -74,8 +75,9 @@ class ReplayOutput {
  private:
   const ReplayOptions& options_;
   Hertz clock_;
-  Output output_;
-  Output rows_output_;
+  Host& host_;
+  Output output_{host_};
+  Output rows_output_{host_};
   std::optional<CaptureOutput> edges_;
   std::unique_ptr<report::TableWriter> rows_;
   bool good_ = true;
@@ -84,13 +86,14 @@ class ReplayOutput {
 // Passes all blocks of the capture to `push`, which appends edges to its argument.
 ExitStatus pump(
     CaptureInput& input, ReplayOutput& output,
-    const std::function<void(std::span<const wire::Edge>, std::vector<wire::Edge>&)>& push) {
+    const std::function<void(std::span<const wire::Edge>, std::vector<wire::Edge>&)>& push,
+    Host& host) {
   std::vector<wire::Edge> made;
-  Progress progress;
+  Progress progress(host);
   for (auto block = input.next(); !block.empty(); block = input.next()) {
     if (progress.due()) progress.show(input.progress_text(progress.seconds()));
     if (block.front().time < -sim::replay_time_max || block.back().time > sim::replay_time_max) {
-      return fail(
+      return host.fail(
           ExitStatus::io,
           fmt::format("{}: has times beyond ten days; cut the part to be replayed out of it",
                       input.name()));
@@ -98,7 +101,7 @@ ExitStatus pump(
     push(block, made);
     if (!output.write(made)) return output.status();
   }
-  if (!input.error().empty()) return fail(ExitStatus::io, input.error());
+  if (!input.error().empty()) return host.fail(ExitStatus::io, input.error());
   return ExitStatus::done;
 }
 
@@ -190,20 +193,21 @@ std::string waiting_master(const std::string& output) {
       output == "-" ? "the output" : fmt::format("'{}'", output));
 }
 
-ExitStatus no_request(const CaptureInput& input) {
-  return fail(ExitStatus::data_failed, fmt::format("{}: no request on MA; check that --ma names "
-                                                   "the right line and that the master was running",
-                                                   input.name()));
+ExitStatus no_request(const CaptureInput& input, Host& host) {
+  return host.fail(ExitStatus::data_failed,
+                   fmt::format("{}: no request on MA; check that --ma names "
+                               "the right line and that the master was running",
+                               input.name()));
 }
 
 // Answers the recording as it is now.
 ExitStatus answer_recording(const ReplayOptions& options, const sim::LineSetup& setup,
                             bool timeout_known, const std::vector<std::uint64_t>& positions,
-                            AnswerLog& log) {
-  RecordedLine recorded;
+                            AnswerLog& log, Host& host) {
+  RecordedLine recorded(host);
   const ExitStatus opened = recorded.open(options.ma_from, options.ma, {}, options.raw, false);
   if (opened != ExitStatus::done) return opened;
-  ReplayOutput output(options, recorded.clock());
+  ReplayOutput output(options, recorded.clock(), host);
   if (!output.open(options.truth, log.columns())) return output.status();
 
   sim::Encoder encoder(setup.format, sim::Motion(setup.motion, sim::position_word(setup.format),
@@ -217,47 +221,48 @@ ExitStatus answer_recording(const ReplayOptions& options, const sim::LineSetup& 
       },
       [&](const sim::Answer& answered) { output.row(log.cells(answered, encoder.sampled())); });
   CaptureInput& input = recorded.input();
-  const ExitStatus pumped = pump(input, output, [&](auto edges, auto& made) {
-    replay.push(edges, recorded.lines().ma, made);
-  });
+  const ExitStatus pumped = pump(
+      input, output, [&](auto edges, auto& made) { replay.push(edges, recorded.lines().ma, made); },
+      host);
   if (pumped != ExitStatus::done) return pumped;
   std::vector<wire::Edge> made;
   const Picoseconds end = replay.finish(input.end_time(), made);
-  if (log.total() == 0) return no_request(input);
+  if (log.total() == 0) return no_request(input, host);
   if (!output.write(made) || !output.finish(end)) return output.status();
   return ExitStatus::done;
 }
 
 // The master of --rerun, which reads the answers and writes the recording again.
-ExitStatus run_master(const std::string& command) {
+ExitStatus run_master(const std::string& command, Host& host) {
   const int status = std::system(command.c_str());
   if (status == 0) return ExitStatus::done;
-  return fail(ExitStatus::io, fmt::format("--rerun: the command failed: '{}'", command));
+  return host.fail(ExitStatus::io, fmt::format("--rerun: the command failed: '{}'", command));
 }
 
-ExitStatus check_rerun(const ReplayOptions& options) {
+ExitStatus check_rerun(const ReplayOptions& options, Host& host) {
   if (options.rerun.empty()) return ExitStatus::done;
   if (options.ma_from != "-" && options.output != "-" && options.positions != "-") {
     return ExitStatus::done;
   }
-  return fail(ExitStatus::usage, "--rerun: give files, not -: the command writes and reads them");
+  return host.fail(ExitStatus::usage,
+                   "--rerun: give files, not -: the command writes and reads them");
 }
 
 }  // namespace
 
-ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line) {
+ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line, Host& host) {
   const auto setup = line_setup(line);
-  if (!setup) return fail(ExitStatus::usage, setup.error());
+  if (!setup) return host.fail(ExitStatus::usage, setup.error());
   if (!line.register_busy.empty() && !parse_count(line.register_busy).ok()) {
-    return fail(ExitStatus::usage,
-                "--register-busy: with --ma-from give a number of frames, not a time");
+    return host.fail(ExitStatus::usage,
+                     "--register-busy: with --ma-from give a number of frames, not a time");
   }
-  if (const ExitStatus wrong = check_rerun(options); wrong != ExitStatus::done) return wrong;
+  if (const ExitStatus wrong = check_rerun(options, host); wrong != ExitStatus::done) return wrong;
   std::vector<std::uint64_t> positions;
   if (!options.positions.empty()) {
     auto read =
         read_positions(options.positions, sim::position_word(setup->format).position_bits());
-    if (!read) return fail(read.error());
+    if (!read) return host.fail(read.error());
     positions = std::move(*read);
   }
   const bool timeout_known =
@@ -265,35 +270,37 @@ ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line) {
   // Each run of a master that waits for START completes at least one request more.
   for (std::uint64_t answered = 0;;) {
     AnswerLog log(setup->format);
-    const ExitStatus status = answer_recording(options, *setup, timeout_known, positions, log);
+    const ExitStatus status =
+        answer_recording(options, *setup, timeout_known, positions, log, host);
     if (status != ExitStatus::done) return status;
-    print_summary(log.text());
+    host.print_summary(log.text());
     if (!log.cut()) return ExitStatus::done;
     if (options.rerun.empty()) {
-      warn(waiting_master(options.output));
+      host.warn(waiting_master(options.output));
       return ExitStatus::done;
     }
     if (log.answered() < answered) {
-      return fail(ExitStatus::data_failed,
-                  "--rerun: the master still ends requests before STOP; check that the command "
-                  "reads the output and writes the recording");
+      return host.fail(
+          ExitStatus::data_failed,
+          "--rerun: the master still ends requests before STOP; check that the command "
+          "reads the output and writes the recording");
     }
     answered = log.answered() + 1;
-    if (const ExitStatus ran = run_master(options.rerun); ran != ExitStatus::done) return ran;
+    if (const ExitStatus ran = run_master(options.rerun, host); ran != ExitStatus::done) return ran;
   }
 }
 
-ExitStatus replay_slo(const ReplayOptions& options, const LineOptions& line) {
+ExitStatus replay_slo(const ReplayOptions& options, const LineOptions& line, Host& host) {
   const auto setup = line_setup(line);
-  if (!setup) return fail(ExitStatus::usage, setup.error());
+  if (!setup) return host.fail(ExitStatus::usage, setup.error());
   if (setup->format.needs_previous()) {
-    return fail(ExitStatus::usage, "-f: with :previous a master cannot check a frame");
+    return host.fail(ExitStatus::usage, "-f: with :previous a master cannot check a frame");
   }
-  RecordedLine recorded;
+  RecordedLine recorded(host);
   const ExitStatus opened =
       recorded.open(options.slo_from, options.ma, options.slo, options.raw, true);
   if (opened != ExitStatus::done) return opened;
-  ReplayOutput output(options, recorded.clock());
+  ReplayOutput output(options, recorded.clock(), host);
   DecodeTable table(setup->format);
   if (!output.open(options.readings, table.columns())) return output.status();
 
@@ -312,15 +319,16 @@ ExitStatus replay_slo(const ReplayOptions& options, const LineOptions& line) {
                         });
   CaptureInput& input = recorded.input();
   const decode::Lines lines = recorded.lines();
-  const ExitStatus pumped = pump(input, output, [&](auto edges, auto& made) {
-    replay.push(edges, lines.ma, lines.slo, made);
-  });
+  const ExitStatus pumped = pump(
+      input, output, [&](auto edges, auto& made) { replay.push(edges, lines.ma, lines.slo, made); },
+      host);
   if (pumped != ExitStatus::done) return pumped;
   std::vector<wire::Edge> made;
   replay.finish(input.end_time(), made);
-  if (total == 0) return no_request(input);
+  if (total == 0) return no_request(input, host);
   if (!output.write(made) || !output.finish(input.end_time())) return output.status();
-  print_summary(fmt::format("{} requests, {} read, {} of them marginal\n", total, good, marginal));
+  host.print_summary(
+      fmt::format("{} requests, {} read, {} of them marginal\n", total, good, marginal));
   return ExitStatus::done;
 }
 

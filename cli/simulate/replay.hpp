@@ -10,6 +10,8 @@
 
 namespace biss::cli {
 
+class Host;
+
 struct ReplayOptions {
   /// Exactly one of these two is set.
   std::string ma_from;
@@ -35,9 +37,9 @@ struct ReplayOptions {
 /// Our encoder answers the recorded MA; with `rerun` until the master clocks every request up to
 /// STOP. Without a timeout given it has the adaptive one, the
 /// shortest, so that it is ready for any master.
-ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line);
+ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line, Host& host);
 
 /// Our master reads the recorded SLO.
-ExitStatus replay_slo(const ReplayOptions& options, const LineOptions& line);
+ExitStatus replay_slo(const ReplayOptions& options, const LineOptions& line, Host& host);
 
 }  // namespace biss::cli

@@ -44,60 +44,61 @@ void take_described(const FormatArguments& described, FormatArguments& device) {
 
 class SimulateRun {
  public:
-  explicit SimulateRun(const SimulateOptions& options) : options_(options) {}
+  SimulateRun(const SimulateOptions& options, Host& host) : options_(options), host_(host) {}
 
   ExitStatus run() {
     const auto format = capture_format_of(options_.write.output);
     if (is_only_read(options_.write.output)) {
-      return fail(ExitStatus::usage,
-                  fmt::format("--output: '{}': the extension names a format that is not written; "
-                              "use .vcd, .csv, .sr, .dsl, .bin or .raw",
-                              options_.write.output));
+      return host_.fail(
+          ExitStatus::usage,
+          fmt::format("--output: '{}': the extension names a format that is not written; "
+                      "use .vcd, .csv, .sr, .dsl, .bin or .raw",
+                      options_.write.output));
     }
     if (options_.write.sample_rate && !is_sampled(format.value_or(CaptureFormat::vcd))) {
-      return fail(
+      return host_.fail(
           ExitStatus::usage,
           "--sample-rate: this format stores changes, not samples; write .sr, .dsl, .bin or .raw");
     }
     if (options_.replay.raw.rate && options_.replay.ma_from.empty() &&
         options_.replay.slo_from.empty()) {
-      return fail(ExitStatus::usage,
-                  "--raw-rate: needs --ma-from or --slo-from; for -o use --sample-rate");
+      return host_.fail(ExitStatus::usage,
+                        "--raw-rate: needs --ma-from or --slo-from; for -o use --sample-rate");
     }
     if (options_.replay.raw.analog.given() && options_.replay.ma_from.empty() &&
         options_.replay.slo_from.empty()) {
-      return fail(ExitStatus::usage,
-                  "--threshold and --differential: need --ma-from or --slo-from");
+      return host_.fail(ExitStatus::usage,
+                        "--threshold and --differential: need --ma-from or --slo-from");
     }
     LineOptions line = options_.line;
     if (const ExitStatus status = load_control(line); status != ExitStatus::done) return status;
     if (line.device.format.empty()) {
-      return fail(ExitStatus::usage,
-                  "give --format, or --registers with a profile identifier for each encoder");
+      return host_.fail(ExitStatus::usage,
+                        "give --format, or --registers with a profile identifier for each encoder");
     }
-    if (!options_.replay.ma_from.empty()) return replay_ma(replay_options(), line);
-    if (!options_.replay.slo_from.empty()) return replay_slo(replay_options(), line);
+    if (!options_.replay.ma_from.empty()) return replay_ma(replay_options(), line, host_);
+    if (!options_.replay.slo_from.empty()) return replay_slo(replay_options(), line, host_);
     const auto setup = line_setup(line);
-    if (!setup) return fail(ExitStatus::usage, setup.error());
+    if (!setup) return host_.fail(ExitStatus::usage, setup.error());
     if (const std::string wrong = check_run(*setup); !wrong.empty()) {
-      return fail(ExitStatus::usage, wrong);
+      return host_.fail(ExitStatus::usage, wrong);
     }
     WriteOptions write = options_.write;
     if (const std::string wrong = put_then(line, *setup, write); !wrong.empty()) {
-      return fail(ExitStatus::usage, "--then: " + wrong);
+      return host_.fail(ExitStatus::usage, "--then: " + wrong);
     }
-    return write_line(*setup, write);
+    return write_line(*setup, write, host_);
   }
 
  private:
   ExitStatus load_control(LineOptions& line) const {
-    auto loaded = load_registers(options_.registers);
+    auto loaded = load_registers(options_.registers, host_);
     if (!loaded) return loaded.error();
     line.registers = std::move(loaded->registers);
     if (line.device.format.empty()) {
-      for (const std::string& finding : loaded->findings) warn("--registers: " + finding);
+      for (const std::string& finding : loaded->findings) host_.warn("--registers: " + finding);
       if (!loaded->contradiction.empty()) {
-        return fail(
+        return host_.fail(
             ExitStatus::data_failed,
             fmt::format("--registers: the data sheet contradicts itself; give --format ({})",
                         loaded->contradiction));
@@ -106,10 +107,10 @@ class SimulateRun {
       line.slaves = std::max<std::uint64_t>(line.slaves, line.registers.size());
     }
     auto accesses = read_accesses(options_.accesses);
-    if (!accesses) return fail(accesses.error());
+    if (!accesses) return host_.fail(accesses.error());
     line.accesses = std::move(*accesses);
     if (!line.accesses.empty() || options_.write.outcomes.empty()) return ExitStatus::done;
-    return fail(ExitStatus::usage, "--outcomes: needs --access");
+    return host_.fail(ExitStatus::usage, "--outcomes: needs --access");
   }
 
   // The line after a change of the format, or why there is none.
@@ -168,6 +169,7 @@ class SimulateRun {
   }
 
   const SimulateOptions& options_;
+  Host& host_;
 };
 
 void add_line_options(Verb all, LineOptions& line) {
@@ -345,7 +347,7 @@ void add_simulate(Command& command) {
             "biss simulate -f pos26,nE,nW,crc6 --ma-from master.vcd -o answered.vcd",
             "biss simulate -f pos26,nE,nW,crc6 --ma-from master.vcd --rerun 'vvp bench.vvp' "
             "--positions positions.txt -o answered.csv"}},
-      [options] { return SimulateRun(*options).run(); });
+      [options](Host& host) { return SimulateRun(*options, host).run(); });
   add_line_options(verb, options->line);
   add_control_options(verb.section("Registers"), *options);
   add_output_options(verb.section("Output"), options->write, options->line);

@@ -11,7 +11,7 @@
 #include "biss/control/register_map.hpp"
 #include "cli/common/access_option.hpp"
 #include "cli/common/capture_output.hpp"
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/terminal.hpp"
 #include "cli/simulate/configure_log.hpp"
@@ -81,6 +81,8 @@ std::string outcome_summary(const std::vector<sim::ControlRecord>& records, std:
 // The rows of --outcomes, written at the end of the run, and their summary.
 class OutcomeWriter {
  public:
+  explicit OutcomeWriter(Host& host) : host_(host) {}
+
   /// \param path empty: no rows. False: it cannot be written.
   bool open(const std::string& path) {
     if (path.empty()) return true;
@@ -107,7 +109,7 @@ class OutcomeWriter {
     }
     if (rows_ && (!rows_->finish() || !output_.finish())) return false;
     if (!control.accesses().empty()) {
-      print_summary(outcome_summary(records, control.accesses().size()));
+      host_.print_summary(outcome_summary(records, control.accesses().size()));
     }
     return true;
   }
@@ -145,7 +147,8 @@ class OutcomeWriter {
     return rows_->row(cells);
   }
 
-  Output output_;
+  Host& host_;
+  Output output_{host_};
   std::unique_ptr<report::TableWriter> rows_;
 };
 
@@ -160,9 +163,10 @@ std::vector<wire::Edge> idle_levels(std::size_t lines) {
 
 class LineWriter {
  public:
-  LineWriter(const sim::LineSetup& setup, const WriteOptions& options)
+  LineWriter(const sim::LineSetup& setup, const WriteOptions& options, Host& host)
       : setup_(setup),
         options_(options),
+        host_(host),
         line_(std::in_place, setup),
         truth_(setup.format, options.then.has_value()) {}
 
@@ -182,8 +186,9 @@ class LineWriter {
       return outcomes_.status();
     }
     if (!lost) return ExitStatus::done;
-    return fail(ExitStatus::data_failed,
-                fmt::format("no configuration: {}", text_of(line_->configuration()->error())));
+    return host_.fail(
+        ExitStatus::data_failed,
+        fmt::format("no configuration: {}", text_of(line_->configuration()->error())));
   }
 
  private:
@@ -196,7 +201,7 @@ class LineWriter {
     const std::vector<std::string> names = names_of(setup_);
     edges_.emplace(capture_format_of(options_.output).value_or(CaptureFormat::vcd), names,
                    options_.sample_rate.value_or(usual_sample_rate(setup_.clock)), output_);
-    if (options_.sample_rate) warn_of_lost_clocks(*options_.sample_rate, setup_.clock);
+    if (options_.sample_rate) warn_of_lost_clocks(*options_.sample_rate, setup_.clock, host_);
     if (!options_.truth.empty()) {
       rows_ = report::make_table_writer(report::Format::csv, truth_.columns(), truth_output_);
     }
@@ -214,20 +219,20 @@ class LineWriter {
     }
     log.note(line_->configurator());
     const auto& found = *line_->configuration();
-    print_summary(log.text(found, line_->end() - begin));
+    host_.print_summary(log.text(found, line_->end() - begin));
     if (!found.ok()) return true;
     const DeviceTiming& timing = found->timing;
     if (setup_.clock < timing.clock_min || setup_.clock > timing.clock_max) {
-      warn(fmt::format("--clock: {} is outside the range that was found, {} to {}",
-                       text_of(setup_.clock), text_of(timing.clock_min),
-                       text_of(timing.clock_max)));
+      host_.warn(fmt::format("--clock: {} is outside the range that was found, {} to {}",
+                             text_of(setup_.clock), text_of(timing.clock_min),
+                             text_of(timing.clock_max)));
     }
     return true;
   }
 
   ExitStatus write_cycles() {
     Duration duration(options_.cycles);
-    Progress progress;
+    Progress progress(host_);
     for (std::uint64_t i = 0; duration.more(i, line_->control()); ++i) {
       if (i % 1024 == 0 && progress.due()) {
         progress.show(progress_text({.done = i, .all = options_.cycles.value_or(0)},
@@ -264,20 +269,21 @@ class LineWriter {
 
   const sim::LineSetup& setup_;
   const WriteOptions& options_;
+  Host& host_;
   std::optional<sim::Line> line_;
   std::uint32_t low_lines_ = 0;  // bit k: line k is low
   TruthTable truth_;
-  Output output_;
-  Output truth_output_;
-  OutcomeWriter outcomes_;
+  Output output_{host_};
+  Output truth_output_{host_};
+  OutcomeWriter outcomes_{host_};
   std::optional<CaptureOutput> edges_;
   std::unique_ptr<report::TableWriter> rows_;
 };
 
 }  // namespace
 
-ExitStatus write_line(const sim::LineSetup& setup, const WriteOptions& options) {
-  return LineWriter(setup, options).run();
+ExitStatus write_line(const sim::LineSetup& setup, const WriteOptions& options, Host& host) {
+  return LineWriter(setup, options, host).run();
 }
 
 }  // namespace biss::cli

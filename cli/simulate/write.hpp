@@ -11,6 +11,8 @@
 
 namespace biss::cli {
 
+class Host;
+
 inline constexpr std::uint64_t usual_cycles = 100;
 
 struct WriteOptions {
@@ -35,6 +37,6 @@ struct WriteOptions {
 
 /// Returns data_failed where the master could not configure itself; the capture then holds its
 /// requests.
-ExitStatus write_line(const sim::LineSetup& setup, const WriteOptions& options);
+ExitStatus write_line(const sim::LineSetup& setup, const WriteOptions& options, Host& host);
 
 }  // namespace biss::cli

@@ -13,7 +13,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 
 namespace biss::cli {
 

@@ -12,7 +12,7 @@
 #include <string>
 
 #include "cli/common/decoded_capture.hpp"
-#include "cli/common/message.hpp"
+#include "cli/common/host.hpp"
 #include "cli/common/output.hpp"
 #include "cli/common/page.hpp"
 #include "cli/common/page_settings.hpp"
@@ -45,7 +45,7 @@ struct ViewOptions {
 std::string name_of_file(const std::string& path) { return path.substr(path.rfind('/') + 1); }
 
 // The browser lives on when this command ends.
-void open_browser(const std::string& address) {
+void open_browser(const std::string& address, Host& host) {
   std::string program = "xdg-open";
   std::string argument = address;
   char* arguments[] = {program.data(), argument.data(), nullptr};
@@ -68,13 +68,13 @@ void open_browser(const std::string& address) {
   posix_spawn_file_actions_destroy(&actions);
   posix_spawnattr_destroy(&attributes);
   if (failed != 0) {
-    warn(fmt::format("xdg-open: {}; open the address in a browser", std::strerror(failed)));
+    host.warn(fmt::format("xdg-open: {}; open the address in a browser", std::strerror(failed)));
   }
 }
 
-ExitStatus check_options(const ViewOptions& options) {
+ExitStatus check_options(const ViewOptions& options, Host& host) {
   if (options.capture.files.front() == "-") {
-    return fail(ExitStatus::usage, "-: the page asks for parts of the capture; name a file");
+    return host.fail(ExitStatus::usage, "-: the page asks for parts of the capture; name a file");
   }
   const FormatArguments& device = options.capture.device;
   const bool named = !device.format.empty() && device.format != "none";
@@ -85,23 +85,24 @@ ExitStatus check_options(const ViewOptions& options) {
     const auto timing = override_timing(device, DeviceTiming{});
     return timing ? std::string{} : timing.error();
   }();
-  if (!wrong.empty()) return fail(ExitStatus::usage, wrong);
+  if (!wrong.empty()) return host.fail(ExitStatus::usage, wrong);
   if (const std::string motion = options.motion.wrong_usage(); !motion.empty()) {
-    return fail(ExitStatus::usage, motion);
+    return host.fail(ExitStatus::usage, motion);
   }
   return ExitStatus::done;
 }
 
-ExitStatus run_view(const ViewOptions& options) {
-  if (const ExitStatus wrong = check_options(options); wrong != ExitStatus::done) return wrong;
+ExitStatus run_view(const ViewOptions& options, Host& host) {
+  if (const ExitStatus wrong = check_options(options, host); wrong != ExitStatus::done)
+    return wrong;
   const std::string& path = options.capture.files.front();
   std::optional<Growth> growth;
   if (options.follow) growth.emplace();
   if (growth && options.capture.raw.rate) growth->sample_bytes = options.capture.raw.bytes;
   ServedCapture capture;
-  if (const auto opened = capture.open(path, growth); !opened) return fail(opened.error());
+  if (const auto opened = capture.open(path, growth); !opened) return host.fail(opened.error());
   const auto text = read_page(options.page);
-  if (!text) return fail(text.error());
+  if (!text) return host.fail(text.error());
 
   const std::string view = page_settings(options.verb->given_options()).link_text();
   ServedPage page(capture, [&](std::uint64_t size) {
@@ -116,16 +117,16 @@ ExitStatus run_view(const ViewOptions& options) {
   });
   PageServer server(page, capture);
   if (const std::string problem = server.listen(options.port); !problem.empty()) {
-    return fail(ExitStatus::io, problem);
+    return host.fail(ExitStatus::io, problem);
   }
   page.set_port(server.port());
-  Output output;
+  Output output(host);
   if (!output.open("") || !output.write(page.address() + "\n") || !output.finish()) {
     return output.status();
   }
   if (!options.no_open) {
     std::signal(SIGCHLD, SIG_IGN);
-    open_browser(page.address_to_open());
+    open_browser(page.address_to_open(), host);
   }
   server.run();
   return ExitStatus::done;
@@ -150,7 +151,7 @@ void add_view(Command& command) {
        .purpose = "Look at a capture in the browser: waveform, decoded tracks, table and plots",
        .examples = {"biss view capture.vcd", "biss view capture.vcd -f resolute-26 --follow",
                     "biss view capture.sr --no-open --port 8080"}},
-      [options] { return run_view(*options); });
+      [options](Host& host) { return run_view(*options, host); });
   Verb serving = verb.section("Serving");
   serving.add_flag("--follow", options->follow,
                    "Go on while the file grows: VCD, CSV, and raw samples with --raw-rate");
