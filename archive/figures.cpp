@@ -7,11 +7,6 @@ using decode::Statistics;
 
 namespace {
 
-bool is_fault(CycleStatus status) {
-  return !decode::is_good(status) && status != CycleStatus::cut_start &&
-         status != CycleStatus::cut_end;
-}
-
 template <std::size_t size>
 void add_each(std::array<std::uint64_t, size>& sum, const std::array<std::uint64_t, size>& other) {
   for (std::size_t i = 0; i < size; ++i) sum[i] += other[i];

@@ -5,57 +5,20 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <string_view>
 
 #include "biss/base/bit_buffer.hpp"
 #include "biss/base/units.hpp"
 #include "biss/frame/encode.hpp"
 #include "biss/frame/frame.hpp"
+#include "biss/frame/status.hpp"
 #include "decode/line_signal.hpp"
 
 namespace biss::decode {
 
-/// Result of the transmission. Users and scripts see the names; docs/status.md explains each.
-enum class CycleStatus : std::uint8_t {
-  ok,
-  // The causes of biss::FrameError, in its order.
-  no_response,
-  not_ready,
-  response_range,
-  no_start,
-  ack_range,
-  truncated,
-  cds,
-  crc,
-  stop_bit,
-  // What only a capture can show.
-  cut_start,      ///< the capture begins inside this cycle
-  cut_end,        ///< the capture ends inside this cycle
-  ma_glitch,      ///< fewer than two rising edges of MA: a pulse, not a request
-  ma_clock,       ///< an edge of MA is missing or too many: bits cannot be counted
-  unknown_level,  ///< MA or SLO was neither 0 nor 1 where it mattered
-  unchecked,      ///< the structure is right; without a format nothing else can be checked
-};
-
-inline constexpr std::size_t cycle_status_count = 16;
-
-constexpr std::string_view name_of(CycleStatus status) {
-  constexpr std::array<std::string_view, cycle_status_count> names{
-      "ok",        "no_response", "not_ready",     "response_range", "no_start",  "ack_range",
-      "truncated", "cds",         "crc",           "stop_bit",       "cut_start", "cut_end",
-      "ma_glitch", "ma_clock",    "unknown_level", "unchecked"};
-  return names[static_cast<std::size_t>(status)];
-}
-
-/// Nothing is wrong with the transmission, as far as it was checked.
-constexpr bool is_good(CycleStatus status) {
-  return status == CycleStatus::ok || status == CycleStatus::unchecked;
-}
-
-constexpr CycleStatus status_of(FrameError error) {
-  return static_cast<CycleStatus>(static_cast<unsigned>(error) + 1U);
-}
-static_assert(status_of(FrameError::stop_bit) == CycleStatus::stop_bit);
+using biss::cycle_status_count;
+using biss::CycleStatus;
+using biss::is_cut;
+using biss::is_good;
 
 /// START to STOP as received.
 using RawBits = BitBuffer<max_payload_bits + 3>;

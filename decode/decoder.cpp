@@ -26,8 +26,7 @@ bool lacks_stop(const Cycle& cycle) { return cycle.frame && !cycle.frame->stop_s
 
 // The length of such a cycle is that of a request.
 bool is_usual(CycleStatus status) {
-  return status != CycleStatus::cut_start && status != CycleStatus::cut_end &&
-         status != CycleStatus::ma_glitch && status != CycleStatus::ma_clock &&
+  return !is_cut(status) && status != CycleStatus::ma_glitch && status != CycleStatus::ma_clock &&
          status != CycleStatus::unknown_level;
 }
 

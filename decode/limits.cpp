@@ -145,8 +145,7 @@ void LimitWatch::compare_interval(const Cycle& cycle) {
   if (cycle.status == CycleStatus::ma_glitch) return;
   const auto before = last_time_;
   last_time_.reset();
-  if (cycle.status == CycleStatus::cut_start || cycle.status == CycleStatus::cut_end ||
-      cycle.status == CycleStatus::unknown_level) {
+  if (is_cut(cycle.status) || cycle.status == CycleStatus::unknown_level) {
     return;
   }
   last_time_ = cycle.time;

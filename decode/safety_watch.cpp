@@ -58,8 +58,7 @@ SafetyWatch::SafetyWatch(SafetyWatch&& other) noexcept = default;
 SafetyWatch& SafetyWatch::operator=(SafetyWatch&& other) noexcept = default;
 
 std::optional<SafetyVerdict> SafetyWatch::judge(const Cycle& cycle, bool counts) {
-  if (cycle.status == CycleStatus::cut_start || cycle.status == CycleStatus::cut_end ||
-      cycle.status == CycleStatus::ma_glitch) {
+  if (is_cut(cycle.status) || cycle.status == CycleStatus::ma_glitch) {
     return std::nullopt;
   }
   const MonitorBits bits = bits_of(cycle);

@@ -16,8 +16,7 @@ constexpr std::int64_t same_share = 50;
 constexpr std::uint64_t most_speed = std::uint64_t{1} << 52U;
 
 bool is_request(CycleStatus status) {
-  return status != CycleStatus::cut_start && status != CycleStatus::cut_end &&
-         status != CycleStatus::unknown_level;
+  return !is_cut(status) && status != CycleStatus::unknown_level;
 }
 
 // The shorter way from one position to another, on a ring of 2^bits.

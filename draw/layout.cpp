@@ -8,6 +8,7 @@
 
 #include "biss/frame/codec.hpp"
 #include "decode/times.hpp"
+#include "device/words.hpp"
 
 namespace biss::draw {
 
@@ -363,45 +364,14 @@ class Planner {
   }
 
   std::string text_of(CycleStatus status) const {
-    using enum CycleStatus;
-    switch (status) {
-      case no_response:
-        return "SLO does not fall after the second rising edge of MA";
-      case not_ready:
-        return "SLO is low when the request begins";
-      case response_range:
-        return drawing_.cycle.early ? "SLO falls " + time_text_(*drawing_.cycle.early) +
-                                          " before the second rising edge of MA"
-                                    : std::string("SLO falls later than any cable allows");
-      case no_start:
-        return "MA stops before START";
-      case ack_range:
-        return "ACK is not within the limits of the encoder";
-      case truncated:
-        return format_ ? fmt::format("MA stops after {} of {} bits", received_bits(),
-                                     format_->payload_bits())
-                       : std::string("MA stops before the last bit");
-      case cds:
-        return "CDS is 1";
-      case crc:
-        return "the checksum is wrong";
-      case stop_bit:
-        return "STOP is 1";
-      case cut_start:
-        return "the capture begins within this cycle";
-      case cut_end:
-        return "the capture ends within this cycle";
-      case ma_glitch:
-        return "MA has fewer than two rising edges, a pulse";
-      case ma_clock:
-        return "an edge of MA is missing or too many";
-      case unknown_level:
-        return "MA or SLO is neither 0 nor 1";
-      case ok:
-      case unchecked:
-        break;
+    if (status == CycleStatus::response_range && drawing_.cycle.early) {
+      return fmt::format("SLO falls {} before the second rising edge of MA",
+                         time_text_(*drawing_.cycle.early));
     }
-    return {};
+    if (status == CycleStatus::truncated && format_) {
+      return fmt::format("MA stops after {} of {} bits", received_bits(), format_->payload_bits());
+    }
+    return std::string(words_of(status).failure);
   }
 
   std::size_t received_bits() const {

@@ -7,7 +7,7 @@
 
 #include "biss/frame/format.hpp"
 #include "biss/timing/device_timing.hpp"
-#include "explain/cause.hpp"
+#include "device/words.hpp"
 #include "explain/evidence.hpp"
 #include "explain/reading.hpp"
 

@@ -22,10 +22,6 @@ constexpr std::int64_t grid_tolerance = 12;
 constexpr std::int64_t grid_steps = 40;
 constexpr std::size_t rows_kept = 4096;
 
-bool is_cut(CycleStatus status) {
-  return status == CycleStatus::cut_start || status == CycleStatus::cut_end;
-}
-
 bool lies_on(Picoseconds gap, Picoseconds step) {
   const std::int64_t off = (gap.count + step.count / 2) % step.count - step.count / 2;
   return grid_tolerance * std::max(off, -off) <= step.count;

@@ -26,9 +26,7 @@ std::vector<Cycle> read_requests(const Lines& lines, std::span<const wire::Edge>
   DeviceTiming timing;
   timing.timeout = decode::find_paused_timeout(lines, edges).value_or(timing.timeout);
   decode::Decoder decoder(decode::CycleReader(std::nullopt, timing), [&](const Cycle& cycle) {
-    const bool cut = cycle.status == decode::CycleStatus::cut_start ||
-                     cycle.status == decode::CycleStatus::cut_end;
-    if (!cut && cycle.rising_edges >= fewest_clocks) requests.push_back(cycle);
+    if (!is_cut(cycle.status) && cycle.rising_edges >= fewest_clocks) requests.push_back(cycle);
   });
   decoder.push(edges, lines);
   decoder.finish(edges.empty() ? Picoseconds{} : edges.back().time);

@@ -1,13 +1,13 @@
-// The values of a frame, and the causes why there is none.
+// The values of a frame, and where there is none, the cause.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string_view>
 
 #include "biss/frame/format.hpp"
+#include "biss/frame/status.hpp"
 
 namespace biss {
 
@@ -56,35 +56,6 @@ struct BasicFrame {
 
 /// A frame of any format. A codec's Frame has room for the codec's channels only.
 using Frame = BasicFrame<max_channels>;
-
-/// Why the bits are not a frame: the first cause that applies, in the order on the line.
-enum class FrameError : std::uint8_t {
-  no_response,     ///< SLO stayed high: nothing connected, no power, or the encoder did not answer
-  not_ready,       ///< SLO was low when the request began: still busy, or the line is stuck low
-  response_range,  ///< ACK began earlier or later than the line delay's bounds allow
-  no_start,        ///< ACK began and no START ever came
-  ack_range,       ///< START came earlier or later than the ACK bounds allow
-  truncated,       ///< the clock stopped before the last CRC bit
-  cds,             ///< CDS was 1 and the format says it must be 0
-  crc,             ///< a channel's checksum is wrong, or is that of the frame before
-  stop_bit,        ///< the bit after the last CRC bit was not 0
-};
-
-inline constexpr std::size_t frame_error_count = 9;
-
-/// The number of a cause, from 0; frame_error_count for a value that is no cause.
-constexpr std::size_t index_of(FrameError error) {
-  const auto index = static_cast<std::size_t>(error);
-  return index < frame_error_count ? index : frame_error_count;
-}
-
-/// The name users see, the same as the enumerator's.
-constexpr std::string_view name_of(FrameError error) {
-  constexpr std::array<std::string_view, frame_error_count> names{
-      "no_response", "not_ready", "response_range", "no_start", "ack_range", "truncated",
-      "cds",         "crc",       "stop_bit"};
-  return names[static_cast<std::size_t>(error)];
-}
 
 /// The cause, and its channel (0 where the channel does not matter).
 struct FrameFault {

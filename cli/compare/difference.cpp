@@ -303,8 +303,7 @@ class Comparison {
   void compare_results() {
     for (std::size_t i = 0; i < decode::cycle_status_count; ++i) {
       const auto status = static_cast<CycleStatus>(i);
-      const bool is_cut = status == CycleStatus::cut_start || status == CycleStatus::cut_end;
-      if (is_cut || is_good(status)) continue;
+      if (!is_fault(status)) continue;
       const auto count = [status](const Link& link) {
         return Count{link.evidence.status(status), link.evidence.cycles};
       };

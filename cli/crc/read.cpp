@@ -8,6 +8,7 @@
 
 #include "biss/master/spi_read.hpp"
 #include "biss/timing/cycle.hpp"
+#include "device/words.hpp"
 #include "report/summary.hpp"
 
 namespace biss::cli {
@@ -76,26 +77,6 @@ Received receive(const BufferOptions& options, const Word& word, const Device& d
   return received;
 }
 
-std::string_view likely_reason(FrameError error) {
-  switch (error) {
-    case FrameError::no_response:
-      return "the encoder did not answer: supply, cable, MA";
-    case FrameError::not_ready:
-      return "the request came too early, or SLO is stuck low";
-    case FrameError::response_range:
-    case FrameError::ack_range:
-      return "a wrong encoder type or limits, or a disturbed START";
-    case FrameError::no_start:
-    case FrameError::truncated:
-      return "too few clocks for this encoder";
-    case FrameError::cds:
-    case FrameError::crc:
-    case FrameError::stop_bit:
-      break;
-  }
-  return "the frame was disturbed on the line, or the format is wrong";
-}
-
 std::string summary_of(const BufferOptions& options, const FrameFormat& format,
                        const Received& received, const std::string& fitting) {
   report::Summary out;
@@ -105,7 +86,7 @@ std::string summary_of(const BufferOptions& options, const FrameFormat& format,
     out.entry("status",
               fmt::format("{}{}", name_of(fault.cause),
                           at_channel ? channel_word(format, fault.channel) : ""),
-              fitting.empty() ? likely_reason(fault.cause) : "");
+              fitting.empty() ? words_of(status_of(fault.cause)).reason : "");
   } else {
     out.entry("status", "ok");
   }

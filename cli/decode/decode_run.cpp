@@ -27,10 +27,8 @@ std::string_view source_of(decode::Limit limit) {
 // the safety monitor.
 bool is_error(const decode::Cycle& cycle, std::optional<SafetyVerdict> verdict,
               decode::LimitSet exceeded) {
-  const bool cut = cycle.status == decode::CycleStatus::cut_start ||
-                   cycle.status == decode::CycleStatus::cut_end;
-  return (!cut && !decode::is_good(cycle.status)) || exceeded != 0 ||
-         (cycle.frame && !cycle.frame->trusted()) || (verdict && is_fault(*verdict));
+  return is_fault(cycle.status) || exceeded != 0 || (cycle.frame && !cycle.frame->trusted()) ||
+         (verdict && is_fault(*verdict));
 }
 
 }  // namespace

@@ -9,15 +9,12 @@
 #include "cli/common/identified.hpp"
 #include "cli/decode/safety.hpp"
 #include "device/quantity.hpp"
-#include "explain/cause.hpp"
+#include "device/words.hpp"
 #include "report/summary.hpp"
 
 namespace biss::cli {
 
 namespace {
-
-using decode::CycleStatus;
-using explain::Cause;
 
 constexpr unsigned summary_places = 3;
 
@@ -78,19 +75,21 @@ std::string status_counts(const decode::Statistics& statistics) {
   return text;
 }
 
-std::string remedy_words(Cause cause) { return std::string(remedy_of(cause)); }
-
-// Some cycles are good, so that the format fits and the encoder answers.
-bool works_at_times(const decode::Statistics& statistics) { return statistics.good() != 0; }
+// In the words of `explain`. Some cycles may be good, so that the format fits and the encoder answers.
+std::string usual_hint(CycleStatus status, const decode::Statistics& statistics) {
+  const StatusWords& words = words_of(status);
+  return std::string(statistics.good() != 0 ? words.remedy_of_some : words.remedy_of_all);
+}
 
 // An option that accepts the ACK of this capture, where there is one.
 std::string ack_hint(const decode::Statistics& statistics, const DecodedCapture& capture) {
   const DeviceTiming& timing = capture.timing();
   const decode::Distribution& clocks = statistics.ack_clocks();
-  if (clocks.count() == 0) return remedy_words(Cause::wrong_format);
+  const StatusWords& words = words_of(CycleStatus::ack_range);
+  if (clocks.count() == 0) return std::string(words.remedy_of_all);
   // Single cycles: START was disturbed.
   if (20 * statistics.count(CycleStatus::ack_range) < statistics.good()) {
-    return remedy_words(Cause::noise_on_slo);
+    return std::string(words.remedy_of_some);
   }
   if (clocks.min() == clocks.max()) {
     return fmt::format("does -f name this encoder? else give --ack-clocks {}", clocks.max());
@@ -121,50 +120,15 @@ std::string response_hint(const decode::Statistics& statistics) {
         "SLO falls up to {} before the edge of ACK; in a sampled capture give --resolution {}ns",
         time_text(early.max()), (early.max() + 999) / 1000);
   }
-  return remedy_words(works_at_times(statistics) ? Cause::requested_too_soon : Cause::not_biss);
+  return usual_hint(CycleStatus::response_range, statistics);
 }
 
-// The first thing to try, in the words of `explain`; docs/status.md has them all.
-std::string what_to_try(CycleStatus cause, const decode::Statistics& statistics,
+// The first thing to try; docs/status.md has them all.
+std::string what_to_try(CycleStatus status, const decode::Statistics& statistics,
                         const DecodedCapture& capture) {
-  const bool at_times = works_at_times(statistics);
-  switch (cause) {
-    case CycleStatus::no_response:
-      return remedy_words(at_times ? Cause::supply_or_intermittent : Cause::no_encoder);
-    case CycleStatus::not_ready:
-      return remedy_words(at_times ? Cause::requested_too_soon : Cause::stuck_low);
-    case CycleStatus::response_range:
-      return response_hint(statistics);
-    case CycleStatus::no_start:
-      return remedy_words(Cause::ack_longer_than_master_waits);
-    case CycleStatus::ack_range:
-      return ack_hint(statistics, capture);
-    case CycleStatus::truncated:
-      return at_times ? remedy_words(Cause::master_stops_early)
-                      : "a format with fewer bits, or more clocks from the master";
-    case CycleStatus::cds:
-      return "leave ;cds0 out of the format if the master uses registers";
-    case CycleStatus::crc:
-    case CycleStatus::stop_bit:
-      return remedy_words(at_times ? Cause::noise_on_slo : Cause::wrong_format);
-    case CycleStatus::ma_glitch:
-      return remedy_words(Cause::noise_on_ma);
-    case CycleStatus::ma_clock:
-      return remedy_words(at_times ? Cause::noise_on_ma : Cause::sampling_too_slow);
-    case CycleStatus::unknown_level:
-      return "x or z on a line (reset, two drivers), or a capture or a file of one line that ended "
-             "there";
-    case CycleStatus::ok:
-    case CycleStatus::unchecked:
-    case CycleStatus::cut_start:
-    case CycleStatus::cut_end:
-      break;
-  }
-  return "";
-}
-
-bool is_fault(CycleStatus status) {
-  return !is_good(status) && status != CycleStatus::cut_start && status != CycleStatus::cut_end;
+  if (status == CycleStatus::response_range) return response_hint(statistics);
+  if (status == CycleStatus::ack_range) return ack_hint(statistics, capture);
+  return usual_hint(status, statistics);
 }
 
 // The most frequent cause that something can be done about.

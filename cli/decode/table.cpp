@@ -173,7 +173,7 @@ const std::vector<Cell>& DecodeTable::cells(std::uint64_t number, const decode::
   Cell* at = cells_.data();
   *at++ = number;
   *at++ = timed ? Cell(cycle.time) : Cell();
-  *at++ = decode::name_of(cycle.status);
+  *at++ = name_of(cycle.status);
   at = put_values(at, first_channel_, values_of(0, cycle));
   *at++ = cycle.crc_ok[0];
   *at++ = cycle.line_delay;
@@ -198,7 +198,7 @@ const std::vector<Cell>& DecodeTable::cells(std::uint64_t number, const decode::
 // the values are the bits as they were received.
 std::string DecodeTable::frame_text(const decode::Cycle& cycle) const {
   std::string text;
-  if (cycle.status != decode::CycleStatus::ok) text = decode::name_of(cycle.status);
+  if (cycle.status != decode::CycleStatus::ok) text = name_of(cycle.status);
   const BitView raw = cycle.raw.view();
   std::size_t at = 2;  // after START and CDS
   for (std::size_t k = 0; k < channels_; ++k) {

@@ -14,7 +14,6 @@ namespace biss::cli {
 namespace {
 
 using decode::Distribution;
-using explain::Cause;
 using explain::Context;
 using explain::Evidence;
 using explain::RequestKind;

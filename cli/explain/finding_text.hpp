@@ -8,11 +8,11 @@
 namespace biss::cli {
 
 /// Counts, times and cycles of this capture that speak for the cause.
-std::string evidence_text(explain::Cause cause, const explain::Evidence& evidence,
+std::string evidence_text(Cause cause, const explain::Evidence& evidence,
                           const explain::Context& context);
 
-/// explain::remedy_of(), with a figure of this capture where one is known.
-std::string remedy_text(explain::Cause cause, const explain::Evidence& evidence,
+/// remedy_of(), with a figure of this capture where one is known.
+std::string remedy_text(Cause cause, const explain::Evidence& evidence,
                         const explain::Context& context);
 
 }  // namespace biss::cli

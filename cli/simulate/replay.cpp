@@ -169,7 +169,7 @@ decode::Cycle cycle_of(const sim::ReplayReading& replayed, const FrameFormat& fo
     cycle.frame = *reading.frame;
   } else {
     const FrameFault fault = reading.frame.error();
-    cycle.status = decode::status_of(fault.cause);
+    cycle.status = status_of(fault.cause);
     if (fault.cause == FrameError::crc) {
       right = fault.channel;
       cycle.crc_ok[right] = false;

@@ -8,7 +8,7 @@
 
 #include "biss/frame/format.hpp"
 #include "biss/timing/device_timing.hpp"
-#include "explain/cause.hpp"
+#include "device/words.hpp"
 #include "explain/diagnose.hpp"
 #include "wire/edge.hpp"
 

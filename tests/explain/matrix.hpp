@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "explain/cause.hpp"
+#include "device/words.hpp"
 
 namespace biss::explain::test {
 

@@ -87,7 +87,7 @@ class Judge {
     const bool good = row != nullptr && row->frame && same_positions(*row->frame, truth.sent);
     if (good || outcome_.complaints.size() > 2000) return;
     outcome_.complaints += fmt::format("cycle {} at {} ps: {}\n", truth.number, truth.time.count,
-                                       row == nullptr ? "no row" : decode::name_of(row->status));
+                                       row == nullptr ? "no row" : name_of(row->status));
   }
 
   Picoseconds tolerance_;

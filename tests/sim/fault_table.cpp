@@ -48,7 +48,7 @@ std::string status_table(const std::vector<Line>& lines, std::span<const std::si
   std::string text = "\n| fault |";
   std::string rule = "|---|";
   for (const std::size_t s : statuses) {
-    text += fmt::format(" `{}` |", decode::name_of(static_cast<decode::CycleStatus>(s)));
+    text += fmt::format(" `{}` |", name_of(static_cast<decode::CycleStatus>(s)));
     rule += "---:|";
   }
   text += "\n" + rule + "\n";

@@ -53,7 +53,7 @@ bool is_shown(const Column& column, const Cell& cell) {
 
 void Results::add(const biss::saleae::Row& row, const std::vector<Column>& columns) {
   Texts texts;
-  texts.brief = biss::decode::name_of(row.status);
+  texts.brief = name_of(row.status);
   texts.full = texts.brief;
   std::string heading;
   FrameV2 table_row;

@@ -1,0 +1,63 @@
+// The words of every status of a cycle, and of every cause why a link does not work. The only place
+// of these words: the command, the page and Python print them.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string_view>
+
+#include "biss/frame/status.hpp"
+
+namespace biss {
+
+/// Why a link does not work. Users and scripts see the names; docs/explain.md explains each.
+enum class Cause : std::uint8_t {
+  healthy,
+  wrong_format,
+  wrong_checksum,
+  format_changes,
+  ma_slo_swapped,
+  slo_inverted,
+  ma_inverted,
+  clock_too_fast_for_cable,
+  ack_longer_than_master_waits,
+  master_stops_early,
+  master_pauses_clock,
+  requested_too_soon,
+  noise_on_slo,
+  noise_on_ma,
+  supply_or_intermittent,
+  no_encoder,
+  stuck_low,
+  encoder_error,
+  frames_lost_or_repeated,
+  position_implausible,
+  limits_exceeded,
+  sampling_too_slow,
+  not_biss,
+};
+
+inline constexpr std::size_t cause_count = 23;
+
+/// The name that users see, the same as the enumerator's.
+std::string_view name_of(Cause cause);
+
+/// What to do, in one or two sentences of plain text.
+std::string_view remedy_of(Cause cause);
+
+/// The words of a status; empty where a program never prints them.
+struct StatusWords {
+  /// What was seen, as docs/status.md has it.
+  std::string_view seen;
+  /// What is wrong, next to the place of a drawing where the cycle fails.
+  std::string_view failure = {};
+  /// The likely reason, where nothing but the bits of one frame is known.
+  std::string_view reason = {};
+  /// What to try first: where other cycles are good, and where none is.
+  std::string_view remedy_of_some = {};
+  std::string_view remedy_of_all = {};
+};
+
+const StatusWords& words_of(CycleStatus status);
+
+}  // namespace biss
