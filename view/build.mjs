@@ -1,14 +1,13 @@
-// Builds the page: one file that holds everything, dist/biss.html. The core is taken from the folder
-// BISS_WASM, by default build-wasm/wasm of the repository.
+// Builds the page: one file that holds everything, dist/biss.html.
 import { createHash } from 'node:crypto';
 import fs from 'node:fs';
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import { gzipSync } from 'node:zlib';
 import esbuild from 'esbuild';
+import { core, define } from './core.mjs';
 
 const here = path.dirname(fileURLToPath(import.meta.url));
-const core = path.resolve(process.env.BISS_WASM ?? path.join(here, '../build-wasm/wasm'));
 const output = path.resolve(process.env.BISS_VIEW ?? path.join(here, 'dist/biss.html'));
 const limitBytes = Number(process.env.BISS_VIEW_BYTES ?? 3 << 20);
 
@@ -38,11 +37,11 @@ async function textsOf(options) {
 const worker = await textsOf({
   entryPoints: ['src/core/worker.ts'],
   // The core asks where it lies, to find the bytes that the page gives to it.
-  define: { 'import.meta.url': '"file:///biss_core.mjs"' },
+  define: { ...define, 'import.meta.url': '"file:///biss_core.mjs"' },
 });
 const page = await textsOf({
   entryPoints: ['src/main.tsx'],
-  define: { WORKER_SOURCE: JSON.stringify(worker.script) },
+  define: { ...define, WORKER_SOURCE: JSON.stringify(worker.script) },
 });
 
 function hashOf(text) {

@@ -70,6 +70,14 @@ export interface About {
   encoders?: string[];
 }
 
+/** What users see of statuses and verdicts, in the order of their values. */
+export interface Words {
+  /** Of a request cycle. `fault`: the transmission is wrong; `cut`: an end of the capture cuts it. */
+  statuses: { name: string; seen: string; fault: boolean; cut: boolean }[];
+  /** Of the safety monitor. `fault`: it is no state. */
+  verdicts: { name: string; fault: boolean }[];
+}
+
 export type ColumnKind = 'unsigned' | 'signed' | 'time' | 'real' | 'text' | 'bits' | 'flag';
 
 /** What a value says of its row; the names of report/table.hpp. */
@@ -241,6 +249,7 @@ export interface Biss {
   fileNames(): string[];
   /** A file that a verb has written with `-o NAME`. */
   readFile(name: string): Uint8Array;
+  words(): Words;
   /**
    * Runs a verb to its end: identify, check, explain, eds, safety analyse, simulate, and all others
    * but archive, the campaigns of safety and HDF5.

@@ -262,6 +262,10 @@ class Biss {
     return this.#core.FS.readFile(`/captures/${name}`);
   }
 
+  words() {
+    return JSON.parse(this.#memory.text(this.#core._biss_words()));
+  }
+
   run(args) {
     const status = this.#memory.withArguments(args, (count, list) =>
       this.#core._biss_run(count, list));

@@ -6,9 +6,13 @@
 #include <new>
 #include <string>
 
+#include "biss/frame/status.hpp"
+#include "biss/safety/verdict.hpp"
 #include "cli/common/host.hpp"
 #include "cli/common/output.hpp"
+#include "device/words.hpp"
 #include "wasm/command.hpp"
+#include "wasm/cycle_json.hpp"
 #include "wasm/session.hpp"
 
 namespace {
@@ -32,6 +36,23 @@ extern "C" {
 
 EMSCRIPTEN_KEEPALIVE int biss_run(int count, const char* const* arguments) {
   return static_cast<int>(biss::wasm::run_command({arguments, static_cast<std::size_t>(count)}));
+}
+
+// Statuses and verdicts with their words, in the order of their values.
+EMSCRIPTEN_KEEPALIVE const char* biss_words() {
+  nlohmann::json words;
+  for (std::size_t i = 0; i < biss::cycle_status_count; ++i) {
+    const auto status = static_cast<biss::CycleStatus>(i);
+    words["statuses"].push_back({{"name", name_of(status)},
+                                 {"seen", words_of(status).seen},
+                                 {"fault", is_fault(status)},
+                                 {"cut", is_cut(status)}});
+  }
+  for (std::size_t i = 0; i < biss::safety_verdict_count; ++i) {
+    const biss::SafetyVerdict verdict = biss::verdict_of(i);
+    words["verdicts"].push_back({{"name", name_of(verdict)}, {"fault", is_fault(verdict)}});
+  }
+  return keep(biss::wasm::dumped(words));
 }
 
 // Null where memory has run out. What is in the session where it cannot be opened is its status.

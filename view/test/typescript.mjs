@@ -2,6 +2,7 @@
 import path from 'node:path';
 import { fileURLToPath } from 'node:url';
 import esbuild from 'esbuild';
+import { define } from '../core.mjs';
 
 const root = path.join(path.dirname(fileURLToPath(import.meta.url)), '..');
 
@@ -17,6 +18,7 @@ export async function load(name) {
     format: 'esm',
     platform: 'node',
     tsconfigRaw: {},
+    define,
   });
   const text = Buffer.from(`${outputFiles[0].text}\n// ${loads += 1}`).toString('base64');
   return import(`data:text/javascript;base64,${text}`);

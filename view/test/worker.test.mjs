@@ -8,10 +8,10 @@ import { fileURLToPath } from 'node:url';
 import vm from 'node:vm';
 import { gzipSync } from 'node:zlib';
 import esbuild from 'esbuild';
+import { core, define } from '../core.mjs';
 import { load } from './typescript.mjs';
 
 const here = path.dirname(fileURLToPath(import.meta.url));
-const core = path.resolve(process.env.BISS_WASM ?? path.join(here, '../../build-wasm/wasm'));
 const { Client, Superseded } = await load('core/client.ts');
 
 // A channel of a browser: a message waits for its turn after those of others. In Node one channel may
@@ -26,7 +26,7 @@ class Turns {
 async function startWorker() {
   const { outputFiles } = await esbuild.build({
     absWorkingDir: path.join(here, '..'), entryPoints: ['src/core/worker.ts'], bundle: true, write: false, format: 'iife',
-    tsconfigRaw: {}, alias: { biss: path.join(core, 'biss.mjs') }, define: { 'import.meta.url': '"file:///biss_core.mjs"' },
+    tsconfigRaw: {}, alias: { biss: path.join(core, 'biss.mjs') }, define: { ...define, 'import.meta.url': '"file:///biss_core.mjs"' },
   });
   const channel = new MessageChannel();
   const self = { postMessage: (message) => channel.port1.postMessage(message), location: { href: 'blob:page' } };

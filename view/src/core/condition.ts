@@ -8,7 +8,7 @@
 // A column has its name in the CSV of `biss decode`, or a short name (ack, delay, clock, time). A
 // word is a status, a safety verdict, a flag that is bad, or one of `words`. A value may have a unit: 12us, 5MHz.
 import type { Column } from 'biss';
-import { badAt, statuses } from './statuses';
+import { badAt, statuses, verdicts } from './statuses';
 
 export type Operator = '=' | '!=' | '<' | '<=' | '>' | '>=';
 
@@ -28,13 +28,6 @@ export type Condition =
 
 export class ConditionError extends Error {}
 
-const verdicts = [
-  'safe', 'starting', 'latched', 'failed', 'self_test', 'memory', 'disagreement', 'watchdog',
-  'early', 'no_frame', 'cpw_crc', 'spw_crc', 'cpw_error', 'spw_error', 'comparison',
-  'counter_mode', 'counter_repeated', 'counter_skipped', 'counter_backwards', 'counter_foreign',
-  'counter_first', 'stimulus',
-];
-
 const shortNames: Record<string, string> = {
   row: 'cycle',
   time: 'time_ns',
@@ -51,7 +44,7 @@ const words: Record<string, Condition> = {
 
 /** What the search field offers. */
 export const suggestions = [
-  'error', 'not ok', ...Object.keys(statuses).map((name) => name), 'nE=0', 'nW=0', 'marginal',
+  'error', 'not ok', ...Object.keys(statuses), 'nE=0', 'nW=0', 'marginal',
   'position > 1000', 'ack > 10us', 'delay > 500ns', 'clock < 1MHz', 'time > 1ms', 'cycle = 100',
 ];
 
@@ -148,7 +141,7 @@ class Parser {
     if (lower in statuses) {
       return { kind: 'compare', column: 'status', operator: '=', text: lower, unit: '' };
     }
-    if (verdicts.includes(lower)) return { kind: 'verdict', name: lower };
+    if (verdicts.has(lower)) return { kind: 'verdict', name: lower };
     if (/^\d+$/.test(word)) return equal('cycle', word);
     throw new ConditionError(`"${word}" is not a status; write for example "crc" or "position > 1000"`);
   }

@@ -1,34 +1,26 @@
-// What the values of columns mean: their roles, and the words of `status` and `safety` as docs/status.md
-// and docs/safety.md have them.
-import type { Column, Role } from 'biss';
+// What the values of columns mean: their roles, and the words that the core has for `status` and `safety`.
+import type { Column, Role, Words } from 'biss';
+
+// Of the core, when the page is built: view/core.mjs.
+declare const WORDS: Words;
 
 /** What was seen, for each status of a request cycle. */
-export const statuses: Readonly<Record<string, string>> = {
-  ok: 'ACK, START, every checksum correct, STOP 0 if it was clocked',
-  no_response: 'SLO stayed high through the whole request',
-  not_ready: 'SLO was low when the request began',
-  response_range: 'SLO fell before the edge of MA that makes ACK, or more than 40 µs after it',
-  no_start: 'ACK came, and SLO stayed low until MA stopped',
-  ack_range: 'START came earlier or later than the bounds of the encoder allow',
-  truncated: 'MA stopped before the last CRC bit of the format',
-  cds: 'CDS was 1, and the format says that it must be 0',
-  crc: 'the checksum of a channel is wrong',
-  stop_bit: 'every checksum is correct, and the bit after the last one is not 0',
-  cut_start: 'the capture begins inside this cycle',
-  cut_end: 'the capture ends inside this cycle',
-  ma_glitch: 'fewer than two rising edges of MA: a pulse and not a request',
-  ma_clock: 'an edge of MA is missing, or there is one too many, inside the frame',
-  unknown_level: 'MA or SLO was neither 0 nor 1 where it mattered',
-  unchecked: 'START was found; the format is not known, so that nothing else can be checked',
-};
+export const statuses: Readonly<Record<string, string>> =
+  Object.fromEntries(WORDS.statuses.map(({ name, seen }) => [name, seen]));
 
 /** Statuses that are no error of the link: those that `decode --only-errors` leaves out. */
-export const harmlessStatuses: ReadonlySet<string> = new Set([
-  'ok', 'unchecked', 'cut_start', 'cut_end',
-]);
+export const harmlessStatuses = namesOf(WORDS.statuses.filter(({ fault }) => !fault));
 
-// Verdicts of the safety monitor that are no fault, but a state.
-const harmlessVerdicts: ReadonlySet<string> = new Set(['safe', 'starting', 'latched', 'failed']);
+export const cutStatuses = namesOf(WORDS.statuses.filter(({ cut }) => cut));
+
+/** Verdicts of the safety monitor. */
+export const verdicts = namesOf(WORDS.verdicts);
+
+const harmlessVerdicts = namesOf(WORDS.verdicts.filter(({ fault }) => !fault));
+
+function namesOf(words: readonly { name: string }[]): ReadonlySet<string> {
+  return new Set(words.map(({ name }) => name));
+}
 
 /** Where a flag is bad; undefined: the column is no flag, or both are good. */
 export function badAt(role: Role): '0' | '1' | undefined {

@@ -1,12 +1,10 @@
 // What became of each row, for the strip of all cycles and the boxes of single ones; in the worker.
 import type { Access, Column, Role, Session } from 'biss';
-import { causesIn, markOf } from '../core/statuses';
+import { causesIn, cutStatuses, markOf } from '../core/statuses';
 import { blockRows, blockTimes, numbersOf, rowsIn, stretch, timesOf } from './row_times';
 
 /** What a row is drawn as; the larger one is the worse. */
 export const rowClass = { good: 0, cut: 1, flagged: 2, failed: 3 } as const;
-
-const cut = new Set(['cut_start', 'cut_end']);
 
 export interface StripAsk {
   from: bigint;
@@ -84,7 +82,7 @@ class Verdicts {
     const { numbers, texts, marks } = this.#columns.find(({ role }) => role === 'status')!;
     this.#statuses = numbers;
     this.#classOfStatus = texts.map((text, k) =>
-      (marks[k] !== '' ? rowClass.failed : cut.has(text) ? rowClass.cut : rowClass.good));
+      (marks[k] !== '' ? rowClass.failed : cutStatuses.has(text) ? rowClass.cut : rowClass.good));
   }
 
   classOf(i: number): number {

@@ -11,10 +11,6 @@ import { identifyArguments, textOf, useVerb, verbArguments } from './verb';
 
 const mostFailed = 200;
 const points = 600;
-const columns = [
-  'cycle', 'time_ns', 'status', 'position', 'nE', 'nW', 'crc_ok', 'line_delay_ns', 'ack_ns', 'marginal',
-  'safety', 'limits',
-];
 
 interface Content {
   summary: string;
@@ -120,8 +116,9 @@ function CausesTable({ causes }: { causes: Causes }) {
 }
 
 function Failed({ content }: { content: Content }) {
-  const shown = columns.map((name) => state.columns.value.findIndex((column) => column.name === name))
-    .filter((place) => place >= 0);
+  // The number and the time of the cycle, and what is plotted or counted.
+  const shown = [...state.columns.value.keys()]
+    .filter((place) => place < 2 || state.columns.value[place]?.title !== '');
   const { failed, rows } = content;
   if (failed === 0) return <p>None.</p>;
   return (
