@@ -19,12 +19,7 @@ namespace {
 
 struct AnalyseOptions {
   FormatArguments arguments;
-  std::vector<std::string> rates;
-  std::string limit = "1e-9";
-  Hertz frame_rate = kilohertz(32);
-  lab::PairChecks checks;
-  bool ignore_turns = false;
-  unsigned gap_bits = 8;
+  QuestionOptions question;
   std::string to = "table";
   std::string output;
 };
@@ -67,10 +62,62 @@ tl::expected<std::string, std::string> rating_text(const SafetyQuestion& questio
 ExitStatus run_analyse(const AnalyseOptions& options, Host& host) {
   const auto device = parse_device(options.arguments.format);
   if (!device) return host.fail(ExitStatus::usage, device.error());
-  if (device->format.deviates()) {
-    return host.fail(ExitStatus::usage, "-f: a CRC with an error of the maker is not analysed");
+  const auto question = safety_question(device->format, options.question);
+  if (!question) return host.fail(ExitStatus::usage, question.error());
+  Output output(host);
+  if (!output.open(options.output)) return output.status();
+  if (options.to == "c") {
+    const auto rating = rating_text(*question);
+    if (!rating) return host.fail(ExitStatus::usage, rating.error());
+    return output.write(*rating) && output.finish() ? ExitStatus::done : output.status();
   }
-  SafetyQuestion question{.format = device->format,
+  const SafetyAnalysis analysis = analyse(*question);
+  warn_of_pair(analysis, host);
+  const std::string text = options.to == "jsonl" ? analysis_jsonl(*question, analysis)
+                                                 : analysis_text(*question, analysis);
+  return output.write(text) && output.finish() ? ExitStatus::done : output.status();
+}
+
+Run add_safety_analyse(Verb verb) {
+  const auto options = std::make_shared<AnalyseOptions>();
+  QuestionOptions& asked = options->question;
+  add_format_option(verb, options->arguments, true);
+  verb.add_option("--ber", asked.rates,
+                  "Bit error rate. May be repeated; 1e-2, 1e-3 and 1e-4 by default")
+      .type_name("P");
+  add_rate_option(verb, "--rate", into(asked.frame_rate), "Frames per second; 32kHz by default");
+  verb.add_option(
+          "--limit", asked.limit,
+          "Find the bit error rate with this many undetected errors per hour; 1e-9 by default")
+      .type_name("N");
+  add_count_option(
+      verb, "--compare", into(asked.checks.compare_bits),
+      "Number of upper singleturn bits to compare (ACC_MIN); by default all that both words have",
+      64)
+      .type_name("BITS");
+  add_count_option(
+      verb, "--tolerance", into(asked.checks.tolerance_lsb),
+      "Largest difference of the two words, in counts of the lowest bit compared; 1 by default",
+      255)
+      .type_name("LSB");
+  verb.add_flag("--ignore-turns", asked.ignore_turns, "Do not compare turns");
+  add_count_option(verb, "--gap", into(asked.gap_bits), "Length of a gap on the line; 8 by default",
+                   640)
+      .type_name("BITS");
+  add_name_option(verb, "--to", options->to, {"table", "jsonl", "c"},
+                  "Output format; c: the rating for SafetySetup; table by default");
+  add_output_option(verb, options->output);
+  return [options](Host& host) { return run_analyse(*options, host); };
+}
+
+}  // namespace
+
+tl::expected<SafetyQuestion, std::string> safety_question(const FrameFormat& format,
+                                                          const QuestionOptions& options) {
+  if (format.deviates()) {
+    return tl::unexpected(std::string("-f: a CRC with an error of the maker is not analysed"));
+  }
+  SafetyQuestion question{.format = format,
                           .bit_error_rates = {},
                           .frame_rate = options.frame_rate,
                           .limit_per_hour = 0,
@@ -80,68 +127,24 @@ ExitStatus run_analyse(const AnalyseOptions& options, Host& host) {
   for (const std::string& text : options.rates) {
     const auto rate = parse_positive(text, 0.5);
     if (!rate) {
-      return host.fail(ExitStatus::usage,
-                       fmt::format("--ber '{}': give a number above 0, up to 0.5", text));
+      return tl::unexpected(fmt::format("--ber '{}': give a number above 0, up to 0.5", text));
     }
     question.bit_error_rates.push_back(*rate);
   }
   if (question.bit_error_rates.empty()) question.bit_error_rates = {1e-2, 1e-3, 1e-4};
   const auto limit = parse_positive(options.limit, 1e12);
   if (!limit) {
-    return host.fail(ExitStatus::usage,
-                     fmt::format("--limit '{}': give a number above 0", options.limit));
+    return tl::unexpected(fmt::format("--limit '{}': give a number above 0", options.limit));
   }
   question.limit_per_hour = *limit;
-
-  Output output(host);
-  if (!output.open(options.output)) return output.status();
-  if (options.to == "c") {
-    const auto rating = rating_text(question);
-    if (!rating) return host.fail(ExitStatus::usage, rating.error());
-    return output.write(*rating) && output.finish() ? ExitStatus::done : output.status();
-  }
-  const SafetyAnalysis analysis = analyse(question);
-  if (analysis.pair_problem) {
-    host.warn(fmt::format("the two words are not analysed as a pair: {}",
-                          lab::text_of(*analysis.pair_problem)));
-  }
-  const std::string text = options.to == "jsonl" ? analysis_jsonl(question, analysis)
-                                                 : analysis_text(question, analysis);
-  return output.write(text) && output.finish() ? ExitStatus::done : output.status();
+  return question;
 }
 
-Run add_safety_analyse(Verb verb) {
-  const auto options = std::make_shared<AnalyseOptions>();
-  add_format_option(verb, options->arguments, true);
-  verb.add_option("--ber", options->rates,
-                  "Bit error rate. May be repeated; 1e-2, 1e-3 and 1e-4 by default")
-      .type_name("P");
-  add_rate_option(verb, "--rate", into(options->frame_rate), "Frames per second; 32kHz by default");
-  verb.add_option(
-          "--limit", options->limit,
-          "Find the bit error rate with this many undetected errors per hour; 1e-9 by default")
-      .type_name("N");
-  add_count_option(
-      verb, "--compare", into(options->checks.compare_bits),
-      "Number of upper singleturn bits to compare (ACC_MIN); by default all that both words have",
-      64)
-      .type_name("BITS");
-  add_count_option(
-      verb, "--tolerance", into(options->checks.tolerance_lsb),
-      "Largest difference of the two words, in counts of the lowest bit compared; 1 by default",
-      255)
-      .type_name("LSB");
-  verb.add_flag("--ignore-turns", options->ignore_turns, "Do not compare turns");
-  add_count_option(verb, "--gap", into(options->gap_bits),
-                   "Length of a gap on the line; 8 by default", 640)
-      .type_name("BITS");
-  add_name_option(verb, "--to", options->to, {"table", "jsonl", "c"},
-                  "Output format; c: the rating for SafetySetup; table by default");
-  add_output_option(verb, options->output);
-  return [options](Host& host) { return run_analyse(*options, host); };
+void warn_of_pair(const SafetyAnalysis& analysis, Host& host) {
+  if (!analysis.pair_problem) return;
+  host.warn(fmt::format("the two words are not analysed as a pair: {}",
+                        lab::text_of(*analysis.pair_problem)));
 }
-
-}  // namespace
 
 VerbText safety_text() {
   return {.name = "safety",

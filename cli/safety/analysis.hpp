@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <tl/expected.hpp>
 #include <vector>
 
 #include "biss/base/units.hpp"
@@ -15,9 +16,21 @@
 
 namespace biss::cli {
 
+class Host;
+
 /// Part of every output of the analysis.
 inline constexpr const char* channel_model_text =
     "binary symmetric channel: a model of a channel, not a certificate";
+
+/// What `biss safety analyse` is asked for, as typed.
+struct QuestionOptions {
+  std::vector<std::string> rates;
+  std::string limit = "1e-9";
+  Hertz frame_rate = kilohertz(32);
+  lab::PairChecks checks;
+  bool ignore_turns = false;
+  unsigned gap_bits = 8;
+};
 
 /// The options of the user.
 struct SafetyQuestion {
@@ -62,7 +75,13 @@ struct SafetyAnalysis {
   std::vector<lab::StructureRow> structure;
 };
 
+/// The question, or one line of text that says what is wrong (usage: exit status 2).
+tl::expected<SafetyQuestion, std::string> safety_question(const FrameFormat& format,
+                                                          const QuestionOptions& options);
+
 SafetyAnalysis analyse(const SafetyQuestion& question);
+/// Prints a message if there is a pair_problem.
+void warn_of_pair(const SafetyAnalysis& analysis, Host& host);
 
 /// Human-readable.
 std::string analysis_text(const SafetyQuestion& question, const SafetyAnalysis& analysis);

@@ -15,6 +15,7 @@
 #include "cli/common/verb.hpp"
 #include "cli/safety/campaign_plan.hpp"
 #include "cli/safety/campaign_table.hpp"
+#include "cli/safety/experiments.hpp"
 #include "cli/safety/format.hpp"
 #include "cli/safety/interruption.hpp"
 #include "cli/safety/safety.hpp"
@@ -33,9 +34,7 @@ constexpr const char* other_faults = "lost_start, cds_high, stop_high";
 struct CampaignOptions {
   std::string format;
   std::vector<std::string> faults = usual_campaign_faults();
-  std::uint64_t frames = 10'000'000;
-  std::uint64_t seed = 1;
-  unsigned threads = 0;
+  CampaignRequest request;
   lab::Shard shard;
   std::string state;
   Picoseconds save_every = milliseconds(5000);
@@ -74,14 +73,9 @@ ExitStatus print_state(const lab::CampaignFrame& frame, const lab::CampaignState
                        const CampaignOptions& options, Host& host) {
   Output output(host);
   if (!output.open(options.output)) return output.status();
-  const CampaignTable table =
-      write_campaign(frame, state, options.to, output, output.table_options());
-  if (!table.written || !output.finish()) return output.status();
-  if (table.disagrees) {
-    return host.fail(ExitStatus::data_failed,
-                     "a count is more than five standard deviations from the theory");
-  }
-  return ExitStatus::done;
+  const std::vector<CampaignRow> rows = campaign_rows(frame, state);
+  const bool written = write_campaign(rows, options.to, output, output.table_options());
+  return written && output.finish() ? judge_campaign(rows, host) : output.status();
 }
 
 bool save(const lab::CampaignState& state, const std::string& path, Host& host) {
@@ -97,11 +91,11 @@ bool save(const lab::CampaignState& state, const std::string& path, Host& host) 
 
 // With a state file, a signal ends the run after a last save.
 ExitStatus count_blocks(const lab::CampaignFrame& frame, lab::CampaignState& state,
-                        const lab::Shard& shard, const CampaignOptions& options, Host& host) {
+                        const CampaignOptions& options, Host& host) {
   std::optional<Interruption> interruption;
   if (!options.state.empty()) interruption.emplace();
-  lab::ExperimentRun run{.threads = options.threads,
-                         .shard = shard,
+  lab::ExperimentRun run{.threads = options.request.threads,
+                         .shard = options.shard,
                          .save_seconds = static_cast<double>(options.save_every.count) * 1e-12};
   run.save = [&] { return save(state, options.state, host); };
   Progress progress(host);
@@ -139,7 +133,7 @@ ExitStatus run_counts(const lab::CampaignFrame& frame, lab::CampaignPlan plan,
     if (!fits(frame, *before)) return host.fail(ExitStatus::io, too_many_bits(options.state));
     state = std::move(*before);
   }
-  const ExitStatus status = count_blocks(frame, state, options.shard, options, host);
+  const ExitStatus status = count_blocks(frame, state, options, host);
   return status == ExitStatus::done ? print_state(frame, state, options, host) : status;
 }
 
@@ -225,28 +219,47 @@ ExitStatus run_merge(const CampaignOptions& options, Host& host) {
                    "parts are missing: the table does not cover the whole campaign");
 }
 
+tl::expected<lab::CampaignPlan, std::string> plan_of(const lab::CampaignFrame& frame,
+                                                     const CampaignOptions& options) {
+  lab::CampaignPlan plan{.format = options.format,
+                         .rules = campaign_rules(frame),
+                         .seed = options.request.seed,
+                         .frames = options.request.frames,
+                         .faults = {}};
+  for (const std::string& text : options.faults) {
+    if (add_campaign_fault(frame, text, plan)) continue;
+    return tl::unexpected(
+        fmt::format("'{}' is not a fault of these {} bits: {}, or one of {} with [:PLACE], or {}",
+                    text, frame.bits(), measured_faults, placed_faults, other_faults));
+  }
+  return plan;
+}
+
 ExitStatus run_safety_campaign(const CampaignOptions& options, Host& host) {
   if (options.merge->parsed()) return run_merge(options, host);
   if (options.format.empty()) return host.fail(ExitStatus::usage, "no --format given");
   const auto frame = campaign_frame_of(options.format);
   if (!frame) return bad_format(options.format, host);
-  lab::CampaignPlan plan{.format = options.format,
-                         .rules = campaign_rules(*frame),
-                         .seed = options.seed,
-                         .frames = options.frames,
-                         .faults = {}};
-  for (const std::string& text : options.faults) {
-    if (add_campaign_fault(*frame, text, plan)) continue;
-    return host.fail(
-        ExitStatus::usage,
-        fmt::format("'{}' is not a fault of these {} bits: {}, or one of {} with [:PLACE], or {}",
-                    text, frame->bits(), measured_faults, placed_faults, other_faults));
-  }
-  if (options.replay) return run_replay(*frame, plan, options, host);
-  return run_counts(*frame, std::move(plan), options, host);
+  auto plan = plan_of(*frame, options);
+  if (!plan) return host.fail(ExitStatus::usage, plan.error());
+  if (options.replay) return run_replay(*frame, *plan, options, host);
+  return run_counts(*frame, std::move(*plan), options, host);
 }
 
 }  // namespace
+
+tl::expected<lab::CampaignState, std::string> run_usual_campaign(const lab::CampaignFrame& frame,
+                                                                 const CampaignRequest& request,
+                                                                 Host& host) {
+  CampaignOptions options;
+  options.request = request;
+  auto plan = plan_of(frame, options);
+  if (!plan) return tl::unexpected(plan.error());
+  add_importance(frame, *plan);
+  lab::CampaignState state(*plan);
+  count_blocks(frame, state, options, host);
+  return state;
+}
 
 Run add_safety_campaign(Verb verb) {
   const auto options = std::make_shared<CampaignOptions>();
@@ -259,10 +272,10 @@ Run add_safety_campaign(Verb verb) {
                               "all kinds by default",
                               measured_faults, placed_faults, other_faults))
       .type_name("KIND");
-  add_count_option(verb, "--frames", into(options->frames),
+  add_count_option(verb, "--frames", into(options->request.frames),
                    "Frames per fault; 10 million by default", lab::max_campaign_frames);
-  add_count_option(verb, "--seed", into(options->seed), "Random seed; 1 by default");
-  add_count_option(verb, "--threads", into(options->threads),
+  add_count_option(verb, "--seed", into(options->request.seed), "Random seed; 1 by default");
+  add_count_option(verb, "--threads", into(options->request.threads),
                    "Worker threads; by default one per core", 1024);
   add_shard_option(verb, options->shard, "Count only the K-th of N parts");
   verb.add_option("--state", options->state, "Save progress to this file, and continue from it")

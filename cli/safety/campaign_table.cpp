@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "lab/campaign_theory.hpp"
+#include "cli/common/host.hpp"
 
 namespace biss::cli {
 namespace {
@@ -24,14 +24,6 @@ constexpr long double sigma_limit = 5;
 std::string scientific(long double value) {
   return fmt::format("{:.6e}", static_cast<double>(value));
 }
-
-struct Measured {
-  std::string fault;
-  const lab::CampaignCounts& counts;
-  std::optional<lab::CampaignTheory> theory;
-  // None if the fault has no counts of this kind.
-  std::array<std::optional<lab::CampaignEstimate>, lab::acceptance_count> estimates{};
-};
 
 // A long double as the nearest double.
 report::Cell real(long double value) { return static_cast<double>(value); }
@@ -57,13 +49,15 @@ std::vector<report::Column> machine_columns() {
   return columns;
 }
 
-report::Cell events_cell(const Measured& row, std::size_t what) {
+report::Cell events_cell(const CampaignRow& row, std::size_t what) {
   return row.estimates[what] ? report::Cell(row.counts.total(acceptances[what])) : report::Cell();
 }
 
-bool write_machine_row(report::TableWriter& table, const Measured& row) {
+bool write_machine_row(report::TableWriter& table, const CampaignRow& row) {
   constexpr std::size_t wrong = lab::acceptance_count - 1;
-  std::vector<report::Cell> cells = {report::Cell(row.fault), report::Cell(row.counts.frames)};
+  // Cells do not own their text.
+  const std::string fault = text_of(row.fault);
+  std::vector<report::Cell> cells = {report::Cell(fault), report::Cell(row.counts.frames)};
   for (std::size_t what = 0; what <= wrong; ++what) cells.push_back(events_cell(row, what));
   const auto add = [&](std::size_t what, bool bounds) {
     const auto& found = row.estimates[what];
@@ -77,7 +71,6 @@ bool write_machine_row(report::TableWriter& table, const Measured& row) {
   };
   add(wrong, true);
   for (std::size_t what = 0; what < wrong; ++what) add(what, false);
-  // Cells do not own their text.
   const std::string missed = fmt::format("{}", fmt::join(row.counts.missed, ";"));
   cells.emplace_back(missed);
   for (const auto& found : row.estimates) {
@@ -99,7 +92,8 @@ std::vector<report::Column> readable_columns() {
           {.name = "sigma"}};
 }
 
-bool write_readable_rows(report::TableWriter& table, const Measured& row) {
+bool write_readable_rows(report::TableWriter& table, const CampaignRow& row) {
+  const std::string fault = text_of(row.fault);
   for (std::size_t what = 0; what < lab::acceptance_count; ++what) {
     if (!row.estimates[what]) continue;
     const lab::CampaignEstimate& found = *row.estimates[what];
@@ -109,7 +103,7 @@ bool write_readable_rows(report::TableWriter& table, const Measured& row) {
     const std::string high = scientific(found.high);
     const std::string theory = row.theory ? scientific((*row.theory)[what]) : "";
     const std::string sigma = found.sigma ? sigma_text(*found.sigma) : "";
-    const report::Cell cells[] = {row.fault,
+    const report::Cell cells[] = {fault,
                                   lab::acceptance_names[what],
                                   row.counts.frames,
                                   events_cell(row, what),
@@ -131,29 +125,45 @@ std::string sigma_text(long double sigma) {
   return text == "+0.00" || text == "-0.00" ? "0.00" : text;
 }
 
-CampaignTable write_campaign(const lab::CampaignFrame& frame, const lab::CampaignState& state,
-                             report::Format to, report::TextSink& sink,
-                             const report::TableOptions& table_options) {
-  const bool readable = to == report::Format::table;
-  const auto columns = readable ? readable_columns() : machine_columns();
-  const auto table = report::make_table_writer(to, columns, sink, table_options);
+std::vector<CampaignRow> campaign_rows(const lab::CampaignFrame& frame,
+                                       const lab::CampaignState& state) {
   lab::CampaignTheories theories(frame);
-  CampaignTable result;
+  std::vector<CampaignRow> rows;
   for (std::size_t n = 0; n < state.plan.faults.size(); ++n) {
     const lab::FaultChoice& fault = state.plan.faults[n];
-    Measured row{text_of(fault), state.rows[n].counts, theories.of(fault)};
+    CampaignRow row{fault, state.rows[n].counts, theories.of(fault)};
     for (std::size_t what = 0; what < lab::acceptance_count; ++what) {
       const auto theory = row.theory ? std::optional((*row.theory)[what]) : std::nullopt;
       if (!is_counted(fault, acceptances[what])) continue;
       row.estimates[what] = estimate(frame, fault, row.counts, acceptances[what], theory);
-      const auto& sigma = row.estimates[what]->sigma;
-      if (sigma && std::abs(*sigma) > sigma_limit) result.disagrees = true;
     }
-    if (!(readable ? write_readable_rows(*table, row) : write_machine_row(*table, row)))
-      return result;
+    rows.push_back(row);
   }
-  result.written = table->finish();
-  return result;
+  return rows;
+}
+
+bool write_campaign(std::span<const CampaignRow> rows, report::Format to, report::TextSink& sink,
+                    const report::TableOptions& table_options) {
+  const bool readable = to == report::Format::table;
+  const auto columns = readable ? readable_columns() : machine_columns();
+  const auto table = report::make_table_writer(to, columns, sink, table_options);
+  for (const CampaignRow& row : rows) {
+    if (!(readable ? write_readable_rows(*table, row) : write_machine_row(*table, row))) {
+      return false;
+    }
+  }
+  return table->finish();
+}
+
+ExitStatus judge_campaign(std::span<const CampaignRow> rows, Host& host) {
+  for (const CampaignRow& row : rows) {
+    for (const auto& found : row.estimates) {
+      if (!found || !found->sigma || std::abs(*found->sigma) <= sigma_limit) continue;
+      return host.fail(ExitStatus::data_failed,
+                       "a count is more than five standard deviations from the theory");
+    }
+  }
+  return ExitStatus::done;
 }
 
 }  // namespace biss::cli

@@ -3,20 +3,20 @@
 #include "cli/safety/evidence.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "biss/frame/format_text.hpp"
 #include "cli/common/format_option.hpp"
-#include "cli/common/memory_file.hpp"
 #include "cli/common/program.hpp"
 #include "cli/common/verb.hpp"
-#include "cli/common/verbs.hpp"
+#include "cli/safety/analysis.hpp"
 #include "cli/safety/safety.hpp"
+#include "cli/safety/sequence_table.hpp"
 #include "cli/safety/setup_fields.hpp"
 
 namespace biss::cli {
@@ -29,43 +29,11 @@ constexpr const char* configuration_name = "configuration.json";
 
 struct VerbOptions {
   EvidenceOptions evidence;
-  std::uint64_t threads = 0;
+  unsigned threads = 0;
   std::string folder;
   bool force = false;
   std::string checked;
 };
-
-// Keeps what a command writes to standard output; its messages are those of the verb.
-class OutputToMemory final : public Host {
- public:
-  explicit OutputToMemory(Host& outer) : outer_(outer) {}
-
-  void warn(std::string_view text) override { outer_.warn(text); }
-  void print_summary(std::string_view text) override { outer_.print_summary(text); }
-  std::string* output() override { return &text_; }
-  bool shows_progress() const override { return outer_.shows_progress(); }
-  void check() override { outer_.check(); }
-  const std::string& text() const { return text_; }
-
- private:
-  Host& outer_;
-  std::string text_;
-};
-
-int run_command(std::vector<std::string> arguments, std::uint64_t threads,
-                const MemoryFile& configuration, Host& host) {
-  for (std::string& each : arguments) {
-    if (each == configuration_name) each = configuration.path();
-  }
-  if (arguments.at(1) != "analyse") {
-    arguments.insert(arguments.end(), {"--threads", std::to_string(threads)});
-  }
-  std::vector<const char*> pointers{"biss"};
-  for (const std::string& each : arguments) pointers.push_back(each.c_str());
-  Command command(host);
-  add_safety(command);
-  return static_cast<int>(command.run(static_cast<int>(pointers.size()), pointers.data()));
-}
 
 EvidenceFile version_file() {
   const std::string_view commit = build_commit;
@@ -87,6 +55,110 @@ EvidenceFile manifest_file(const std::vector<std::string>& made_by,
   return {"manifest.json", manifest.dump(2) + "\n"};
 }
 
+// The shortest text by which the other verbs know this monitor.
+std::string format_argument(const EvidenceSubject& subject) {
+  for (const std::string& text : {subject.options.format, subject.configuration}) {
+    const auto known = parse_safety_format(text);
+    if (known && known->format == subject.monitored.format &&
+        known->setup == subject.monitored.setup) {
+      return text;
+    }
+  }
+  return configuration_name;
+}
+
+// The experiments of the bundle, each as its command runs it.
+class Experiments {
+ public:
+  Experiments(const EvidenceSubject& subject, unsigned threads, Host& host)
+      : host_(host),
+        options_(subject.options),
+        rate_(subject.rate),
+        monitored_(monitored_by(subject)),
+        comparison_(subject.monitored.setup.comparison),
+        threads_(threads) {}
+
+  ExitStatus analysis_for_programs(report::TextSink& sink) {
+    const QuestionOptions asked{.rates = options_.bit_error_rates,
+                                .frame_rate = rate_,
+                                .checks = {.compare_bits = comparison_.compare_bits,
+                                           .tolerance_lsb = comparison_.tolerance_lsb},
+                                .ignore_turns = comparison_.multiturn == MultiturnRule::ignored};
+    auto question = safety_question(monitored_.format, asked);
+    if (!question) return host_.fail(ExitStatus::usage, question.error());
+    question_ = std::move(*question);
+    analysis_ = analyse(question_);
+    warn_of_pair(analysis_, host_);
+    return status_of(sink.write(analysis_jsonl(question_, analysis_)));
+  }
+
+  ExitStatus analysis_for_people(report::TextSink& sink) {
+    warn_of_pair(analysis_, host_);
+    return status_of(sink.write(analysis_text(question_, analysis_)));
+  }
+
+  ExitStatus line(report::TextSink& sink) {
+    const auto result = run_line_model(
+        monitored_,
+        {.cycles = options_.cycles, .seed = options_.seed, .rate = rate_, .threads = threads_},
+        host_);
+    if (!result) return host_.fail(ExitStatus::usage, result.error());
+    line_ = *result;
+    return status_of(write_line(line_, options_.cycles, csv, sink), judge_line(line_, host_));
+  }
+
+  ExitStatus campaign(report::TextSink& sink) {
+    const auto frame = lab::CampaignFrame::make(monitored_.format, monitored_.setup);
+    if (!frame) return host_.fail(ExitStatus::usage, safety_format_error(options_.format));
+    auto state = run_usual_campaign(
+        *frame, {.frames = options_.frames, .seed = options_.seed, .threads = threads_}, host_);
+    if (!state) return host_.fail(ExitStatus::usage, state.error());
+    campaign_state_ = std::move(*state);
+    campaign_ = campaign_rows(*frame, campaign_state_);
+    return status_of(write_campaign(campaign_, csv, sink), judge_campaign(campaign_, host_));
+  }
+
+  ExitStatus sequences(report::TextSink& sink) {
+    auto results =
+        run_sequence_plan(lab::whole_plan(monitored_.format, monitored_.setup, options_.frames,
+                                          options_.faults, options_.seed),
+                          threads_, host_);
+    if (!results) return host_.fail(ExitStatus::usage, safety_format_error(options_.format));
+    sequences_ = std::move(*results);
+    return status_of(write_sequences(sequences_, csv, sink), judge_sequences(sequences_, host_));
+  }
+
+  std::vector<CoverageRow> coverage() const {
+    return coverage_of(monitored_, line_, campaign_, sequences_);
+  }
+
+ private:
+  static constexpr auto csv = report::Format::csv;
+
+  // As a command reads its -f.
+  static SafetyFormat monitored_by(const EvidenceSubject& subject) {
+    const std::string text = format_argument(subject);
+    return text == configuration_name ? subject.monitored : *parse_safety_format(text);
+  }
+
+  static ExitStatus status_of(bool written, ExitStatus judged = ExitStatus::done) {
+    return written ? judged : ExitStatus::io;
+  }
+
+  Host& host_;
+  const EvidenceOptions& options_;
+  Hertz rate_;
+  SafetyFormat monitored_;
+  SafetyComparison comparison_;
+  unsigned threads_;
+  SafetyQuestion question_;
+  SafetyAnalysis analysis_;
+  LineResult line_{};
+  lab::CampaignState campaign_state_{lab::CampaignPlan{}};
+  std::vector<CampaignRow> campaign_;
+  std::vector<lab::SequenceResult> sequences_;
+};
+
 struct Bundle {
   std::vector<EvidenceFile> files;
   std::vector<EvidenceCommand> commands;
@@ -95,30 +167,33 @@ struct Bundle {
 };
 
 Bundle make_bundle(const EvidenceSubject& subject, const std::vector<std::string>& made_by,
-                   std::uint64_t threads, Host& host) {
+                   unsigned threads, Host& host) {
   Bundle bundle;
-  const EvidenceFile configuration{configuration_name,
-                                   configuration_json(subject.monitored, subject.configuration)};
-  const MemoryFile configuration_in_memory;
-  configuration_in_memory.append(configuration.text);
+  // In the order of evidence_commands().
+  constexpr std::array experiments{&Experiments::analysis_for_programs,
+                                   &Experiments::analysis_for_people, &Experiments::line,
+                                   &Experiments::campaign, &Experiments::sequences};
+  Experiments of(subject, threads, host);
   std::vector<EvidenceFile> tables;
   bundle.commands = evidence_commands(subject);
-  for (EvidenceCommand& each : bundle.commands) {
+  for (std::size_t k = 0; k < experiments.size(); ++k) {
+    EvidenceCommand& each = bundle.commands[k];
     if (host.shows_progress()) {
       host.print_summary(command_line(each.arguments) + "\n");
     }
-    OutputToMemory memory(host);
-    each.status = run_command(each.arguments, threads, configuration_in_memory, memory);
-    if (each.status != 0 && each.status != static_cast<int>(ExitStatus::data_failed)) {
-      bundle.status = static_cast<ExitStatus>(each.status);
-      return bundle;
-    }
-    if (each.status != 0) bundle.status = ExitStatus::data_failed;
-    tables.push_back({each.file, memory.text()});
+    report::StringSink text;
+    const ExitStatus status = (of.*experiments[k])(text);
+    if (status != ExitStatus::done) bundle.status = status;
+    if (status != ExitStatus::done && status != ExitStatus::data_failed) return bundle;
+    each.status = static_cast<int>(status);
+    tables.push_back({each.file, text.take()});
   }
-  const std::vector<CoverageRow> coverage = read_coverage(subject, tables);
-  bundle.files = {readme_file(subject, bundle.commands, coverage), version_file(),
-                  manifest_file(made_by, bundle.commands), configuration};
+  const std::vector<CoverageRow> coverage = of.coverage();
+  bundle.files = {
+      readme_file(subject, bundle.commands, coverage),
+      version_file(),
+      manifest_file(made_by, bundle.commands),
+      {configuration_name, configuration_json(subject.monitored, subject.configuration)}};
   std::move(tables.begin(), tables.end(), std::back_inserter(bundle.files));
   bundle.files.push_back(coverage_file(coverage));
   bundle.files.push_back(matrix_file());
@@ -291,18 +366,6 @@ std::string put_setup(EvidenceSubject& subject) {
   subject.monitored.setup = setup;
   subject.configuration = choice->name;
   return {};
-}
-
-// The shortest text by which the other verbs know this monitor.
-std::string format_argument(const EvidenceSubject& subject) {
-  for (const std::string& text : {subject.options.format, subject.configuration}) {
-    const auto known = parse_safety_format(text);
-    if (known && known->format == subject.monitored.format &&
-        known->setup == subject.monitored.setup) {
-      return text;
-    }
-  }
-  return configuration_name;
 }
 
 // For a command line: no space before the unit.

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,7 +12,9 @@
 
 #include "biss/base/units.hpp"
 #include "cli/decode/safety.hpp"
+#include "cli/safety/campaign_table.hpp"
 #include "cli/safety/evidence_folder.hpp"
+#include "cli/safety/experiments.hpp"
 #include "cli/safety/format.hpp"
 
 namespace biss::cli {
@@ -49,7 +52,7 @@ struct EvidenceSubject {
 /// The subject, or one line of text that says what is wrong (usage: exit status 2).
 tl::expected<EvidenceSubject, std::string> choose_evidence(const EvidenceOptions& options);
 
-/// A command line of the bundle and the file that holds what it printed.
+/// A command line of the bundle and the file that holds what it prints.
 struct EvidenceCommand {
   std::string file;
   std::vector<std::string> arguments;
@@ -81,9 +84,9 @@ struct CoverageRow {
   std::string verdicts{};
 };
 
-/// Reads campaign.csv, sequences.csv and line.csv of the bundle.
-std::vector<CoverageRow> read_coverage(const EvidenceSubject& subject,
-                                       const std::vector<EvidenceFile>& files);
+std::vector<CoverageRow> coverage_of(const SafetyFormat& monitored, const LineResult& line,
+                                     std::span<const CampaignRow> campaign,
+                                     std::span<const lab::SequenceResult> sequences);
 /// Sets share and limits (Wilson's, 95 %) from the counts.
 void set_share(CoverageRow& row);
 

@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <map>
+#include <numeric>
 #include <regex>
 #include <utility>
 
@@ -38,120 +38,63 @@ std::vector<std::string> split(std::string_view text, char at) {
   return parts;
 }
 
-// A table whose cells are never quoted.
-using CsvRow = std::map<std::string, std::string>;
-std::vector<CsvRow> csv_rows(const std::vector<EvidenceFile>& files, std::string_view name) {
-  const auto file = std::find_if(files.begin(), files.end(),
-                                 [&](const EvidenceFile& each) { return each.name == name; });
-  if (file == files.end()) return {};
-  std::vector<std::string> lines = split(file->text, '\n');
-  lines.pop_back();
-  const std::vector<std::string> names = split(lines.front(), ',');
-  std::vector<CsvRow> rows;
-  for (std::size_t i = 1; i < lines.size(); ++i) {
-    const std::vector<std::string> cells = split(lines[i], ',');
-    CsvRow& row = rows.emplace_back();
-    for (std::size_t k = 0; k < names.size() && k < cells.size(); ++k) row[names[k]] = cells[k];
-  }
-  return rows;
-}
-
-std::uint64_t count_of(const CsvRow& row, const char* name) {
-  const std::string& cell = row.at(name);
-  return cell.empty() ? 0 : std::stoull(cell);
-}
-
 // Flips leave some frames as they were: these are no faults.
-double damaged_share(const SafetyFormat& monitored, const std::string& fault) {
-  const auto choice = lab::parse_fault(fault);
-  if (!choice || choice->rate == 0) return 1;
+double damaged_share(const SafetyFormat& monitored, const lab::FaultChoice& fault) {
+  if (fault.rate == 0) return 1;
   const unsigned bits = monitored.cpw().total_bits() + monitored.spw().total_bits();
   const long double whole =
-      static_cast<long double>(bits) * std::log1p(-lab::probability_of(choice->rate));
+      static_cast<long double>(bits) * std::log1p(-lab::probability_of(fault.rate));
   return static_cast<double>(-std::expm1(whole));
 }
 
-CoverageRow campaign_row(const SafetyFormat& monitored, const CsvRow& cells) {
-  const double damaged = damaged_share(monitored, cells.at("fault"));
-  const auto share = [&](const char* name) {
-    return std::min(1.0, std::stod(cells.at(name)) / damaged);
+CoverageRow campaign_row(const SafetyFormat& monitored, const CampaignRow& result) {
+  const double damaged = damaged_share(monitored, result.fault);
+  const auto share = [damaged](long double rate) {
+    return std::min(1.0, static_cast<double>(rate) / damaged);
   };
+  constexpr auto wrong = static_cast<std::size_t>(lab::Acceptance::wrong);
+  const lab::CampaignEstimate& found = *result.estimates[wrong];
+  const auto frames = static_cast<double>(result.counts.frames);
   CoverageRow row{.error = std::string(name_of(TransmissionError::corruption)),
                   .by = "campaign",
-                  .fault = cells.at("fault")};
-  const auto choice = lab::parse_fault(row.fault);
-  const double frames = std::stod(cells.at("frames"));
-  row.injected = static_cast<std::uint64_t>(
-      std::llround(choice && choice->weighted() ? frames : frames * damaged));
-  row.accepted_wrong = count_of(cells, "wrong");
-  row.share = share("rate");
-  row.low = share("low");
-  row.high = share("high");
-  if (!cells.at("theory").empty()) row.theory = share("theory");
+                  .fault = text_of(result.fault),
+                  .injected = static_cast<std::uint64_t>(
+                      std::llround(result.fault.weighted() ? frames : frames * damaged)),
+                  .accepted_wrong = result.counts.total(lab::Acceptance::wrong),
+                  .share = share(found.rate),
+                  .low = share(found.low),
+                  .high = share(found.high)};
+  if (result.theory) row.theory = share((*result.theory)[wrong]);
   return row;
 }
 
-// The most frequent verdict first.
-std::string sorted_verdicts(const std::string& cell, std::uint64_t& sum) {
-  std::array<std::uint64_t, safety_verdict_count> counts{};
-  for (const std::string& each : split(cell, ' ')) {
-    const std::size_t colon = each.find(':');
-    const auto verdict = safety_verdict_of(each.substr(0, colon));
-    if (!verdict) continue;
-    sum += counts[index_of(*verdict)] = std::stoull(each.substr(colon + 1));
-  }
-  return verdicts_text(counts);
-}
-
 // An accepted event counts whatever the position of the accepted frame is.
-CoverageRow sequence_row(const CsvRow& cells) {
-  CoverageRow row{.error = cells.at("run"),
-                  .by = "sequences",
-                  .fault = cells.at("variant"),
-                  .injected = count_of(cells, "events"),
-                  .accepted_wrong = count_of(cells, "accepted")};
-  std::uint64_t detected = 0;
-  row.verdicts = sorted_verdicts(cells.at("verdicts"), detected);
-  row.detected = detected;
-  if (detected != 0) row.reaction = count_of(cells, "worst_cycles");
+CoverageRow sequence_row(const lab::SequenceResult& result) {
+  const lab::SequenceCounts& counts = result.counts;
+  CoverageRow row{
+      .error = std::string(result.row.name()),
+      .by = "sequences",
+      .fault = std::string(result.row.variant_name()),
+      .injected = counts.events,
+      .detected = std::accumulate(counts.verdicts.begin(), counts.verdicts.end(), std::uint64_t{}),
+      .accepted_wrong = counts.accepted,
+      .verdicts = verdicts_text(counts.verdicts)};
+  if (row.detected != 0U) row.reaction = counts.worst_cycles;
+  if (result.theory) row.theory = static_cast<double>(*result.theory);
   set_share(row);
   return row;
 }
 
-// The table has four digits of the theory; this has them all.
-void add_sequences(const SafetyFormat& monitored, const std::vector<CsvRow>& table,
-                   std::vector<CoverageRow>& rows) {
-  std::map<std::pair<std::string, std::string>, double> theories;
-  const auto plan = lab::whole_plan(monitored.format, monitored.setup, 0, 0);
-  const auto results = lab::run_sequences(plan);
-  for (const lab::SequenceResult& each : results ? *results : std::vector<lab::SequenceResult>()) {
-    if (!each.theory) continue;
-    theories[{std::string(each.row.name()), std::string(each.row.variant_name())}] =
-        static_cast<double>(*each.theory);
-  }
-  for (const CsvRow& cells : table) {
-    const bool of_error =
-        std::any_of(safety_measures.begin(), safety_measures.end(),
-                    [&](const auto& measure) { return name_of(measure.error) == cells.at("run"); });
-    if (!of_error || cells.at("variant") == "all") continue;
-    CoverageRow row = sequence_row(cells);
-    const auto theory = theories.find({row.error, row.fault});
-    if (theory != theories.end()) row.theory = theory->second;
-    rows.push_back(std::move(row));
-  }
-}
-
-CoverageRow line_row(const CsvRow& cells) {
+CoverageRow line_row(sim::FaultKind kind, const LineCounts& counts) {
   CoverageRow row{.error = "encoder",
                   .by = "line",
-                  .fault = cells.at("fault"),
-                  .injected = count_of(cells, "injected"),
-                  .detected = count_of(cells, "detected"),
-                  .accepted_wrong = count_of(cells, "accepted_wrong"),
-                  .verdicts = cells.at("verdicts")};
-  const auto kind = sim::find_fault(row.fault);
-  if (kind && entry_of(*kind).error) row.error = name_of(*entry_of(*kind).error);
-  if (row.detected != 0U) row.reaction = count_of(cells, "reaction_cycles");
+                  .fault = std::string(name_of(kind)),
+                  .injected = counts.injected,
+                  .detected = counts.detected,
+                  .accepted_wrong = counts.accepted_wrong,
+                  .verdicts = verdicts_text(counts.verdicts)};
+  if (entry_of(kind).error) row.error = name_of(*entry_of(kind).error);
+  if (row.detected != 0U) row.reaction = counts.reaction;
   set_share(row);
   return row;
 }
@@ -327,14 +270,18 @@ void set_share(CoverageRow& row) {
   row.high = static_cast<double>(limits.high);
 }
 
-std::vector<CoverageRow> read_coverage(const EvidenceSubject& subject,
-                                       const std::vector<EvidenceFile>& files) {
+std::vector<CoverageRow> coverage_of(const SafetyFormat& monitored, const LineResult& line,
+                                     std::span<const CampaignRow> campaign,
+                                     std::span<const lab::SequenceResult> sequences) {
   std::vector<CoverageRow> rows;
-  for (const CsvRow& cells : csv_rows(files, "line.csv")) rows.push_back(line_row(cells));
-  for (const CsvRow& cells : csv_rows(files, "campaign.csv")) {
-    rows.push_back(campaign_row(subject.monitored, cells));
+  for (std::size_t k = 0; k < line.size(); ++k) {
+    rows.push_back(line_row(static_cast<sim::FaultKind>(k), line[k]));
   }
-  add_sequences(subject.monitored, csv_rows(files, "sequences.csv"), rows);
+  for (const CampaignRow& each : campaign) rows.push_back(campaign_row(monitored, each));
+  for (const lab::SequenceResult& each : sequences) {
+    const bool is_sum = each.row.variant_name() == "all";
+    if (each.row.task == lab::SequenceTask::fault && !is_sum) rows.push_back(sequence_row(each));
+  }
   return rows;
 }
 

@@ -15,7 +15,7 @@
 #include "cli/common/terminal.hpp"
 #include "cli/common/verb.hpp"
 #include "cli/decode/safety.hpp"
-#include "cli/safety/format.hpp"
+#include "cli/safety/experiments.hpp"
 #include "cli/safety/safety.hpp"
 #include "cli/simulate/setup.hpp"
 #include "decode/decoder.hpp"
@@ -38,10 +38,7 @@ constexpr Picoseconds longest_run = milliseconds(100LL * 24 * 3600 * 1000);
 
 struct LineRunOptions {
   std::string format;
-  std::uint64_t cycles = 50'000;
-  std::uint64_t seed = 1;
-  std::optional<Hertz> rate;
-  unsigned threads = 0;
+  LineRequest request;
   report::Format to = report::Format::table;
   std::string output;
 };
@@ -52,20 +49,6 @@ struct Truth {
   std::optional<std::uint64_t> position;  // nothing was sent
   bool faulty = false;
   bool begins = false;  // the fault has a place in this cycle; others affect whole cycles
-};
-
-struct LineCounts {
-  std::uint64_t injected = 0;
-  std::uint64_t detected = 0;
-  std::uint64_t accepted_wrong = 0;
-  std::uint64_t reaction = 0;
-  std::array<std::uint64_t, safety_verdict_count> verdicts{};
-  /// Verdicts on requests without a fault.
-  std::uint64_t undamaged = 0;
-  /// Of these, fault verdicts: false alarms, or faults that are detected late.
-  std::uint64_t false_alarms = 0;
-  /// Of these, `safe` with a position that was not sent.
-  std::uint64_t wrong_undamaged = 0;
 };
 
 // Follows each fault from its first cycle until the monitor is safe again.
@@ -198,7 +181,7 @@ LineCounts count(const SafetyFormat& monitored, sim::LineSetup setup, sim::Fault
 }
 
 tl::expected<sim::LineSetup, std::string> line_of(const SafetyFormat& monitored,
-                                                  const LineRunOptions& options) {
+                                                  const LineRequest& request) {
   LineOptions line;
   const auto device = parse_device(monitored.device);
   line.device.format =
@@ -206,9 +189,9 @@ tl::expected<sim::LineSetup, std::string> line_of(const SafetyFormat& monitored,
   if (!device || !device->timing_known()) line.device.timeout = "adaptive";
   line.clock = line_clock;
   line.cable = line_cable;
-  line.rate = options.rate.value_or(rate_of_cycle(monitored.setup));
+  line.rate = request.rate.value_or(rate_of_cycle(monitored.setup));
   line.motion = "random";
-  line.seed = options.seed;
+  line.seed = request.seed;
   if (monitored.setup.counter.mode == CounterMode::count_0_63) line.counter = "count_0_63";
   return line_setup(line).map_error(
       [](const std::string& error) { return "the line model, 10 MHz, 20 m: " + error; });
@@ -242,52 +225,69 @@ bool write_row(report::TableWriter& table, sim::FaultKind kind, std::uint64_t cy
 ExitStatus run_line(const LineRunOptions& options, Host& host) {
   const auto monitored = parse_safety_format(options.format);
   if (!monitored) return host.fail(ExitStatus::usage, safety_format_error(options.format));
-  const auto line = line_of(*monitored, options);
-  if (!line) return host.fail(ExitStatus::usage, line.error());
-  const Picoseconds interval = sim::Line(*line).nominal().interval;
-  if (options.cycles > static_cast<std::uint64_t>(longest_run.count / interval.count)) {
-    return host.fail(ExitStatus::usage,
-                     fmt::format("--cycles: the line model holds 100 days, {} cycles at this rate",
-                                 longest_run.count / interval.count));
-  }
-  std::array<LineCounts, sim::simulated_fault_count> all;
-  {
-    Progress progress(host);
-    std::mutex mutex;
-    std::size_t done = 0;
-    lab::parallel_for(options.threads, all.size(), [&](std::size_t k) {
-      all[k] = count(*monitored, *line, static_cast<sim::FaultKind>(k), options.cycles);
-      const std::lock_guard lock(mutex);
-      ++done;
-      if (progress.due()) {
-        progress.show(
-            progress_text({.done = done, .all = all.size()}, "faults", progress.seconds()));
-      }
-    });
-  }
+  const auto counts = run_line_model(*monitored, options.request, host);
+  if (!counts) return host.fail(ExitStatus::usage, counts.error());
   Output output(host);
   if (!output.open(options.output)) return output.status();
-  const auto table =
-      report::make_table_writer(options.to, columns(), output, output.table_options());
-  ExitStatus status = ExitStatus::done;
-  for (std::size_t k = 0; k < all.size(); ++k) {
-    const auto kind = static_cast<sim::FaultKind>(k);
-    if (!write_row(*table, kind, options.cycles, all[k])) return output.status();
-    if (all[k].false_alarms != 0) {
-      status = host.fail(ExitStatus::data_failed,
-                         fmt::format("{}: {} frames without a fault have a fault verdict",
-                                     name_of(kind), all[k].false_alarms));
-    }
-    if (all[k].wrong_undamaged != 0) {
-      status = host.fail(ExitStatus::data_failed,
-                         fmt::format("{}: {} frames without a fault are safe with a wrong position",
-                                     name_of(kind), all[k].wrong_undamaged));
-    }
-  }
-  return table->finish() && output.finish() ? status : output.status();
+  const bool written =
+      write_line(*counts, options.request.cycles, options.to, output, output.table_options());
+  const ExitStatus status = judge_line(*counts, host);
+  return written && output.finish() ? status : output.status();
 }
 
 }  // namespace
+
+tl::expected<LineResult, std::string> run_line_model(const SafetyFormat& monitored,
+                                                     const LineRequest& request, Host& host) {
+  const auto line = line_of(monitored, request);
+  if (!line) return tl::unexpected(line.error());
+  const Picoseconds interval = sim::Line(*line).nominal().interval;
+  if (request.cycles > static_cast<std::uint64_t>(longest_run.count / interval.count)) {
+    return tl::unexpected(
+        fmt::format("--cycles: the line model holds 100 days, {} cycles at this rate",
+                    longest_run.count / interval.count));
+  }
+  LineResult all;
+  Progress progress(host);
+  std::mutex mutex;
+  std::size_t done = 0;
+  lab::parallel_for(request.threads, all.size(), [&](std::size_t k) {
+    all[k] = count(monitored, *line, static_cast<sim::FaultKind>(k), request.cycles);
+    const std::lock_guard lock(mutex);
+    ++done;
+    if (progress.due()) {
+      progress.show(progress_text({.done = done, .all = all.size()}, "faults", progress.seconds()));
+    }
+  });
+  return all;
+}
+
+bool write_line(const LineResult& result, std::uint64_t cycles, report::Format to,
+                report::TextSink& sink, const report::TableOptions& options) {
+  const auto table = report::make_table_writer(to, columns(), sink, options);
+  for (std::size_t k = 0; k < result.size(); ++k) {
+    if (!write_row(*table, static_cast<sim::FaultKind>(k), cycles, result[k])) return false;
+  }
+  return table->finish();
+}
+
+ExitStatus judge_line(const LineResult& result, Host& host) {
+  ExitStatus status = ExitStatus::done;
+  for (std::size_t k = 0; k < result.size(); ++k) {
+    const auto kind = static_cast<sim::FaultKind>(k);
+    if (result[k].false_alarms != 0) {
+      status = host.fail(ExitStatus::data_failed,
+                         fmt::format("{}: {} frames without a fault have a fault verdict",
+                                     name_of(kind), result[k].false_alarms));
+    }
+    if (result[k].wrong_undamaged != 0) {
+      status = host.fail(ExitStatus::data_failed,
+                         fmt::format("{}: {} frames without a fault are safe with a wrong position",
+                                     name_of(kind), result[k].wrong_undamaged));
+    }
+  }
+  return status;
+}
 
 std::string verdicts_text(const std::array<std::uint64_t, safety_verdict_count>& counts) {
   std::vector<std::size_t> order;
@@ -306,13 +306,13 @@ std::string verdicts_text(const std::array<std::uint64_t, safety_verdict_count>&
 Run add_safety_line(Verb verb) {
   const auto options = std::make_shared<LineRunOptions>();
   add_safety_format_option(verb, options->format).required();
-  add_count_option(verb, "--cycles", into(options->cycles),
+  add_count_option(verb, "--cycles", into(options->request.cycles),
                    "Cycles for each kind of fault, one in 32 with the fault; 50000 by default",
                    most_line_cycles);
-  add_rate_option(verb, "--rate", into(options->rate),
+  add_rate_option(verb, "--rate", into(options->request.rate),
                   "Requests per second; by default 1 / the configuration's shortest cycle");
-  add_count_option(verb, "--seed", into(options->seed), "Random seed; 1 by default");
-  add_count_option(verb, "--threads", into(options->threads),
+  add_count_option(verb, "--seed", into(options->request.seed), "Random seed; 1 by default");
+  add_count_option(verb, "--threads", into(options->request.threads),
                    "Worker threads; by default one per core", 1024);
   add_to_option(verb, options->to);
   add_output_option(verb, options->output);

@@ -10,7 +10,7 @@
 
 #include "cli/common/terminal.hpp"
 #include "cli/common/verb.hpp"
-#include "cli/safety/format.hpp"
+#include "cli/safety/experiments.hpp"
 #include "cli/safety/safety.hpp"
 #include "cli/safety/sequence_table.hpp"
 #include "lab/sequence.hpp"
@@ -184,15 +184,6 @@ ExitStatus run_replay(const lab::SequencePlan& plan, const SequenceOptions& opti
   return ExitStatus::done;
 }
 
-std::optional<std::vector<lab::SequenceResult>> run(const lab::SequencePlan& plan, unsigned threads,
-                                                    Host& host) {
-  Progress line(host);
-  return lab::run_sequences(plan, threads, [&line](const lab::SequenceProgress& progress) {
-    if (!line.due()) return;
-    line.show(fmt::format("{} of {} blocks", progress.done, progress.all));
-  });
-}
-
 ExitStatus run_safety_sequences(SequenceOptions options, Host& host) {
   if (options.motions.empty()) options.motions = {"max"};
   auto plan = basis_of(options);
@@ -204,20 +195,33 @@ ExitStatus run_safety_sequences(SequenceOptions options, Host& host) {
         "counter than the encoder's");
   }
   if (plan && options.replay) return run_replay(*plan, options, host);
-  const auto results = plan ? run(*plan, options.threads, host) : std::nullopt;
+  const auto results = plan ? run_sequence_plan(*plan, options.threads, host) : std::nullopt;
   if (!results) return bad_format(options.format, host);
   Output output(host);
   if (!output.open(options.output)) return output.status();
   if (!write_sequences(*results, options.to, output, output.table_options()) || !output.finish()) {
     return output.status();
   }
-  for (const lab::SequenceResult& result : *results) {
+  return judge_sequences(*results, host);
+}
+
+}  // namespace
+
+std::optional<std::vector<lab::SequenceResult>> run_sequence_plan(const lab::SequencePlan& plan,
+                                                                  unsigned threads, Host& host) {
+  Progress line(host);
+  return lab::run_sequences(plan, threads, [&line](const lab::SequenceProgress& progress) {
+    if (!line.due()) return;
+    line.show(fmt::format("{} of {} blocks", progress.done, progress.all));
+  });
+}
+
+ExitStatus judge_sequences(std::span<const lab::SequenceResult> results, Host& host) {
+  for (const lab::SequenceResult& result : results) {
     if (!result.passed()) return host.fail(ExitStatus::data_failed, failure_of(result));
   }
   return ExitStatus::done;
 }
-
-}  // namespace
 
 Run add_safety_sequences(Verb verb) {
   const auto options = std::make_shared<SequenceOptions>();
