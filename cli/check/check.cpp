@@ -10,7 +10,7 @@
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/safety/configurations.hpp"
 #include "biss/timing/renishaw.hpp"
-#include "cli/common/decoded_capture.hpp"
+#include "cli/common/cycle_run.hpp"
 #include "cli/common/identified.hpp"
 #include "cli/common/verbs.hpp"
 #include "cli/decode/safety.hpp"
@@ -49,7 +49,7 @@ struct CheckOptions {
 
 // Limits are times for some rules and counts or shares for others. Thousandths of any unit are
 // written like picoseconds as nanoseconds.
-const std::vector<report::Column>& columns() {
+const std::vector<report::Column>& check_columns() {
   static const std::vector<report::Column> all{{.name = "rule", .kind = Kind::text},
                                                {.name = "limit", .kind = Kind::nanoseconds},
                                                {.name = "worst", .kind = Kind::nanoseconds},
@@ -163,28 +163,23 @@ Speed read_speed(const std::string& text) {
   return speed;
 }
 
-class CheckRun {
+class CheckRun final : public CycleRun {
  public:
-  CheckRun(const CheckOptions& options, Host& host) : options_(options), host_(host) {}
+  CheckRun(CheckOptions options, Host& host) : CycleRun(host), options_(std::move(options)) {}
 
-  ExitStatus run() {
+  ExitStatus open() override {
     CaptureArguments arguments = options_.capture;
     arguments.identify = true;
     const std::string wrong = apply_against(options_.against, arguments);
     if (!wrong.empty()) return host_.fail(ExitStatus::usage, wrong);
     format_ = arguments.device.format;
     renishaw_ = arguments.timing == renishaw_timing;
-    const ExitStatus opened = capture_.open(arguments, options_.margin);
-    if (opened != ExitStatus::done) return opened;
-    return write_captures(capture_, options_.output, options_.to, columns, true,
-                          [&](report::TableWriter& writer, RunMessages& messages) {
-                            return judge(writer, messages);
-                          });
+    return capture_.open(arguments, options_.margin);
   }
 
- private:
-  // The rows of one capture.
-  ExitStatus judge(report::TableWriter& writer, RunMessages& messages) {
+  std::vector<report::Column> columns() const override { return check_columns(); }
+
+  std::optional<ExitStatus> begin(report::TableWriter&, RunMessages&) override {
     std::optional<SafetySetup> safety;
     if (options_.safety.given()) {
       const auto monitor = choose_monitor(options_.safety, format_, capture_);
@@ -193,41 +188,47 @@ class CheckRun {
     }
     const auto& format = capture_.format();
     const bool fortis = options_.against.starts_with("fortis") || format_.starts_with("fortis");
-    decode::Check check(
-        {.format = format,
-         .timing = capture_.timing(),
-         .unidirectional = renishaw_,
-         .renishaw_cables = renishaw_,
-         .has_word_lengths = format ? has_word_lengths(*format, renishaw_, fortis) : std::nullopt,
-         .safety = safety,
-         .compensated = capture_.margin().compensated,
-         .resolution = capture_.margin().resolution,
-         .speed_max = counts_per_second(options_.speed_max, capture_.format())});
-    std::uint64_t cycles = 0;
-    const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
-      ++cycles;
-      check.push(number, cycle);
-      return true;
-    });
-    check.finish();
+    check_.emplace(decode::CheckSetup{
+        .format = format,
+        .timing = capture_.timing(),
+        .unidirectional = renishaw_,
+        .renishaw_cables = renishaw_,
+        .has_word_lengths = format ? has_word_lengths(*format, renishaw_, fortis) : std::nullopt,
+        .safety = safety,
+        .compensated = capture_.margin().compensated,
+        .resolution = capture_.margin().resolution,
+        .speed_max = counts_per_second(options_.speed_max, capture_.format())});
+    cycles_ = 0;
+    return std::nullopt;
+  }
+
+  void take(std::uint64_t number, const decode::Cycle& cycle) override {
+    ++cycles_;
+    check_->push(number, cycle);
+  }
+
+  ExitStatus end(bool read, Picoseconds, report::TableWriter& writer,
+                 RunMessages& messages) override {
+    check_->finish();
     if (!read) return messages.fail(ExitStatus::io, capture_.input().error());
-    if (cycles == 0) return messages.fail(ExitStatus::data_failed, capture_.no_request());
+    if (cycles_ == 0) return messages.fail(ExitStatus::data_failed, capture_.no_request());
     Verdicts verdicts{};
     for (std::size_t i = 0; i < decode::rule_count; ++i) {
       const auto rule = static_cast<Rule>(i);
-      const RuleResult result = check.result(rule);
+      const RuleResult result = check_->result(rule);
       verdicts[static_cast<std::size_t>(result.verdict)].push_back(text_of(rule).name);
       put(writer, rule, result);
     }
     messages.add_summary(summary(verdicts));
     if (!verdicts[static_cast<std::size_t>(Verdict::fail)].empty()) return ExitStatus::data_failed;
-    const RuleResult frames = check.result(Rule::frame_structure);
+    const RuleResult frames = check_->result(Rule::frame_structure);
     if (frames.cases != 0) return ExitStatus::done;
     return messages.fail(
         ExitStatus::data_failed,
         fmt::format("{}: no frame could be judged: {}", capture_.input().name(), frames.note));
   }
 
+ private:
   // The names of the rules by verdict.
   using Verdicts = std::array<std::vector<std::string_view>, 4>;
 
@@ -251,16 +252,24 @@ class CheckRun {
     return out.text();
   }
 
-  const CheckOptions& options_;
-  Host& host_;
-  DecodedCapture capture_{host_};
+  const CheckOptions options_;
   // The limits are those of Renishaw's data sheets.
   bool renishaw_ = false;
   // By -f or --against; empty where none is given.
   std::string format_;
+  std::optional<decode::Check> check_;
+  std::uint64_t cycles_ = 0;
 };
 
 }  // namespace
+
+std::unique_ptr<CycleRun> check_run(const CaptureArguments& capture, const std::string& against,
+                                    Host& host) {
+  CheckOptions options;
+  options.capture = capture;
+  options.against = against;
+  return std::make_unique<CheckRun>(std::move(options), host);
+}
 
 void add_check(Command& command) {
   const auto options = std::make_shared<CheckOptions>();
@@ -270,7 +279,9 @@ void add_check(Command& command) {
        .examples = {"biss check capture.vcd --against resolute-26",
                     "biss check capture.sr --against renishaw -f pos26,nE,nW,crc6",
                     "biss check capture.vcd --against biss-c --to jsonl"}},
-      [options](Host& host) { return CheckRun(*options, host).run(); });
+      [options](Host& host) {
+        return CheckRun(*options, host).write(options->output, options->to);
+      });
   verb.add_option("--against", options->against,
                   "The limits: biss-c (by default; those of BiSS C, and of the name given to -f), "
                   "renishaw (its data sheets), or a name that 'biss encoders' lists, whose format "

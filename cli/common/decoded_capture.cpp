@@ -493,14 +493,12 @@ bool DecodedCapture::end_steps() {
 
 bool DecodedCapture::read(const OnCycle& on_cycle) {
   if (words_) return read_words(reader(), on_cycle);
+  good_ = contradict_ = 0;
   std::uint64_t number = 0;
-  std::uint64_t good = 0;
-  std::uint64_t contradict = 0;
   bool wanted = true;
   Progress progress(host_);
   deliver_ = [&](const decode::Cycle& cycle) {
-    good += cycle.status == decode::CycleStatus::ok ? 1U : 0U;
-    contradict += contradicts(cycle.status) ? 1U : 0U;
+    count(cycle);
     wanted = wanted && hand_out(number++, cycle, on_cycle);
   };
   const auto go_on = [&] {
@@ -519,13 +517,66 @@ bool DecodedCapture::read(const OnCycle& on_cycle) {
   }
   decoder().finish(input_.end_time());
   decoder_.reset();
-  if (identifies_ && format_ && watcher_ == nullptr && contradict > least_contradiction &&
-      4 * contradict > good) {
-    host_.warn(fmt::format("{}: {} frames contradict {}, which the beginning shows; give -f",
-                           input_.name(), contradict, format_text(*format_).view()));
-    status_ = std::max(status_, ExitStatus::data_failed);
-  }
+  end_following();
   return input_.error().empty();
+}
+
+void DecodedCapture::count(const decode::Cycle& cycle) {
+  good_ += cycle.status == decode::CycleStatus::ok ? 1U : 0U;
+  contradict_ += contradicts(cycle.status) ? 1U : 0U;
+}
+
+void DecodedCapture::follow(std::uint64_t number, const decode::Cycle& cycle,
+                            const OnCycle& on_cycle) {
+  count(cycle);
+  hand_out(number, cycle, on_cycle);
+}
+
+void DecodedCapture::end_following() {
+  if (!identifies_ || !format_ || watcher_ != nullptr || contradict_ <= least_contradiction ||
+      4 * contradict_ <= good_) {
+    return;
+  }
+  host_.warn(fmt::format("{}: {} frames contradict {}, which the beginning shows; give -f", input_.name(),
+                   contradict_, format_text(*format_).view()));
+  status_ = std::max(status_, ExitStatus::data_failed);
+}
+
+bool DecodedCapture::reads_as(const DecodedCapture& other) const {
+  return lines().lines == other.lines().lines && format_ == other.format_ &&
+         reading_timing() == other.reading_timing() &&
+         margin_.compensated == other.margin_.compensated &&
+         margin_.resolution == other.margin_.resolution &&
+         (other.margin_.signal || !margin_.signal);
+}
+
+FollowingCapture::FollowingCapture(DecodedCapture& capture, DecodedCapture::OnCycle on_cycle)
+    : capture_(capture),
+      on_cycle_(std::move(on_cycle)),
+      lines_(capture.lines().lines),
+      decoder_(
+          capture.reader(),
+          [this](const decode::Cycle& cycle) { capture_.follow(number_++, cycle, on_cycle_); }),
+      finder_(capture.format(), capture.reading_timing(), capture.margin()),
+      join_(finder_, decoder_) {}
+
+void FollowingCapture::take(std::span<const wire::Edge> edges) {
+  if (capture_.watcher() != nullptr) capture_.watcher()->take(edges);
+  join_.push(edges, lines_);
+}
+
+void FollowingCapture::take(const capture::PairPiece& changes) {
+  const decode::PairRun run{{changes.ma.times, changes.ma.first_high != lines_.ma_inverted},
+                            {changes.slo.times, changes.slo.first_high != lines_.slo_inverted}};
+  finder_.find(run, clean_);
+  join_.push(run, clean_);
+  if (capture_.watcher() != nullptr) capture_.watcher()->take(changes);
+}
+
+void FollowingCapture::finish(Picoseconds end) {
+  join_.flush();
+  decoder_.finish(end);
+  capture_.end_following();
 }
 
 void DecodedCapture::read_blocks(const std::function<bool()>& go_on) {

@@ -17,6 +17,7 @@
 #include "decode/clean_cycles.hpp"
 #include "decode/cycle.hpp"
 #include "decode/decoder.hpp"
+#include "decode/run_join.hpp"
 #include "flow/piece.hpp"
 #include "identify/format.hpp"
 #include "identify/protocol.hpp"
@@ -127,9 +128,16 @@ class DecodedCapture {
   void begin_steps(OnCycle on_cycle);
   bool step();
   bool end_steps();
+  /// In place of read(), where the cycles are those of another capture: follow() each, then
+  /// end_following(), which prints what read() would.
+  void follow(std::uint64_t number, const decode::Cycle& cycle, const OnCycle& on_cycle);
+  void end_following();
+  /// Its cycles are those of this other capture. \pre both are of the same file
+  bool reads_as(const DecodedCapture& other) const;
   /// Who sees what read() or step() reads, and judges it. \pre it lives as long as the reading
   void watch(ChangeWatcher& watcher) { watcher_ = &watcher; }
   void unwatch() { watcher_ = nullptr; }
+  ChangeWatcher* watcher() const { return watcher_; }
   /// Reads the edges alone, in place of read(), until `on_edges` returns false.
   /// \return as read()
   bool read_edges(const std::function<bool(std::span<const wire::Edge>)>& on_edges);
@@ -190,6 +198,7 @@ class DecodedCapture {
  private:
   // Hands the cycle out if it is wanted. False: no more cycle is.
   bool hand_out(std::uint64_t number, const decode::Cycle& cycle, const OnCycle& on_cycle);
+  void count(const decode::Cycle& cycle);
   bool open_next();
   bool open_words();
   bool read_words(const decode::CycleReader& reader, const OnCycle& on_cycle);
@@ -223,6 +232,9 @@ class DecodedCapture {
   Range range_;
   // Cycles that read() has left out.
   std::uint64_t outside_ = 0;
+  // Cycles with a good frame, and those whose frame is not one of the format.
+  std::uint64_t good_ = 0;
+  std::uint64_t contradict_ = 0;
   std::optional<Picoseconds> resolution_;
   std::uint64_t threads_ = 0;
   bool invert_ma_ = false;
@@ -247,6 +259,29 @@ class DecodedCapture {
   capture::PairSource* pair_source_ = nullptr;
   ChangeWatcher* watcher_ = nullptr;
   ExitStatus status_ = ExitStatus::done;
+};
+
+/// The cycles of a capture, from the changes that another one of the same file and lines reads: those
+/// of DecodedCapture::read(), whose watcher sees the changes too.
+class FollowingCapture final : public ChangeWatcher {
+ public:
+  /// \param on_cycle its result is not asked for
+  FollowingCapture(DecodedCapture& capture, DecodedCapture::OnCycle on_cycle);
+
+  void take(std::span<const wire::Edge> edges) override;
+  void take(const capture::PairPiece& changes) override;
+  /// After the last changes.
+  void finish(Picoseconds end);
+
+ private:
+  DecodedCapture& capture_;
+  DecodedCapture::OnCycle on_cycle_;
+  std::uint64_t number_ = 0;
+  decode::Lines lines_;
+  decode::Decoder decoder_;
+  decode::CleanCycleFinder finder_;
+  decode::RunJoin join_;
+  std::vector<decode::CleanCycle> clean_;
 };
 
 /// What a run prints on stderr after its rows.

@@ -47,8 +47,7 @@ explain::Reading choose_reading(DecodedCapture& capture, const CaptureArguments&
 }
 
 CaptureObserver::CaptureObserver(DecodedCapture& capture, const decode::Lines& lines)
-    : capture_(capture),
-      observer_({.format = capture.format(),
+    : observer_({.format = capture.format(),
                  .timing = capture.timing(),
                  .timeout = capture.reader().timing().timeout,
                  .margin = capture.margin(),
@@ -66,18 +65,6 @@ void CaptureObserver::take(const capture::PairPiece& changes) {
   observer_.take(decode::PairRun{.ma = {changes.ma.times, changes.ma.first_high},
                                  .slo = {changes.slo.times, changes.slo.first_high}});
   observer_.settle();
-}
-
-bool CaptureObserver::read(const std::function<void(const decode::Cycle&)>& on_cycle) {
-  capture_.watch(*this);
-  const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
-    if (on_cycle) on_cycle(cycle);
-    observer_.add(number, cycle);
-    return true;
-  });
-  capture_.unwatch();
-  evidence_ = &observer_.finish(capture_.input().end_time());
-  return read;
 }
 
 explain::Context explain_context(DecodedCapture& capture, const CaptureArguments& arguments,

@@ -9,7 +9,7 @@ namespace biss::cli {
 /// How the lines of a capture read best. \pre as DecodedCapture::beginning()
 explain::Reading choose_reading(DecodedCapture& capture, const CaptureArguments& arguments);
 
-/// An observer of the capture, as it is read from its beginning.
+/// An observer of the capture, as it is read from its beginning: it watches the capture too.
 class CaptureObserver final : public ChangeWatcher {
  public:
   /// \pre as DecodedCapture::beginning()
@@ -18,15 +18,13 @@ class CaptureObserver final : public ChangeWatcher {
   void take(std::span<const wire::Edge> edges) override;
   void take(const capture::PairPiece& changes) override;
 
-  /// Reads the capture to its end. \param on_cycle sees each cycle too; or null
-  /// \return as DecodedCapture::read()
-  bool read(const std::function<void(const decode::Cycle&)>& on_cycle = nullptr);
-  const explain::Evidence& evidence() const { return *evidence_; }
+  /// The next cycle.
+  void add(std::uint64_t number, const decode::Cycle& cycle) { observer_.add(number, cycle); }
+  /// After the last cycle. \return valid as long as this object
+  const explain::Evidence& finish(Picoseconds end_time) { return observer_.finish(end_time); }
 
  private:
-  DecodedCapture& capture_;
   explain::Observer observer_;
-  const explain::Evidence* evidence_ = nullptr;
 };
 
 /// What diagnose() needs beside the cycles. \pre as DecodedCapture::beginning()

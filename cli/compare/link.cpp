@@ -103,9 +103,16 @@ std::optional<Link> read_link(DecodedCapture& capture, const CaptureArguments& a
   link.slo = capture.input().lines()[lines.slo];
   LinkReader reader(link, capture);
   CaptureObserver observer(capture, lines);
-  if (!observer.read([&](const Cycle& cycle) { reader.add(cycle); })) return std::nullopt;
+  capture.watch(observer);
+  const bool read = capture.read([&](std::uint64_t number, const Cycle& cycle) {
+    reader.add(cycle);
+    observer.add(number, cycle);
+    return true;
+  });
+  capture.unwatch();
+  if (!read) return std::nullopt;
   reader.finish();
-  link.evidence = observer.evidence();
+  link.evidence = observer.finish(capture.input().end_time());
   return link;
 }
 

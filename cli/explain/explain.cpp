@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "cli/common/decoded_capture.hpp"
+#include "cli/common/cycle_run.hpp"
 #include "cli/common/explained.hpp"
 #include "cli/common/host.hpp"
 #include "cli/common/identified.hpp"
@@ -63,24 +63,57 @@ bool has_usual_counter(const FrameFormat& format) {
   });
 }
 
-class ExplainRun {
+class ExplainRun final : public CycleRun {
  public:
-  ExplainRun(const ExplainOptions& options, Host& host) : options_(options), host_(host) {}
+  ExplainRun(ExplainOptions options, Host& host) : CycleRun(host), options_(std::move(options)) {}
 
   ExitStatus run() {
+    if (options_.to != report::Format::table && !options_.cycle) {
+      return write(options_.output, options_.to);
+    }
+    const ExitStatus opened = open();
+    if (opened != ExitStatus::done) return opened;
+    if (options_.to == report::Format::table) return write_text();
+    return write_captures(capture_, options_.output, options_.to, drawing_columns, true,
+                          [this](report::TableWriter& writer, RunMessages& messages) {
+                            return write_bits(writer, messages);
+                          });
+  }
+
+  ExitStatus open() override {
     CaptureArguments arguments = options_.capture;
     arguments.any_lines = true;
     arguments.identify = true;
     arguments.identify_besides = true;
-    const ExitStatus opened = capture_.open(arguments, options_.margin);
-    if (opened != ExitStatus::done) return opened;
-    if (options_.to == report::Format::table) return write_text();
-    const auto columns = [this] { return options_.cycle ? drawing_columns() : finding_columns(); };
-    return write_captures(capture_, options_.output, options_.to, columns, true,
-                          [&](report::TableWriter& writer, RunMessages& messages) {
-                            return options_.cycle ? write_bits(writer, messages)
-                                                  : write_findings(writer, messages);
-                          });
+    return capture_.open(arguments, options_.margin);
+  }
+
+  std::vector<report::Column> columns() const override { return finding_columns(); }
+
+  std::optional<ExitStatus> begin(report::TableWriter&, RunMessages& messages) override {
+    const std::string wrong = prepare();
+    if (!wrong.empty()) return messages.fail(ExitStatus::usage, wrong);
+    return std::nullopt;
+  }
+
+  void take(std::uint64_t number, const decode::Cycle& cycle) override {
+    if (watch_) watch_->judge(cycle);
+    observer_->add(number, cycle);
+  }
+
+  ChangeWatcher* watcher() override { return &*observer_; }
+
+  ExitStatus end(bool whole, Picoseconds end_time, report::TableWriter& writer,
+                 RunMessages& messages) override {
+    find(end_time);
+    if (!whole && evidence_.cycles == 0) return read_status(whole, messages);
+    for (const Finding& finding : findings_) {
+      const std::string evidence = evidence_text(finding.cause, evidence_, context_);
+      const std::string remedy = remedy_text(finding.cause, evidence_, context_);
+      const Cell cells[] = {name_of(finding.cause), rounded(finding.likelihood), evidence, remedy};
+      if (!writer.row(cells)) break;
+    }
+    return read_status(whole, messages);
   }
 
  private:
@@ -96,8 +129,10 @@ class ExplainRun {
     return {};
   }
 
-  // False when reading failed.
-  bool find(std::vector<Finding>& findings) {
+  // Before the cycles are read. As choose_watch().
+  std::string prepare() {
+    std::string wrong = choose_watch();
+    if (!wrong.empty()) return wrong;
     context_ = explain_context(capture_, options_.capture, options_.margin);
     // Frames are judged by the likeliest format with a usual checksum, if none is sure.
     const auto* finding = capture_.finding();
@@ -127,14 +162,14 @@ class ExplainRun {
       capture_.judge_by(*usual);
       context_.format = usual;
     }
-    CaptureObserver observer(capture_, context_.reading.lines);
-    const bool read = observer.read([this](const decode::Cycle& cycle) {
-      if (watch_) watch_->judge(cycle);
-    });
-    evidence_ = observer.evidence();
-    findings = diagnose(evidence_, context_);
-    judged_ = !findings.empty();
-    return read;
+    observer_.emplace(capture_, context_.reading.lines);
+    return wrong;
+  }
+
+  void find(Picoseconds end_time) {
+    evidence_ = observer_->finish(end_time);
+    observer_.reset();
+    findings_ = diagnose(evidence_, context_);
   }
 
   // Reads until the cycle that is asked for. Nothing when the capture has fewer cycles.
@@ -157,26 +192,11 @@ class ExplainRun {
     return drawing;
   }
 
-  ExitStatus write_findings(report::TableWriter& writer, RunMessages& messages) {
-    const std::string wrong = choose_watch();
-    if (!wrong.empty()) return messages.fail(ExitStatus::usage, wrong);
-    std::vector<Finding> findings;
-    const bool whole = find(findings);
-    if (!whole && evidence_.cycles == 0) return read_status(whole, messages);
-    for (const Finding& finding : findings) {
-      const std::string evidence = evidence_text(finding.cause, evidence_, context_);
-      const std::string remedy = remedy_text(finding.cause, evidence_, context_);
-      const Cell cells[] = {name_of(finding.cause), rounded(finding.likelihood), evidence, remedy};
-      if (!writer.row(cells)) break;
-    }
-    return read_status(whole, messages);
-  }
-
   // What comes before the damage of a capture is explained too.
   ExitStatus read_status(bool whole, RunMessages& messages) const {
     if (!whole) return messages.fail(ExitStatus::io, capture_.input().error());
     if (evidence_.cycles == 0) return messages.fail(ExitStatus::data_failed, capture_.no_request());
-    if (judged_) return ExitStatus::done;
+    if (!findings_.empty()) return ExitStatus::done;
     return messages.fail(
         ExitStatus::data_failed,
         fmt::format("{}: no cause was found, because no cycle is good and none shows a fault; see "
@@ -225,22 +245,22 @@ class ExplainRun {
     return status;
   }
 
-  std::size_t columns() const {
+  std::size_t text_columns() const {
     const std::size_t terminal = output_columns(host_);
     return terminal == 0 || !options_.output.empty() ? usual_columns : terminal;
   }
 
   void append_entry(std::string& text, std::string_view label, std::string_view entry) const {
     text += label;
-    append_wrapped(text, entry, {label.size(), label.size(), columns()});
+    append_wrapped(text, entry, {label.size(), label.size(), text_columns()});
     text += '\n';
   }
 
   ExitStatus findings_text(std::string& text, RunMessages& messages) {
-    const std::string wrong = choose_watch();
+    const std::string wrong = prepare();
     if (!wrong.empty()) return messages.fail(ExitStatus::usage, wrong);
-    std::vector<Finding> findings;
-    const bool whole = find(findings);
+    const bool whole = read_cycles();
+    find(capture_.input().end_time());
     if (!whole && evidence_.cycles == 0) return read_status(whole, messages);
     report::Summary head;
     head.title(fmt::format("{}: {} request cycle{}, {} {}", capture_.input().name(),
@@ -250,7 +270,7 @@ class ExplainRun {
     if (watch_) add_safety(head, *watch_, watch_name_);
     text = head.text();
     std::size_t number = 0;
-    for (const Finding& finding : findings) {
+    for (const Finding& finding : findings_) {
       text +=
           fmt::format("\n{}. {}  {:.2f}\n", ++number, name_of(finding.cause), finding.likelihood);
       const std::string seen = evidence_text(finding.cause, evidence_, context_);
@@ -263,23 +283,29 @@ class ExplainRun {
   ExitStatus drawn_text(std::string& text, RunMessages& messages) {
     const auto drawing = draw_cycle();
     if (!drawing) return messages.fail(no_cycle_status(), no_cycle());
-    text = drawing_title(*drawing) + '\n' + draw::drawing_text(*drawing, columns());
+    text = drawing_title(*drawing) + '\n' + draw::drawing_text(*drawing, text_columns());
     return ExitStatus::done;
   }
 
-  const ExplainOptions& options_;
-  Host& host_;
-  DecodedCapture capture_{host_};
+  const ExplainOptions options_;
   // Of the capture that is being read.
   explain::Evidence evidence_;
   explain::Context context_;
-  bool judged_ = false;
+  std::optional<CaptureObserver> observer_;
+  std::vector<Finding> findings_;
   std::optional<decode::SafetyWatch> watch_;
   std::string watch_name_;
   std::uint64_t cycles_ = 0;
 };
 
 }  // namespace
+
+std::unique_ptr<CycleRun> explain_run(const CaptureArguments& capture, Host& host) {
+  ExplainOptions options;
+  options.capture = capture;
+  options.to = report::Format::jsonl;
+  return std::make_unique<ExplainRun>(std::move(options), host);
+}
 
 void add_explain(Command& command) {
   const auto options = std::make_shared<ExplainOptions>();

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "cli/common/columns.hpp"
-#include "cli/common/decoded_capture.hpp"
+#include "cli/common/cycle_run.hpp"
 #include "cli/common/identified.hpp"
 #include "cli/common/verbs.hpp"
 #include "cli/identify/line_facts.hpp"
@@ -103,11 +103,11 @@ std::string alternatives_of(const FormatFinding& finding, report::Format to) {
   return joined(texts);
 }
 
-class IdentifyRun {
+class IdentifyRun final : public CycleRun {
  public:
-  IdentifyRun(const IdentifyOptions& options, Host& host) : options_(options), host_(host) {}
+  IdentifyRun(IdentifyOptions options, Host& host) : CycleRun(host), options_(std::move(options)) {}
 
-  ExitStatus run() {
+  ExitStatus open() override {
     const std::string& format = options_.capture.device.format;
     if (!format.empty() && format != "none") {
       return host_.fail(
@@ -115,49 +115,49 @@ class IdentifyRun {
           "identify finds the format without -f: leave it out; biss explain compares a "
           "format with the frames");
     }
-    const ExitStatus opened = capture_.open(options_.capture);
-    if (opened != ExitStatus::done) return opened;
-    return write_captures(
-        capture_, options_.output, options_.to, [this] { return columns_for(options_.to); }, true,
-        [&](report::TableWriter& writer, RunMessages& messages) {
-          return identify(writer, messages);
-        });
+    return capture_.open(options_.capture);
   }
 
- private:
-  // The row of one pair of lines.
-  ExitStatus identify(report::TableWriter& writer, RunMessages& messages) {
-    const ProtocolGuess guess = capture_.protocol();
-    const bool other = guess.protocol != Protocol::biss_c && guess.protocol != Protocol::unknown &&
-                       guess.protocol != Protocol::clock_alone;
-    if (!capture_.has_lines() || other) {
-      put_other(writer, guess);
-      report::Summary summary;
-      summary.title(capture_.input().name());
-      add_protocol(summary, guess);
-      messages.add_summary(summary.text());
-      return ExitStatus::data_failed;
+  std::vector<report::Column> columns() const override { return columns_for(options_.to); }
+
+  std::optional<ExitStatus> begin(report::TableWriter& writer, RunMessages& messages) override {
+    guess_ = capture_.protocol();
+    const bool other = guess_.protocol != Protocol::biss_c &&
+                       guess_.protocol != Protocol::unknown &&
+                       guess_.protocol != Protocol::clock_alone;
+    if (capture_.has_lines() && !other) {
+      line_ = {};
+      return std::nullopt;
     }
-    Line line;
-    const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
-      line.add(number, cycle);
-      return true;
-    });
-    line.parts = identify::find_parts(line.samples.samples());
-    if (line.parts.empty()) line.parts.emplace_back();
+    put_other(writer, guess_);
+    report::Summary summary;
+    summary.title(capture_.input().name());
+    add_protocol(summary, guess_);
+    messages.add_summary(summary.text());
+    return ExitStatus::data_failed;
+  }
+
+  void take(std::uint64_t number, const decode::Cycle& cycle) override { line_.add(number, cycle); }
+
+  // The row of one pair of lines.
+  ExitStatus end(bool read, Picoseconds, report::TableWriter& writer,
+                 RunMessages& messages) override {
+    line_.parts = identify::find_parts(line_.samples.samples());
+    if (line_.parts.empty()) line_.parts.emplace_back();
     bool sure = true;
-    for (const identify::FormatPart& part : line.parts) {
-      put(writer, guess, line, part);
+    for (const identify::FormatPart& part : line_.parts) {
+      put(writer, guess_, line_, part);
       sure = sure && part.finding.sure() != nullptr;
     }
-    messages.add_summary(summary(guess, line));
+    messages.add_summary(summary(guess_, line_));
     if (!read) return messages.fail(ExitStatus::io, capture_.input().error());
-    if (line.statistics.cycles() == 0) {
+    if (line_.statistics.cycles() == 0) {
       return messages.fail(ExitStatus::data_failed, capture_.no_request());
     }
     return sure ? ExitStatus::done : ExitStatus::data_failed;
   }
 
+ private:
   void put_other(report::TableWriter& writer, const ProtocolGuess& guess) {
     std::vector<Cell> cells(identify_columns().size());
     cells[0] = capture_.input().name();
@@ -248,12 +248,23 @@ class IdentifyRun {
     return out.text();
   }
 
-  const IdentifyOptions& options_;
-  Host& host_;
-  DecodedCapture capture_{host_};
+  const IdentifyOptions options_;
+  // Of the pair of lines that is being read.
+  ProtocolGuess guess_;
+  Line line_;
 };
 
 }  // namespace
+
+std::unique_ptr<CycleRun> identify_run(const CaptureArguments& capture, Host& host) {
+  IdentifyOptions options;
+  options.capture = capture;
+  options.to = report::Format::jsonl;
+  options.capture.device.format.clear();
+  options.capture.identify = false;
+  options.capture.each = options.capture.keep_unknown = true;
+  return std::make_unique<IdentifyRun>(std::move(options), host);
+}
 
 void add_identify(Command& command) {
   const auto options = std::make_shared<IdentifyOptions>();
@@ -264,7 +275,9 @@ void add_identify(Command& command) {
        .purpose = "Find out what the lines of a capture carry, and the frame format",
        .examples = {"biss identify capture.vcd", "biss identify *.sr --to jsonl",
                     "biss identify samples.bin --raw-rate 100MHz --ma D0 --slo D3"}},
-      [options](Host& host) { return IdentifyRun(*options, host).run(); });
+      [options](Host& host) {
+        return IdentifyRun(*options, host).write(options->output, options->to);
+      });
   add_capture_options(verb, options->capture, true);
   add_range_options(verb, options->capture);
   add_output_option(verb, options->output);

@@ -30,19 +30,23 @@ void append(const capture::LineChanges& line, wire::LineIndex index, std::vector
 
 }  // namespace
 
+// The cycles before these edges have been added.
 void Excerpt::take(std::span<const Edge> edges) {
+  settle();
   for (const Edge& edge : edges) {
     if (edge.line == lines_.ma) held_.push_back({edge.time, 0, edge.level});
     if (edge.line == lines_.slo) held_.push_back({edge.time, 1, edge.level});
   }
 }
 
+// So have those of these changes.
 void Excerpt::take(const capture::PairPiece& changes) {
   const auto begin = static_cast<std::ptrdiff_t>(held_.size());
   append(changes.ma, 0, held_);
   const auto middle = static_cast<std::ptrdiff_t>(held_.size());
   append(changes.slo, 1, held_);
   std::inplace_merge(held_.begin() + begin, held_.begin() + middle, held_.end(), is_earlier);
+  settle();
 }
 
 void Excerpt::add(ExcerptCycle cycle) {
@@ -63,6 +67,7 @@ void Excerpt::queue(std::int64_t to) {
   if (pending_->wanted) queue_.emplace_back(std::move(*pending_), to);
 }
 
+// Takes the edges of what was added.
 void Excerpt::settle() {
   for (auto& [window, to] : queue_) copy(window, to);
   queue_.clear();

@@ -34,8 +34,6 @@ class Excerpt final : public ChangeWatcher {
   void take(const capture::PairPiece& changes) override;
   /// The next cycle of the capture.
   void add(ExcerptCycle cycle);
-  /// Takes the edges of what was added; after each step of the reading.
-  void settle();
   /// After the last cycle.
   void finish(Picoseconds end);
 
@@ -55,6 +53,7 @@ class Excerpt final : public ChangeWatcher {
     bool wanted = false;
   };
 
+  void settle();
   void queue(std::int64_t to);
   void copy(Pending& window, std::int64_t to);
   void leave(std::int64_t time);

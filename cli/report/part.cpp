@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <deque>
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -71,34 +72,34 @@ std::vector<std::string> cells_of(const std::string& row) {
   }
 }
 
-class PartMaker {
+class PartMaker final : private ChangeWatcher {
  public:
   PartMaker(DecodeOptions& options, DecodeRun& run, std::string_view name, Host& host)
       : options_(options), run_(run), name_(name), host_(host) {}
 
+  // And asks what the verbs of the page's panels say of the whole capture: `check` with the limits of
+  // the profiles, and of the encoder that the format names.
   ExitStatus read() {
     DecodedCapture& capture = run_.capture();
     const auto& format = capture.format();
     options_.motion.velocity = format && format->channel_list[0].position_bits() != 0;
     excerpt_.emplace(capture.lines().lines);
     overview_.emplace(run_.columns());
-    capture.watch(*excerpt_);
+    ask();
+    for (AskedVerb& verb : asked_) verb.open(capture);
+    capture.watch(*this);
     const ExitStatus begun = run_.begin_rows();
     if (begun != ExitStatus::done) return begun;
     LineRows rows(run_.columns(), &*overview_);
-    Progress progress(host_);
-    capture.begin_steps([&](std::uint64_t number, const decode::Cycle& cycle) {
+    const bool read = capture.read([&](std::uint64_t number, const decode::Cycle& cycle) {
       listener_.push(number, cycle);
       run_.take(number, cycle, rows);
       excerpt_->add({number, cycle.time, rows.take(), run_.took_error(), choose()});
+      for (AskedVerb& verb : asked_) verb.take(number, cycle);
       return true;
     });
-    do {
-      excerpt_->settle();
-      if (progress.due()) progress.show(capture.input().progress_text(progress.seconds()));
-    } while (capture.step());
     RunMessages messages;
-    const ExitStatus ended = run_.end_rows(capture.end_steps(), messages);
+    const ExitStatus ended = run_.end_rows(read, messages);
     listener_.finish();
     access_rows_->finish();
     excerpt_->finish(capture.input().end_time());
@@ -201,19 +202,16 @@ class PartMaker {
             {"rows", rows}};
   }
 
-  // What the verbs of the page's panels say of the whole capture, by their names: `check` by that of
-  // its limits too.
-  tl::expected<json, VerbError> verbs(const PageSettings& given) const {
+  // What the verbs say, by their names: `check` by that of its limits too.
+  tl::expected<json, VerbError> verbs() {
     json answers = json::object();
-    for (const char* verb : {"identify", "explain"}) {
-      auto answer = answer_of(verb, given);
+    for (AskedVerb& verb : asked_) {
+      auto answer = verb.answer(run_.capture().input().end_time());
       if (!answer) return answer;
-      answers[verb] = std::move(*answer);
-    }
-    for (const std::string& limits : limits_of(given)) {
-      auto answer = answer_of("check", given, {"--against", limits});
-      if (!answer) return answer;
-      answers["check " + limits] = std::move(*answer);
+      for (const char* text : {"out", "err"}) {
+        (*answer)[text] = plain((*answer)[text].get<std::string>());
+      }
+      answers[verb.name()] = std::move(*answer);
     }
     answers["registers"] = {{"status", 0}, {"out", access_text_.text()}, {"err", ""}};
     return answers;
@@ -251,37 +249,30 @@ class PartMaker {
   }
 
  private:
-  tl::expected<json, VerbError> answer_of(const std::string& verb, const PageSettings& given,
-                                          const std::vector<std::string>& more = {}) const {
-    std::vector<std::string> words{verb};
+  void ask() {
     const CaptureArguments& capture = options_.capture;
-    words.insert(words.end(), capture.files.begin(), capture.files.end());
-    if (!given.format.empty() && verb != "identify") {
-      words.insert(words.end(), {"-f", given.format});
+    const auto ask = [this](std::string name, auto make) {
+      asked_.emplace_back(std::move(name), host_, make);
+    };
+    ask("identify", [&](Host& host) { return identify_run(capture, host); });
+    ask("explain", [&](Host& host) { return explain_run(capture, host); });
+    std::vector<std::string> limits{"biss-c", "renishaw"};
+    const std::string& format = capture.device.format;
+    const auto device = parse_device(format.empty() ? "none" : format);
+    if (device && device->timing_known()) limits.push_back(format);
+    for (const std::string& each : limits) {
+      ask("check " + each, [&](Host& host) { return check_run(capture, each, host); });
     }
-    if (!capture.ma.empty()) words.insert(words.end(), {"--ma", capture.ma});
-    if (!capture.slo.empty()) words.insert(words.end(), {"--slo", capture.slo});
-    if (capture.invert_ma) words.emplace_back("--invert-ma");
-    if (capture.invert_slo) words.emplace_back("--invert-slo");
-    for (const std::vector<std::string>& option : given.further) {
-      words.insert(words.end(), option.begin(), option.end());
-    }
-    words.insert(words.end(), more.begin(), more.end());
-    words.insert(words.end(), {"--to", "jsonl"});
-    auto answer = ask_verb(words, host_);
-    if (!answer) return answer;
-    for (const char* text : {"out", "err"}) {
-      (*answer)[text] = plain((*answer)[text].get<std::string>());
-    }
-    return answer;
   }
 
-  // What the link is checked against: the profiles, and the encoder that the format names.
-  static std::vector<std::string> limits_of(const PageSettings& given) {
-    std::vector<std::string> limits{"biss-c", "renishaw"};
-    const auto device = parse_device(given.format.empty() ? "none" : given.format);
-    if (device && device->timing_known()) limits.push_back(given.format);
-    return limits;
+  void take(std::span<const wire::Edge> edges) override { show(edges); }
+  void take(const capture::PairPiece& changes) override { show(changes); }
+  template <class Changes>
+  void show(const Changes& changes) {
+    excerpt_->take(changes);
+    for (AskedVerb& verb : asked_) {
+      if (verb.watcher() != nullptr) verb.watcher()->take(changes);
+    }
   }
 
   bool choose() {
@@ -341,6 +332,7 @@ class PartMaker {
   Host& host_;
   std::optional<Excerpt> excerpt_;
   std::optional<Overview> overview_;
+  std::deque<AskedVerb> asked_;
   std::uint64_t good_ = 0;
   std::uint64_t failed_ = 0;
   std::string vcd_;
@@ -370,7 +362,7 @@ tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, De
   if (status != ExitStatus::done) return tl::unexpected(status);
   CapturePart part;
   part.settings = maker.part_settings(settings);
-  const auto verbs = maker.verbs(settings);
+  const auto verbs = maker.verbs();
   if (!verbs) return tl::unexpected(host.fail(verbs.error()));
   // Numbers of rows and times take little room beside the edges.
   constexpr std::size_t rows_room = 150'000;

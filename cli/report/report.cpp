@@ -142,6 +142,8 @@ void add_report(Command& command) {
                     "biss report samples.bin --raw-rate 100MHz --ma D0 --slo D3 -o report.html"}},
       [options, verb](Host& host) { return ReportRun(*options, **verb, host).run(); });
   options->decode.capture.identify = true;
+  // For the verbs that judge the same cycles.
+  options->decode.margin.signal = true;
   add_single_capture_options(**verb, options->decode.capture);
   add_output_option(**verb, options->output, "The page to write").required();
   add_page_option(**verb, options->page);
