@@ -20,14 +20,6 @@ constexpr std::size_t edges_max = std::size_t{1} << 22U;
 
 bool is_earlier(const Edge& a, const Edge& b) { return a.time < b.time; }
 
-void append(const capture::LineChanges& line, wire::LineIndex index, std::vector<Edge>& edges) {
-  bool high = line.first_high;
-  for (const std::int64_t time : line.times) {
-    edges.push_back({picoseconds(time), index, high ? Level::high : Level::low});
-    high = !high;
-  }
-}
-
 }  // namespace
 
 // The cycles before these edges have been added.
@@ -39,14 +31,44 @@ void Excerpt::take(std::span<const Edge> edges) {
   }
 }
 
-// So have those of these changes.
+// So have those of these changes, of which few are of use.
 void Excerpt::take(const capture::PairPiece& changes) {
-  const auto begin = static_cast<std::ptrdiff_t>(held_.size());
-  append(changes.ma, 0, held_);
-  const auto middle = static_cast<std::ptrdiff_t>(held_.size());
-  append(changes.slo, 1, held_);
-  std::inplace_merge(held_.begin() + begin, held_.begin() + middle, held_.end(), is_earlier);
+  std::array<std::size_t, 2> at{};
+  for (auto& [window, to] : queue_) {
+    fetch(changes, window.from, to, at);
+    copy(window, to);
+  }
+  queue_.clear();
+  fetch(changes, needed_from(), std::numeric_limits<std::int64_t>::max(), at);
   settle();
+}
+
+// Appends the changes between two times; `at`: of each line, the first that has not been looked at.
+void Excerpt::fetch(const capture::PairPiece& changes, std::int64_t from, std::int64_t to,
+                    std::array<std::size_t, 2>& at) {
+  leave(from);
+  const auto append = [&](wire::LineIndex index, const capture::LineChanges& line) {
+    const auto level = [&](std::size_t place) {
+      return line.first_high == (place % 2 == 0) ? Level::high : Level::low;
+    };
+    const auto place_of = [&](std::int64_t time) {
+      const auto begin = line.times.begin() + static_cast<std::ptrdiff_t>(at[index]);
+      const auto found = std::lower_bound(begin, line.times.end(), time);
+      return static_cast<std::size_t>(found - line.times.begin());
+    };
+    const std::size_t first = place_of(from);
+    if (first != at[index]) levels_[index] = level(first - 1);
+    at[index] = first;
+    const std::size_t end = place_of(to);
+    for (; at[index] != end; ++at[index]) {
+      held_.push_back({picoseconds(line.times[at[index]]), index, level(at[index])});
+    }
+    return static_cast<std::ptrdiff_t>(held_.size());
+  };
+  const auto begin = static_cast<std::ptrdiff_t>(held_.size());
+  const std::ptrdiff_t slo = append(0, changes.ma);
+  append(1, changes.slo);
+  std::inplace_merge(held_.begin() + begin, held_.begin() + slo, held_.end(), is_earlier);
 }
 
 void Excerpt::add(ExcerptCycle cycle) {
@@ -71,7 +93,7 @@ void Excerpt::queue(std::int64_t to) {
 void Excerpt::settle() {
   for (auto& [window, to] : queue_) copy(window, to);
   queue_.clear();
-  std::int64_t keep = pending_ ? pending_->from : before_all;
+  std::int64_t keep = needed_from();
   if (held_.size() > held_max) keep = dropped_to_ = held_.back().time.count;
   leave(keep);
   held_.erase(held_.begin(), held_.begin() + left_);

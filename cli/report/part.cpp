@@ -179,12 +179,18 @@ class PartMaker final : private ChangeWatcher {
     return ExitStatus::done;
   }
 
-  json report(const PageSettings& settings) const {
+  // Of the part, after verify().
+  json rows() const {
     json rows{{"times", json::array()}, {"numbers", json::array()}, {"cells", cells_}};
     for (const ExcerptCycle* cycle : shown_) {
       rows["times"].push_back(std::to_string(cycle->time.count));
       rows["numbers"].push_back(cycle->number);
     }
+    return rows;
+  }
+
+  // But for rows, verbs and notes.
+  json report(const PageSettings& settings) const {
     return {{"name", name_},
             {"settings",
              {{"format", settings.format},
@@ -198,8 +204,7 @@ class PartMaker final : private ChangeWatcher {
             {"failed", failed_},
             {"summary", plain(run_.summary())},
             {"envelope", overview_->envelope()},
-            {"causes", overview_->causes()},
-            {"rows", rows}};
+            {"causes", overview_->causes()}};
   }
 
   // What the verbs say, by their names: `check` by that of its limits too.
@@ -364,21 +369,21 @@ tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, De
   part.settings = maker.part_settings(settings);
   const auto verbs = maker.verbs();
   if (!verbs) return tl::unexpected(host.fail(verbs.error()));
+  json report = maker.report(part.settings);
+  report["verbs"] = *verbs;
+  const auto dumped = [&report] {
+    return report.dump(-1, ' ', false, json::error_handler_t::replace);
+  };
   // Numbers of rows and times take little room beside the edges.
   constexpr std::size_t rows_room = 150'000;
-  const auto dumped = [](const json& value) {
-    return value.dump(-1, ' ', false, json::error_handler_t::replace);
-  };
-  const std::size_t fixed = packed(dumped(maker.report(part.settings))).size() +
-                            packed(dumped(*verbs)).size() + rows_room;
+  const std::size_t fixed = packed(dumped()).size() + rows_room;
   part.capture = maker.packed_part(room - std::min(room, fixed));
   status = maker.verify(part.settings);
   if (status != ExitStatus::done) return tl::unexpected(status);
   part.notes = maker.notes();
-  json report = maker.report(part.settings);
-  report["verbs"] = *verbs;
+  report["rows"] = maker.rows();
   report["notes"] = part.notes;
-  part.report = packed(dumped(report));
+  part.report = packed(dumped());
   return part;
 }
 
