@@ -232,8 +232,8 @@ export interface Session {
   accesses(from: number, to: number): Access[];
   /** The summary of `biss decode` of what has been read. */
   summary(): string;
-  /** A row's cycle; undefined where its edges alone do not show it again. */
-  cycle(row: number): Cycle | undefined;
+  /** A row's cycle; undefined where its edges alone do not show it again. `number` names it otherwise. */
+  cycle(row: number, number?: number): Cycle | undefined;
   /** Frees the memory. Nothing may be called afterwards. */
   close(): void;
 }

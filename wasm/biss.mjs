@@ -195,9 +195,9 @@ class Session {
     return this.#memory.text(this.#core._biss_summary(this.#session));
   }
 
-  cycle(row) {
+  cycle(row, number = -1) {
     if (row < 0 || row >= this.rowCount) throw new RangeError(`no row ${row}`);
-    const text = this.#memory.text(this.#core._biss_cycle(this.#session, row));
+    const text = this.#memory.text(this.#core._biss_cycle(this.#session, row, number));
     return text === undefined ? undefined : JSON.parse(text);
   }
 

@@ -128,9 +128,11 @@ EMSCRIPTEN_KEEPALIVE const char* biss_summary(const Session* session) {
   return keep(session->summary());
 }
 
-// Null where the edges do not show the cycle.
-EMSCRIPTEN_KEEPALIVE const char* biss_cycle(Session* session, double row) {
-  auto cycle = session->cycle(static_cast<std::uint64_t>(row));
+// Null where the edges do not show the cycle. A negative number is that of the row.
+EMSCRIPTEN_KEEPALIVE const char* biss_cycle(Session* session, double row, double number) {
+  auto cycle =
+      session->cycle(static_cast<std::uint64_t>(row),
+                     number < 0 ? std::nullopt : std::optional(static_cast<std::uint64_t>(number)));
   return cycle ? keep(std::move(*cycle)) : nullptr;
 }
 

@@ -187,7 +187,7 @@ std::string Session::columns_text() const {
   return dumped(columns);
 }
 
-std::optional<std::string> Session::cycle(std::uint64_t row) {
+std::optional<std::string> Session::cycle(std::uint64_t row, std::optional<std::uint64_t> number) {
   // Cycles around it show the clock.
   constexpr std::uint64_t around = 2;
   const std::uint64_t last = rows_->rows() - 1;
@@ -199,12 +199,12 @@ std::optional<std::string> Session::cycle(std::uint64_t row) {
   const Picoseconds wanted = row <= around ? before - milliseconds(1) : before - picoseconds(1);
   const Picoseconds from = std::max({wanted, ma_.some_before(time), slo_.some_before(time)});
   const Picoseconds to = to_end ? end : rows_->time(row + around + 1);
-  const std::uint64_t number = rows_->number(rows_->column("cycle"), row);
+  if (!number) number = rows_->number(rows_->column("cycle"), row);
   std::optional<json> found;
   decode::CycleEdgeReader cycles(
       capture.reader(), capture.lines().lines, [&](const decode::CycleEdges& edges) {
         if (edges.cycle.time != time) return;
-        found = cycle_json(number, edges, capture.format(), capture.timing(), capture.margin());
+        found = cycle_json(*number, edges, capture.format(), capture.timing(), capture.margin());
       });
   cycles.push(edges_between(ma_, slo_, capture.lines().lines, from, to));
   if (!found) cycles.finish(to);

@@ -52,8 +52,9 @@ class Session final : private cli::ChangeWatcher {
   std::string accesses(std::uint64_t first, std::uint64_t end) const;
   /// A cycle bit by bit and part by part, as a JSON object. Nothing where its edges do not show it
   /// again.
+  /// \param number the name of the cycle; by default the one in its row
   /// \pre row < rows().rows()
-  std::optional<std::string> cycle(std::uint64_t row);
+  std::optional<std::string> cycle(std::uint64_t row, std::optional<std::uint64_t> number);
 
  private:
   cli::ExitStatus begin();

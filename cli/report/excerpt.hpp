@@ -17,7 +17,7 @@ namespace biss::cli {
 struct ExcerptCycle {
   std::uint64_t number = 0;
   Picoseconds time;
-  /// Of `biss decode --to csv`, without the end of the line.
+  /// A line of `biss decode --to csv`.
   std::string row;
   bool failed = false;
   /// It was chosen; others are there as neighbours.

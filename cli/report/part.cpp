@@ -5,16 +5,12 @@
 #include <algorithm>
 #include <deque>
 #include <filesystem>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <utility>
 
 #include "biss/frame/format_text.hpp"
-#include "capture/bytes.hpp"
-#include "capture/open.hpp"
 #include "cli/common/host.hpp"
-#include "cli/common/terminal.hpp"
 #include "cli/registers/access_rows.hpp"
 #include "cli/report/asked.hpp"
 #include "cli/report/excerpt.hpp"
@@ -32,45 +28,32 @@ constexpr std::uint64_t failed_max = 2000;
 constexpr std::uint64_t first_max = 100;
 constexpr std::uint64_t accesses_max = 2000;
 
-// The row that was written last, as text.
+// The row that was written last, as a line of CSV.
 class LineRows final : public report::TableWriter {
  public:
-  explicit LineRows(std::span<const report::Column> columns, Overview* overview = nullptr)
+  LineRows(std::span<const report::Column> columns, Overview& overview)
       : overview_(overview),
         writer_(report::make_table_writer(report::Format::csv, columns, sink_)) {
-    writer_->finish();
-    sink_.take();
+    header_ = take();
   }
 
   bool row(std::span<const report::Cell> cells) override {
-    if (overview_ != nullptr) overview_->add(cells);
+    overview_.add(cells);
     return writer_->row(cells);
   }
   bool finish() override { return writer_->finish(); }
-  // Without the end of the line.
   std::string take() {
     writer_->finish();
-    std::string line = sink_.take();
-    if (line.ends_with('\n')) line.pop_back();
-    return line;
+    return sink_.take();
   }
+  const std::string& header() const { return header_; }
 
  private:
-  Overview* overview_;
+  Overview& overview_;
   report::StringSink sink_;
+  std::string header_;
   std::unique_ptr<report::TableWriter> writer_;
 };
-
-std::vector<std::string> cells_of(const std::string& row) {
-  std::vector<std::string> cells;
-  std::size_t from = 0;
-  for (;;) {
-    const std::size_t comma = std::min(row.find(',', from), row.size());
-    cells.push_back(row.substr(from, comma - from));
-    if (comma == row.size()) return cells;
-    from = comma + 1;
-  }
-}
 
 class PartMaker final : private ChangeWatcher {
  public:
@@ -90,7 +73,8 @@ class PartMaker final : private ChangeWatcher {
     capture.watch(*this);
     const ExitStatus begun = run_.begin_rows();
     if (begun != ExitStatus::done) return begun;
-    LineRows rows(run_.columns(), &*overview_);
+    LineRows rows(run_.columns(), *overview_);
+    header_ = rows.header();
     const bool read = capture.read([&](std::uint64_t number, const decode::Cycle& cycle) {
       listener_.push(number, cycle);
       run_.take(number, cycle, rows);
@@ -103,6 +87,7 @@ class PartMaker final : private ChangeWatcher {
     listener_.finish();
     access_rows_->finish();
     excerpt_->finish(capture.input().end_time());
+    count_ = excerpt_->cycles().size();
     if (ended != ExitStatus::done) messages.print(host_);
     return ended;
   }
@@ -135,61 +120,22 @@ class PartMaker final : private ChangeWatcher {
 
   // As many cycles of the excerpt as there is room for.
   std::string packed_part(std::size_t room) {
-    count_ = excerpt_->cycles().size();
     for (;;) {
-      vcd_ = excerpt_->vcd(count_);
-      std::string text = packed(vcd_);
+      std::string text = packed(excerpt_->vcd(count_));
       if (text.size() <= room || count_ == 0) return text;
       const double share = static_cast<double>(room) / static_cast<double>(text.size());
       count_ = static_cast<std::size_t>(static_cast<double>(count_) * share * 0.97);
     }
   }
 
-  ExitStatus verify(const PageSettings& settings) {
-    MemoryHost host(&host_);
-    const std::string file = "part.vcd";
-    host.give(file, {[&](const InputArguments&) {
-                return capture::open_capture(capture::memory_bytes(vcd_), file, {});
-              }});
-    DecodeOptions options;
-    options.capture = options_.capture;
-    options.capture.files = {file};
-    options.capture.device.format = settings.format;
-    options.capture.ma = "MA";
-    options.capture.slo = "SLO";
-    options.capture.invert_ma = settings.invert_ma;
-    options.capture.invert_slo = settings.invert_slo;
-    options.capture.resolution = run_.capture().margin().resolution;
-    options.capture.raw = {};
-    options.motion = options_.motion;
-    DecodeRun run(options, host);
-    std::map<std::int64_t, std::string> rows;
-    ExitStatus status = run.open();
-    if (status == ExitStatus::done) status = run.next();
-    if (status != ExitStatus::done) return status;
-    LineRows writer(run.columns());
-    status = run.begin_rows();
-    if (status != ExitStatus::done) return status;
-    run.capture().read([&](std::uint64_t number, const decode::Cycle& cycle) {
-      run.take(number, cycle, writer);
-      rows.emplace(cycle.time.count, writer.take());
-      return true;
-    });
-    compare(rows);
-    return ExitStatus::done;
+  // Of the cycles in the part, as `biss decode --to csv` writes them.
+  std::string rows() const {
+    std::string text = header_;
+    for (std::size_t i = 0; i < count_; ++i) text += excerpt_->cycles()[i].row;
+    return text;
   }
 
-  // Of the part, after verify().
-  json rows() const {
-    json rows{{"times", json::array()}, {"numbers", json::array()}, {"cells", cells_}};
-    for (const ExcerptCycle* cycle : shown_) {
-      rows["times"].push_back(std::to_string(cycle->time.count));
-      rows["numbers"].push_back(cycle->number);
-    }
-    return rows;
-  }
-
-  // But for rows, verbs and notes.
+  // But for verbs, rows and notes.
   json report(const PageSettings& settings) const {
     return {{"name", name_},
             {"settings",
@@ -227,16 +173,11 @@ class PartMaker final : private ChangeWatcher {
     notes.push_back(fmt::format(
         "This report has the waveform and the rows of {} of {} request cycles: the first "
         "ones, and failed ones with their neighbours.",
-        shown_.size(), overview_->rows()));
+        count_, overview_->rows()));
     notes.push_back(failed_shown() == failed_
                         ? fmt::format("All {} failed cycles are in it.", failed_)
                         : fmt::format("{} of {} failed cycles are in it, the earliest ones.",
                                       failed_shown(), failed_));
-    if (!unlike_.empty()) {
-      notes.push_back(fmt::format(
-          "{} failed cycles cannot be shown without the rest of the capture, the first is {}.",
-          unlike_.size(), unlike_.front()));
-    }
     if (excerpt_->lost() != 0) {
       notes.push_back(fmt::format(
           "{} of the cycles chosen are not in it, because they have too many edges or are "
@@ -287,8 +228,10 @@ class PartMaker final : private ChangeWatcher {
   }
 
   std::uint64_t failed_shown() const {
-    return static_cast<std::uint64_t>(std::count_if(
-        shown_.begin(), shown_.end(), [](const ExcerptCycle* cycle) { return cycle->failed; }));
+    const auto begin = excerpt_->cycles().begin();
+    return static_cast<std::uint64_t>(
+        std::count_if(begin, begin + static_cast<std::ptrdiff_t>(count_),
+                      [](const ExcerptCycle& cycle) { return cycle.failed; }));
   }
 
   // Without the folders of this machine.
@@ -304,33 +247,6 @@ class PartMaker final : private ChangeWatcher {
     return text;
   }
 
-  void compare(const std::map<std::int64_t, std::string>& rows) {
-    const auto& columns = run_.columns();
-    for (std::size_t i = 0; i < count_; ++i) {
-      const ExcerptCycle& cycle = excerpt_->cycles()[i];
-      const auto found = rows.find(cycle.time.count);
-      json other = json::array();
-      bool same = found != rows.end();
-      if (same) {
-        const auto whole = cells_of(cycle.row);
-        const auto part = cells_of(found->second);
-        same = whole.size() == columns.size() && part.size() == columns.size();
-        // The first one is the number of the row.
-        for (std::size_t k = 1; same && k < columns.size(); ++k) {
-          if (whole[k] == part[k]) continue;
-          same = columns[k].of_other_rows;
-          other.push_back({shown_.size(), columns[k].name, whole[k]});
-        }
-      }
-      if (same) {
-        shown_.push_back(&cycle);
-        cells_.insert(cells_.end(), other.begin(), other.end());
-      } else if (cycle.failed && cycle.chosen) {
-        unlike_.push_back(cycle.number);
-      }
-    }
-  }
-
   DecodeOptions& options_;
   DecodeRun& run_;
   std::string name_;
@@ -340,12 +256,9 @@ class PartMaker final : private ChangeWatcher {
   std::deque<AskedVerb> asked_;
   std::uint64_t good_ = 0;
   std::uint64_t failed_ = 0;
-  std::string vcd_;
+  std::string header_;
+  // Cycles of the excerpt that are in the part.
   std::size_t count_ = 0;
-  std::vector<const ExcerptCycle*> shown_;
-  // Cells that the part alone does not give: place in shown_, column, text.
-  json cells_ = json::array();
-  std::vector<std::uint64_t> unlike_;
   // As `biss registers --to jsonl` writes them.
   report::StringSink access_text_;
   std::unique_ptr<report::TableWriter> access_rows_ =
@@ -360,10 +273,9 @@ class PartMaker final : private ChangeWatcher {
 
 tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, DecodeRun& run,
                                                       const PageSettings& settings,
-                                                      std::string_view name, std::size_t room,
-                                                      Host& host) {
-  PartMaker maker(options, run, name, host);
-  ExitStatus status = maker.read();
+                                                      std::string_view name, std::size_t room) {
+  PartMaker maker(options, run, name);
+  const ExitStatus status = maker.read();
   if (status != ExitStatus::done) return tl::unexpected(status);
   CapturePart part;
   part.settings = maker.part_settings(settings);
@@ -374,12 +286,10 @@ tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, De
   const auto dumped = [&report] {
     return report.dump(-1, ' ', false, json::error_handler_t::replace);
   };
-  // Numbers of rows and times take little room beside the edges.
-  constexpr std::size_t rows_room = 150'000;
-  const std::size_t fixed = packed(dumped()).size() + rows_room;
+  report["rows"] = maker.rows();
+  constexpr std::size_t notes_room = 2'000;
+  const std::size_t fixed = packed(dumped()).size() + notes_room;
   part.capture = maker.packed_part(room - std::min(room, fixed));
-  status = maker.verify(part.settings);
-  if (status != ExitStatus::done) return tl::unexpected(status);
   part.notes = maker.notes();
   report["rows"] = maker.rows();
   report["notes"] = part.notes;

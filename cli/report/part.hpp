@@ -21,8 +21,7 @@ struct CapturePart {
   std::vector<std::string> notes;
 };
 
-/// Reads the capture once, then asks other verbs about it, and decodes the part again: a cycle that it
-/// does not show as the whole capture does is left out.
+/// Reads the capture once; other verbs judge what it reads.
 /// \param options those of `run`, which has gone to its capture
 /// \param settings of the command line
 /// \param room the most characters of both texts

@@ -1,5 +1,5 @@
 // What a report knows of a capture of which it has a part; cli/report/part.cpp writes it. The part is a
-// capture of its own; its rows are known by their times.
+// capture of its own; its rows are found by their times.
 import type { Access, ColumnValues, Cycle, RunResult, Session } from 'biss';
 import type { Causes } from '../plots/causes_of';
 import type { Envelope, EnvelopeAsk } from '../plots/envelope';
@@ -25,13 +25,8 @@ export interface Report {
   verbs: Record<string, { status: RunResult['status']; out: string; err: string }>;
   envelope: { from: string; rows: number; times: number[]; columns: Record<string, Extremes> };
   causes: { rows: number; causes: { column: string; name: string; count: number; over: number[] }[] };
-  rows: {
-    /** Of the rows that the part shows as the whole capture does, in picoseconds. */
-    times: string[];
-    numbers: number[];
-    /** What the part alone does not give: place of the row, column, text as in the CSV. */
-    cells: [number, string, string][];
-  };
+  /** Of the cycles in the part, with their header, as `biss decode --to csv` writes them. */
+  rows: string;
 }
 
 /** The values of a column over the whole capture; undefined where the report does not have it. */
@@ -64,14 +59,20 @@ export function wholeCauses({ causes }: Report): Causes {
   };
 }
 
-type Values = ColumnValues['values'];
+// A time of the CSV, in nanoseconds with up to three places.
+function picoseconds(text: string): bigint {
+  const [whole = '', places = ''] = text.split('.');
+  return BigInt(whole + places.padEnd(3, '0'));
+}
 
-/** The rows of the part that are those of the whole capture, with the numbers that they have there. */
+/** The rows of the whole capture whose cycles are in the part; with other settings, those of the part. */
 export class PartSession implements Session {
+  #names: string[];
+  // Of each row of the report: its cells, and by its time where it is.
+  #cells: string[][];
   #places = new Map<bigint, number>();
-  #cells = new Map<string, string>();
-  // Of each row: its row in the part, and its place in the report.
-  #rows: number[] = [];
+  // Of each row that is shown: its row in the part, and its place in the report.
+  #rows: (number | undefined)[] = [];
   #place: number[] = [];
   #looked = 0;
   #known: readonly Access[] | undefined;
@@ -79,9 +80,18 @@ export class PartSession implements Session {
 
   /** \param isWhole the settings are those of the report */
   constructor(private readonly part: Session, readonly report: Report, readonly isWhole: boolean) {
-    report.rows.times.forEach((time, place) => this.#places.set(BigInt(time), place));
-    if (!isWhole) return;
-    for (const [place, column, text] of report.rows.cells) this.#cells.set(`${place} ${column}`, text);
+    const [names = [], ...cells] = report.rows.trimEnd().split('\n').map((line) => line.split(','));
+    this.#names = names;
+    this.#cells = cells;
+    cells.forEach((_, place) => this.#places.set(picoseconds(this.#text(place, 'time_ns')), place));
+  }
+
+  #text(place: number, name: string): string {
+    return this.#cells[place]?.[this.#names.indexOf(name)] ?? '';
+  }
+
+  #number(row: number): number {
+    return Number(this.#text(this.#place[row] ?? NaN, 'cycle') || NaN);
   }
 
   advance(milliseconds: number): { more: boolean; messages: string } {
@@ -91,10 +101,11 @@ export class PartSession implements Session {
     for (let i = 0; i < end - this.#looked; i += 1) {
       const place = this.#places.get(BigInt(values[i] ?? 0));
       if (place === undefined) continue;
-      this.#rows.push(this.#looked + i);
-      this.#place.push(place);
+      if (!this.isWhole) this.#place.push(place);
+      this.#rows[this.isWhole ? place : this.#place.length - 1] = this.#looked + i;
     }
     this.#looked = end;
+    if (this.isWhole && !more) this.#place = this.#cells.map((_, place) => place);
     return { more, messages: this.isWhole ? '' : messages };
   }
 
@@ -124,7 +135,7 @@ export class PartSession implements Session {
   }
 
   get rowCount(): number {
-    return this.#rows.length;
+    return this.#place.length;
   }
 
   csv(from: number, to: number): string {
@@ -133,35 +144,29 @@ export class PartSession implements Session {
   }
 
   cells(from: number, to: number): string[][] {
-    return this.#rows.slice(from, to).map((row, i) => {
-      const place = this.#place[from + i] ?? 0;
+    return this.#place.slice(from, to).map((place, i) => {
+      if (this.isWhole) return this.#cells[place] ?? [];
+      const row = this.#rows[from + i] ?? 0;
       const cells = this.part.cells(row, row + 1)[0] ?? [];
-      return cells.map((cell, k) => {
-        const { name = '' } = this.columns[k] ?? {};
-        if (name === 'cycle') return String(this.report.rows.numbers[place] ?? '');
-        return this.#cells.get(`${place} ${name}`) ?? cell;
-      });
+      return cells.map((cell, k) => (this.columns[k]?.name === 'cycle' ? this.#text(place, 'cycle') : cell));
     });
   }
 
   column(name: string, from: number, to: number): ColumnValues {
-    const rows = this.#rows.slice(from, to);
-    const first = rows[0] ?? 0;
-    const all = this.part.column(name, first, (rows.at(-1) ?? first - 1) + 1);
-    const present = Uint8Array.from(rows, (row) => all.present[row - first] ?? 0);
-    const values = valuesLike(all.values, rows.length);
-    const texts = [...all.texts];
-    rows.forEach((row, i) => {
-      const place = this.#place[from + i] ?? 0;
-      if (all.values.length > 0) values[i] = all.values[row - first]!;
-      if (name === 'cycle') values[i] = BigInt(this.report.rows.numbers[place] ?? 0);
-      const text = this.#cells.get(`${place} ${name}`);
-      if (text === undefined) return;
-      present[i] = text === '' ? 0 : 1;
-      if (all.kind === 'real') values[i] = Number(text);
-      if (all.kind === 'text') values[i] = BigInt(texts.push(text) - 1);
-    });
-    return { ...all, present, values, texts };
+    const column = this.columns.findIndex((each) => each.name === name);
+    const { kind } = this.columns[column] ?? {};
+    if (kind === undefined) throw new RangeError(`no column ${name}`);
+    const cells = this.cells(from, to).map((row) => row[column] ?? '');
+    const present = Uint8Array.from(cells, (text) => (text === '' ? 0 : 1));
+    if (kind === 'bits') return { kind, present, values: new BigUint64Array(0), texts: [] };
+    if (kind === 'real') return { kind, present, values: Float64Array.from(cells, Number), texts: [] };
+    const texts = kind === 'text' ? [...new Set(cells)] : kind === 'flag' ? ['0', '1'] : [];
+    const valueOf = kind === 'text' ? (text: string) => BigInt(texts.indexOf(text))
+      : kind === 'time' ? picoseconds : BigInt;
+    const Type = kind === 'time' || kind === 'signed' ? BigInt64Array : BigUint64Array;
+    const values = new Type(cells.length);
+    cells.forEach((text, i) => { if (text !== '') values[i] = valueOf(text); });
+    return { kind, present, values, texts };
   }
 
   view(line: 'ma' | 'slo', from: bigint, to: bigint, columns: number) {
@@ -173,19 +178,15 @@ export class PartSession implements Session {
   }
 
   cycle(row: number): Cycle | undefined {
-    const cycle = this.part.cycle(this.#rows[row] ?? 0);
-    if (cycle === undefined) return undefined;
-    const number = this.report.rows.numbers[this.#place[row] ?? 0] ?? 0;
-    const title = cycle.title.replace(/\bcycle \d+/, `cycle ${number}`);
-    return { ...cycle, number, title };
+    const inPart = this.#rows[row];
+    return inPart === undefined ? undefined : this.part.cycle(inPart, this.#number(row));
   }
 
   /** Where the line is not known after a row. */
   endBeforeGap(row: number): bigint | undefined {
-    const number = (at: number) => this.report.rows.numbers[this.#place[at] ?? NaN];
-    if (number(row + 1) === (number(row) ?? NaN) + 1) return undefined;
+    if (this.#number(row + 1) === this.#number(row) + 1) return undefined;
     if (!this.#ends.has(row)) {
-      const end = this.part.cycle(this.#rows[row] ?? 0)?.end;
+      const end = this.cycle(row)?.end;
       this.#ends.set(row, end === undefined ? undefined : BigInt(end));
     }
     return this.#ends.get(row);
@@ -194,11 +195,4 @@ export class PartSession implements Session {
   close(): void {
     this.part.close();
   }
-}
-
-// Typed arrays of both kinds, written alike.
-function valuesLike(values: Values, length: number): Values & Record<number, bigint | number> {
-  const made = values instanceof Float64Array ? new Float64Array(length)
-    : values instanceof BigInt64Array ? new BigInt64Array(length) : new BigUint64Array(length);
-  return made as Values & Record<number, bigint | number>;
 }
