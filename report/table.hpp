@@ -124,8 +124,6 @@ struct Column {
   std::string title = {};  ///< in a page: of its plot, or of what its role counts
   /// Place of its plot among the plots of a page, which columns may share; 0: it has none.
   unsigned plot = 0;
-  /// The values depend on other rows too: a part of a capture may give other ones.
-  bool of_other_rows = false;
   /// JSON lines take the text as it is: it is JSON.
   bool json = false;
 };

@@ -58,12 +58,8 @@ DecodeTable::DecodeTable(const std::optional<FrameFormat>& format, bool format_v
   }
   columns_.push_back(
       {.name = "marginal", .kind = Kind::flag, .role = Role::warning_at_1, .title = "Sampling"});
-  columns_.push_back(
-      {.name = "safety", .role = Role::verdict, .title = "Safety monitor", .of_other_rows = true});
-  columns_.push_back({.name = "limits",
-                      .role = Role::warnings,
-                      .title = "Limits of the encoder",
-                      .of_other_rows = true});
+  columns_.push_back({.name = "safety", .role = Role::verdict, .title = "Safety monitor"});
+  columns_.push_back({.name = "limits", .role = Role::warnings, .title = "Limits of the encoder"});
   add_motion_columns();
   if (frame_track_) columns_.push_back({.name = "frame"});
   cells_.resize(columns_.size());
@@ -82,10 +78,7 @@ Column DecodeTable::integer(std::string name, unsigned bits, std::string unit) c
 void DecodeTable::add_motion_columns() {
   const std::string unit = motion_.unit.empty() ? "counts" : motion_.unit;
   if (motion_.unwrap) {
-    columns_.push_back({.name = "unwrapped",
-                        .kind = Kind::signed_integer,
-                        .value_unit = "counts",
-                        .of_other_rows = true});
+    columns_.push_back({.name = "unwrapped", .kind = Kind::signed_integer, .value_unit = "counts"});
   }
   if (!motion_.unit.empty()) {
     columns_.push_back({.name = "position_" + unit,
@@ -102,8 +95,7 @@ void DecodeTable::add_motion_columns() {
                         .unit = unit + "/s",
                         .value_unit = unit + "/s",
                         .title = "Velocity",
-                        .plot = 2,
-                        .of_other_rows = true});
+                        .plot = 2});
   }
 }
 
