@@ -19,6 +19,8 @@ namespace biss::bench {
 namespace {
 
 constexpr std::size_t command_cycles = 20'000;
+// A report has a part of this many.
+constexpr std::size_t report_cycles = 100'000;
 
 // A temporary folder, removed by the destructor.
 class Folder {
@@ -59,14 +61,29 @@ std::string decode_command(const std::string& capture, const char* format) {
   return std::string("'") + BISS_BENCH_COMMAND + "' decode '" + capture + "' -f " + format;
 }
 
-void decode(benchmark::State& state, const std::string& extension) {
-  const Line line = make_line(command_cycles);
+// A process that reads so many cycles.
+void read_cycles(
+    benchmark::State& state, std::size_t cycles, const std::string& extension,
+    const std::function<std::string(const Folder& folder, const std::string& capture)>& command) {
   const Folder folder;
   if (!folder.good()) return state.SkipWithError("no temporary folder");
   const std::string capture = folder.file("line." + extension);
+  const Line line = make_line(cycles);
   std::ofstream(capture) << (extension == "vcd" ? vcd_text(line) : csv_text(line));
-  if (!run_process(state, decode_command(capture, line_format_text) + " --to csv")) return;
-  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(command_cycles));
+  if (!run_process(state, command(folder, capture))) return;
+  state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(cycles));
+}
+
+std::string rows_command(const Folder&, const std::string& capture) {
+  return decode_command(capture, line_format_text) + " --to csv";
+}
+
+// The page is as short as it can be.
+std::string report_command(const Folder& folder, const std::string& capture) {
+  const std::string page = folder.file("page.html");
+  std::ofstream(page) << R"(<script type="text/plain" id="biss-core"></script>)";
+  return std::string("'") + BISS_BENCH_COMMAND + "' report '" + capture + "' -f " +
+         line_format_text + " --page '" + page + "' -o '" + folder.file("report.html") + "'";
 }
 
 // A process that reads a capture of `samples` samples of the whole line.
@@ -109,8 +126,21 @@ void add_command_rows(Table& table) {
     table.add({.name = std::string("biss decode --to csv of a ") + extension + ", cycles",
                .unit = Unit::million_a_second,
                .own_time = true},
-              [=](benchmark::State& state) { decode(state, extension); });
+              [=](benchmark::State& state) {
+                read_cycles(state, command_cycles, extension, rows_command);
+              });
   }
+  constexpr const char* whole_row = "a vcd of 100 000 cycles, biss decode --to csv";
+  table.add(
+      {.name = whole_row, .unit = Unit::million_a_second, .own_time = true},
+      [](benchmark::State& state) { read_cycles(state, report_cycles, "vcd", rows_command); });
+  table.add(
+      {.name = "a vcd of 100 000 cycles, biss report",
+       .unit = Unit::million_a_second,
+       .reference = whole_row,
+       .share = 5,
+       .own_time = true},
+      [](benchmark::State& state) { read_cycles(state, report_cycles, "vcd", report_command); });
   for (const bool verify : {false, true}) {
     table.add({.name = std::string("biss decode of a .sr to its summary") +
                        (verify ? "" : ", no checksums"),
