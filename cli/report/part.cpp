@@ -273,8 +273,9 @@ class PartMaker final : private ChangeWatcher {
 
 tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, DecodeRun& run,
                                                       const PageSettings& settings,
-                                                      std::string_view name, std::size_t room) {
-  PartMaker maker(options, run, name);
+                                                      std::string_view name, std::size_t room,
+                                                      Host& host) {
+  PartMaker maker(options, run, name, host);
   const ExitStatus status = maker.read();
   if (status != ExitStatus::done) return tl::unexpected(status);
   CapturePart part;
