@@ -284,11 +284,9 @@ void add_frames(py::module_& module) {
       .def("read", &SpiObject::read)
       .def("read_all", &SpiObject::read_all);
   module.def("crc", &crc_of);
-  py::list causes;
-  for (std::size_t i = 0; i < frame_error_count; ++i) {
-    causes.append(std::string(name_of(static_cast<FrameError>(i))));
-  }
-  module.attr("causes") = py::tuple(causes);
+  py::list statuses;
+  for (const std::string_view name : cycle_status_names) statuses.append(std::string(name));
+  module.attr("statuses") = py::tuple(statuses);
 }
 
 }  // namespace biss::python

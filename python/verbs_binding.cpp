@@ -107,7 +107,8 @@ py::array values_of(StoredColumn& stored) {
   }
 }
 
-// (name, kind, unit, values, absent or None, texts, counts of bits or None, bits of the widest value or 0)
+// (name, kind, unit, values, absent or None, texts, counts of bits or None, bits of the widest value or 0,
+// role)
 py::tuple tuple_of(StoredColumn& stored) {
   py::list texts;
   for (const std::string& text : stored.texts) texts.append(text_object(text));
@@ -118,10 +119,10 @@ py::tuple tuple_of(StoredColumn& stored) {
   py::object counts = py::none();
   if (stored.column.kind == Kind::bits) counts = array_of(std::move(stored.bit_counts));
   const bool time = stored.column.kind == Kind::nanoseconds;
-  return py::make_tuple(stored.column.name,
-                        report::kind_names[static_cast<std::size_t>(stored.column.kind)],
-                        time ? std::string("ns") : stored.column.value_unit, values_of(stored),
-                        absent, texts, counts, stored.column.bits);
+  return py::make_tuple(
+      stored.column.name, report::kind_names[static_cast<std::size_t>(stored.column.kind)],
+      time ? std::string("ns") : stored.column.value_unit, values_of(stored), absent, texts, counts,
+      stored.column.bits, report::role_names[static_cast<std::size_t>(stored.column.role)]);
 }
 
 // Whether Python goes on: it may have got a signal.

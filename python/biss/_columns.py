@@ -70,9 +70,10 @@ class Columns(Mapping[str, MaskedArray]):
     def __init__(self, parts: list[tuple[Any, ...]], *, format: str | None = None,
                  summary: str = "", messages: list[str] | None = None) -> None:
         self._parts = {part[0]: part for part in parts}
-        for name, kind, *_, counts, _ in parts:
+        for name, kind, *_, counts, _, _ in parts:
             if kind == "bits":
-                self._parts[name + "_bits"] = (name + "_bits", "unsigned", "", counts, None, [], None, 16)
+                self._parts[name + "_bits"] = (name + "_bits", "unsigned", "", counts, None, [], None, 16,
+                                               "value")
         self._made: dict[str, MaskedArray] = {}
         #: What the command prints after its rows.
         self.summary: str = summary
@@ -104,14 +105,14 @@ class Columns(Mapping[str, MaskedArray]):
         Raises UsageError where the columns do not show this.
         """
         channels = ["", *(name[8:] for name in self if name[:8] == "position" and name[8:].isdigit())]
-        flags = [name for k in channels for name in (f"nE{k}", f"crc{k}_ok")]
-        for name in ("status", *flags):
+        for name in ("status", *(name for k in channels for name in (f"nE{k}", f"crc{k}_ok"))):
             if name not in self:
                 raise UsageError(f"good() needs the column {name}; name it in columns too")
         good = np.asarray(self["status"] == "ok")
-        for name in flags:
+        for name, *_, role in self._parts.values():
             # Empty in a good frame: the format has no such field.
-            good &= _ma.filled(self[name], 1) != 0
+            if role in ("error_at_0", "check_at_0"):
+                good &= _ma.filled(self[name], 1) != 0
         return good
 
     def to_pandas(self) -> Any:
@@ -156,7 +157,7 @@ class Columns(Mapping[str, MaskedArray]):
 
     @staticmethod
     def _make(part: tuple[Any, ...]) -> MaskedArray:
-        _, kind, _, values, absent, texts, _, bits = part
+        _, kind, _, values, absent, texts, _, bits, _ = part
         if kind == "time":
             values = values / 1000.0
         elif kind == "text":

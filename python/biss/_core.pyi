@@ -3,7 +3,7 @@ from typing import Any
 import numpy as np
 
 version: str
-causes: tuple[str, ...]
+statuses: tuple[str, ...]
 
 def run(words: list[str], captures: dict[str, tuple[Any, ...]],
         keep_columns: bool) -> tuple[int, bytes, str, list[str], list[tuple[Any, ...]]]: ...

@@ -241,7 +241,7 @@ class SpiReader:
         if not isinstance(buffers, np.ndarray):
             raise TypeError(f"an array of uint8 is needed, not {type(buffers).__name__}")
         causes, *values = self._spi.read_all(buffers, _clocks(clocks))
-        names = np.array(("ok", *_core.causes), dtype=np.str_)
+        names = np.array(_core.statuses, dtype=np.str_)
         bad = causes != 0
         columns = SpiColumns(status=masked(names[causes]))
         widest = max(channel["position_bits"] for channel in self.format.channels)
