@@ -626,6 +626,18 @@ HWY_INLINE void mark_first_changes(const CleanScratch& scratch, std::size_t chan
 }
 #endif
 
+// The bits from the places of the changes. SLO is high before the first sample; the samples of an ACK
+// of two clocks, START, CDS 0 and the data 110:
+//
+//   sample     0   1   2   3   4   5   6   7
+//             ___         ___     _______
+//   SLO          |_______|   |___|       |___
+//   changes        1       3   4   5       7   by the first sample after each
+//   toggles    0   1   0   1   1   1   0   1
+//   level      1   0   0   1   0   1   1   0   1, inverted by all toggles up to it
+//
+// The XOR of a word with itself, shifted by 1, 2, 4, …, 32, is that of all bits up to each bit. Its last
+// bit is the level with which the next word begins.
 HWY_INLINE void collect_bits(const CleanScratch& scratch, CleanMeasure& m) {
   Words toggles{};
 #if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_WASM

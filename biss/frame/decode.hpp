@@ -1,4 +1,18 @@
 // Decodes bits to a frame. The same functions read the bits of a capture and of an SPI buffer.
+//
+// Five ways give the same frame. The first three read only good frames with STOP; the last two read
+// from START on and find every cause:
+//
+//   way              reads                                     runs
+//   decode_one_word  CDS to STOP, one word of 64 bits          in the caller, format of one word
+//   decode_words     a word for each channel, few channels     in the caller
+//   decode_words     a word for each channel, many channels    in decode_apart()
+//   read_found       one word                                  after START, format of one word
+//   read_payload     channel by channel                        after START, any other format
+//
+// decode_here() chooses between the first two. Where that gives no frame, decode_apart() tries the
+// third and then decode_in_steps(): START is searched, and read_after_start() chooses between the last
+// two. A processor of 32 bits (`selects` is false) goes to decode_in_steps() at once.
 #pragma once
 
 #include <algorithm>
