@@ -75,14 +75,9 @@ Option add_to_option(Verb verb, report::Format& target,
 
 Option add_name_option(Verb verb, const std::string& name, std::string& target,
                        const std::vector<std::string>& names, const std::string& description) {
-  const auto take = [&target, name, names](const std::string& text) {
-    if (std::find(names.begin(), names.end(), text) == names.end()) {
-      wrong_value(name, fmt::format("'{}' is not one of {}", text, fmt::join(names, ", ")));
-    }
-    target = text;
-  };
-  return verb.add_text_option(name, take, description)
-      .type_name(fmt::format("{}", fmt::join(names, "|")));
+  return verb.add_option(name, target, description)
+      .type_name(fmt::format("{}", fmt::join(names, "|")))
+      .one_of(names);
 }
 
 Option add_rate_option(Verb verb, const std::string& name, std::function<void(Hertz)> set,

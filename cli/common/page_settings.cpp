@@ -93,7 +93,7 @@ PageSettings page_settings(const std::vector<Option>& given) {
       settings.units = values.back();
     } else {
       std::vector<std::string>& words = settings.further.emplace_back(1, name);
-      // CLI11 notes a flag as one that is true.
+      // The value of a flag is "true".
       if (values != std::vector<std::string>{"true"}) {
         words.insert(words.end(), values.begin(), values.end());
       }

@@ -52,30 +52,27 @@
 #include "device/quantity.hpp"
 #include "report/table.hpp"
 
-// CLI11 is named here and used in command.cpp and options.cpp alone: it costs every file that
-// includes it more compile time than the rest of the file.
-namespace CLI {
-class App;
-class Option;
-class ParseError;
-}  // namespace CLI
-
 namespace biss::cli {
 
-struct Declarations;
+struct DeclaredOption;
+struct DeclaredVerb;
 struct HelpOptions;
+struct WrongWords;
+
+/// Takes the values of an option; false if a value cannot be converted. A flag has `true` or `false`.
+using SetValues = std::function<bool(const std::vector<std::string>& values)>;
+
+/// Runs a verb once its command line is known to be good. It prints its own errors, by Host::fail().
+using Run = std::function<ExitStatus(Host& host)>;
 
 /// One option of a verb. A handle: copied freely, valid as long as the Command.
 class Option {
  public:
-  Option(CLI::Option* option, Declarations* declarations)
-      : option_(option), declarations_(declarations) {}
+  explicit Option(DeclaredOption* option) : option_(option) {}
 
   /// What the help calls the value: FILE, KIND:RATE, …
   Option type_name(const std::string& name);
   Option required(bool is = true);
-  /// Puts the option under this heading of the help.
-  Option group(const std::string& heading);
   Option needs(const Option& other);
   Option excludes(const Option& other);
   /// Splits a value at this character into several.
@@ -91,11 +88,10 @@ class Option {
   std::string name() const;
   bool given() const;
   /// The values on the command line, in their order.
-  std::vector<std::string> values() const;
+  const std::vector<std::string>& values() const;
 
  private:
-  CLI::Option* option_;
-  Declarations* declarations_;
+  DeclaredOption* option_;
 };
 
 /// What the help says of a verb. Each example is a whole command line; the first one also stands in
@@ -110,11 +106,11 @@ struct VerbText {
 /// `target` must live until the command line is parsed. An empty value of an option is wrong usage.
 class Verb {
  public:
-  Verb(CLI::App* app, Declarations* declarations, std::string heading = "Options")
-      : app_(app), declarations_(declarations), heading_(std::move(heading)) {}
+  explicit Verb(DeclaredVerb* verb, std::string heading = "Options")
+      : verb_(verb), heading_(std::move(heading)) {}
 
   /// The same verb; the help lists the options that are declared by this handle under `heading`.
-  Verb section(const std::string& heading) const { return {app_, declarations_, heading}; }
+  Verb section(const std::string& heading) const { return Verb(verb_, heading); }
 
   Option add_option(const std::string& name, std::string& target, const std::string& description);
   Option add_option(const std::string& name, std::vector<std::string>& target,
@@ -137,28 +133,26 @@ class Verb {
   Option get_option(const std::string& name) const;
   /// The options that the command line has.
   std::vector<Option> given_options() const;
-  /// A verb below this one, as `merge` in `biss safety campaign merge`.
-  Verb add_verb(const VerbText& text);
+  /// A verb below this one, as `merge` in `biss safety campaign merge`. Without `run` the verb above
+  /// runs; a verb without `run` that no verb is above needs one below.
+  Verb add_verb(const VerbText& text, Run run = {}) const;
+  void on_run(Run run) const;
+  void add_help_flag() const;
   /// The command line names this verb.
   bool parsed() const;
   /// Calls `check` when the command line of this verb is parsed; see wrong_value().
   void after_parsing(std::function<void()> check) const;
 
-  CLI::App& app() const { return *app_; }
-
  private:
-  Option declared(CLI::Option* option, bool is_value = true) const;
+  Option declared(const std::string& names, const std::string& value, const std::string& meaning,
+                  bool repeats, SetValues set) const;
 
-  CLI::App* app_;
-  Declarations* declarations_;
+  DeclaredVerb* verb_;
   std::string heading_;
 };
 
 /// Ends the parsing of the command line: the value of option `name` is wrong usage.
 [[noreturn]] void wrong_value(const std::string& name, const std::string& why);
-
-/// Runs a verb once its command line is known to be good. It prints its own errors, by Host::fail().
-using Run = std::function<ExitStatus(Host& host)>;
 
 /// The command line `biss VERB …` and its verbs.
 class Command {
@@ -178,13 +172,13 @@ class Command {
 
  private:
   ExitStatus parse_and_run(int argc, const char* const* argv);
+  ExitStatus run_given(const WrongWords& words);
   ExitStatus print_help(const HelpOptions& options) const;
-  ExitStatus unknown_verb(const std::string& name) const;
   ExitStatus wrong_usage(const std::string& what) const;
-  std::string usage_text(const CLI::ParseError& error) const;
 
   Host& host_;
-  std::unique_ptr<Declarations> declarations_;
+  std::unique_ptr<DeclaredVerb> root_;
+  bool version_ = false;
 };
 
 /// A verb below a verb, as `biss eds show`. `add` declares its options and returns what runs it.

@@ -155,8 +155,7 @@ void add_eds_file(Verb verb, std::string& file, bool required) {
                   "Dump of registers (binary, hex text, Intel HEX, or accesses as JSON lines) or "
                   "description; - is standard input")
       .required(required)
-      .file(FileUse::read)
-      .type_name("");
+      .file(FileUse::read);
 }
 
 void add_eds_options(Verb verb, EdsArguments& arguments) {
