@@ -537,8 +537,8 @@ void DecodedCapture::end_following() {
       4 * contradict_ <= good_) {
     return;
   }
-  host_.warn(fmt::format("{}: {} frames contradict {}, which the beginning shows; give -f", input_.name(),
-                   contradict_, format_text(*format_).view()));
+  host_.warn(fmt::format("{}: {} frames contradict {}, which the beginning shows; give -f",
+                         input_.name(), contradict_, format_text(*format_).view()));
   status_ = std::max(status_, ExitStatus::data_failed);
 }
 
