@@ -28,7 +28,7 @@ std::string volume_text(std::uint64_t bytes) {
 class ArchiveRun {
  public:
   ArchiveRun(const ArchiveTask& task, archive::Summary& summary, Host& host)
-      : task_(task), summary_(summary), journal_(host), progress_(host) {}
+      : task_(task), summary_(summary), host_(host), journal_(host), progress_(host) {}
 
   ExitStatus run(const std::vector<ListedFile>& files) {
     summary_.setup = task_.setup;
@@ -51,7 +51,7 @@ class ArchiveRun {
     if (file.cause.empty()) {
       waiting_.emplace(archive::utf8_text(file.path), &file);
     } else {
-      take(read_listed_file(file, task_.capture, 1), file);
+      take(read_listed_file(file, task_.capture, 1, host_), file);
     }
   }
 
@@ -116,7 +116,8 @@ class ArchiveRun {
   }
 
   void read(const ListedFile& file, unsigned threads) {
-    archive::StampedEntry stamped{file.stamp, read_listed_file(file, task_.capture, threads)};
+    archive::StampedEntry stamped{file.stamp,
+                                  read_listed_file(file, task_.capture, threads, host_)};
     const std::lock_guard lock(mutex_);
     if (!task_.journal.empty() && is_lasting(stamped.entry)) {
       status_ = std::max(status_, journal_.append(stamped));
@@ -130,6 +131,7 @@ class ArchiveRun {
 
   const ArchiveTask& task_;
   archive::Summary& summary_;
+  Host& host_;
   Journal journal_;
   // To be read, by the path as entries have it.
   std::unordered_map<std::string, const ListedFile*> waiting_;

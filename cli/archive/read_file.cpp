@@ -77,8 +77,8 @@ bool measure(DecodedCapture& capture, LinkEntry& link) {
 
 class FileReader {
  public:
-  FileReader(const CaptureArguments& arguments, unsigned threads, FileEntry& entry)
-      : arguments_(arguments), entry_(entry) {
+  FileReader(const CaptureArguments& arguments, unsigned threads, FileEntry& entry, Host& host)
+      : arguments_(arguments), entry_(entry), host_(&host) {
     arguments_.threads = threads;
   }
 
@@ -155,7 +155,7 @@ void fail_entry(FileEntry& entry, const char* cause, const std::string& path, co
 }  // namespace
 
 FileEntry read_listed_file(const archive::ListedFile& file, const CaptureArguments& arguments,
-                           unsigned threads) {
+                           unsigned threads, Host& host) {
   FileEntry entry;
   entry.path = archive::utf8_text(file.path);
   entry.bytes = file.stamp.bytes;
@@ -169,7 +169,7 @@ FileEntry read_listed_file(const archive::ListedFile& file, const CaptureArgumen
   if (!entry.day) entry.day = archive::day_of(file.stamp.time);
   // One file must not end the run of all others.
   try {
-    FileReader(arguments, threads, entry).read(file.path);
+    FileReader(arguments, threads, entry, host).read(file.path);
   } catch (const std::bad_alloc&) {
     fail_entry(entry, out_of_memory, file.path, "out of memory");
   } catch (const std::exception& error) {

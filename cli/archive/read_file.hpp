@@ -10,7 +10,8 @@ namespace biss::cli {
 /// \param arguments of all files; its `files` and `threads` are not used
 /// \param threads for this file; the entry does not depend on them
 archive::FileEntry read_listed_file(const archive::ListedFile& file,
-                                    const CaptureArguments& arguments, unsigned threads);
+                                    const CaptureArguments& arguments, unsigned threads,
+                                    Host& host);
 
 /// The same file will have the same entry as long as its stamp does not change: no cause that
 /// depends on the machine and the moment.

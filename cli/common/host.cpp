@@ -12,7 +12,7 @@ namespace biss::cli {
 
 namespace {
 
-constexpr auto ask_every = std::chrono::milliseconds(100);
+constexpr auto ask_every = std::chrono::milliseconds(20);
 
 std::string line_of(std::string_view text) {
   std::string line = "biss: ";
@@ -59,16 +59,20 @@ const GivenCapture* MemoryHost::capture(const std::string& name) const {
 
 void MemoryHost::set_go_on(std::function<bool()> go_on) {
   go_on_ = std::move(go_on);
+  asks_ = std::this_thread::get_id();
   next_ = std::chrono::steady_clock::now() + ask_every;
 }
 
 void MemoryHost::check() {
   if (outer_ != nullptr) outer_->check();
-  if (!go_on_) return;
-  const auto now = std::chrono::steady_clock::now();
-  if (now < next_) return;
-  next_ = now + ask_every;
-  if (!go_on_()) throw Interrupted();
+  if (go_on_ && std::this_thread::get_id() == asks_) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now >= next_) {
+      next_ = now + ask_every;
+      if (!go_on_()) ended_ = true;
+    }
+  }
+  if (ended_) throw Interrupted();
 }
 
 }  // namespace biss::cli

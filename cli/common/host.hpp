@@ -1,6 +1,7 @@
 // What a verb has of the program that runs it: the command, Python, a page, another verb.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <map>
@@ -8,6 +9,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include "capture/edge_source.hpp"
@@ -67,7 +69,8 @@ class Host {
   virtual const GivenCapture* capture(const std::string& /*name*/) const { return nullptr; }
   /// Progress lines may be shown.
   virtual bool shows_progress() const { return false; }
-  /// Throws Interrupted if the run has to end. Progress::due() calls it, so that every long run asks.
+  /// Throws Interrupted if the run has to end; in any thread. Progress::due() calls it, so that every
+  /// long run asks.
   virtual void check() {}
 };
 
@@ -94,7 +97,8 @@ class MemoryHost : public Host {
   void check() override;
 
   void give(const std::string& name, GivenCapture capture) { captures_[name] = std::move(capture); }
-  /// \param go_on called ten times a second at most; after false it must stay false
+  /// \param go_on called 50 times a second at most, and only in the thread that calls this; after
+  /// false the run ends in every thread
   void set_go_on(std::function<bool()> go_on);
 
   /// The messages in the order in which they came, without `biss:`.
@@ -110,7 +114,9 @@ class MemoryHost : public Host {
   Host* outer_;
   std::map<std::string, GivenCapture> captures_;
   std::function<bool()> go_on_;
+  std::thread::id asks_;
   std::chrono::steady_clock::time_point next_;
+  std::atomic<bool> ended_ = false;
   std::vector<std::string> lines_;
   std::string summary_;
   std::string text_;

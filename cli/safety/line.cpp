@@ -158,7 +158,7 @@ class FaultWatch {
 };
 
 LineCounts count(const SafetyFormat& monitored, sim::LineSetup setup, sim::FaultKind kind,
-                 std::uint64_t cycles) {
+                 std::uint64_t cycles, Host& host) {
   setup.faults = {{.kind = kind, .share = (std::uint64_t{1} << 32U) / spacing}};
   sim::Line line(setup);
   FaultWatch watch(monitored, kind);
@@ -168,6 +168,7 @@ LineCounts count(const SafetyFormat& monitored, sim::LineSetup setup, sim::Fault
   decoder.push_ma({{}, wire::Level::high});
   decoder.push_slo({{}, wire::Level::high});
   for (std::uint64_t i = 0; i < cycles; ++i) {
+    if (i % 256 == 0) host.check();
     const sim::SimulatedCycle& cycle = line.next();
     const std::size_t cpw = monitored.setup.cpw;
     watch.expect(
@@ -252,7 +253,7 @@ tl::expected<LineResult, std::string> run_line_model(const SafetyFormat& monitor
   std::mutex mutex;
   std::size_t done = 0;
   lab::parallel_for(request.threads, all.size(), [&](std::size_t k) {
-    all[k] = count(monitored, *line, static_cast<sim::FaultKind>(k), request.cycles);
+    all[k] = count(monitored, *line, static_cast<sim::FaultKind>(k), request.cycles, host);
     const std::lock_guard lock(mutex);
     ++done;
     if (progress.due()) {
