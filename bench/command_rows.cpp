@@ -61,7 +61,7 @@ std::string decode_command(const std::string& capture, const char* format) {
   return std::string("'") + BISS_BENCH_COMMAND + "' decode '" + capture + "' -f " + format;
 }
 
-// A process that reads so many cycles.
+// A process that reads this number of cycles.
 void read_cycles(
     benchmark::State& state, std::size_t cycles, const std::string& extension,
     const std::function<std::string(const Folder& folder, const std::string& capture)>& command) {

@@ -208,8 +208,10 @@ void Verb::after_parsing(std::function<void()> check) const {
 }
 
 Option Verb::get_option(const std::string& name) const {
-  return Option(&*std::find_if(verb_->options.begin(), verb_->options.end(),
-                               [&](const DeclaredOption& each) { return each.name() == name; }));
+  const auto found = std::find_if(verb_->options.begin(), verb_->options.end(),
+                                  [&](const DeclaredOption& each) { return each.name() == name; });
+  if (found == verb_->options.end()) throw std::logic_error("no option " + name);
+  return Option(&*found);
 }
 
 std::vector<Option> Verb::given_options() const {

@@ -1,5 +1,5 @@
-// The options of all verbs as data. The command line, the help, keywords and the page are made from
-// these records; verb.hpp declares them.
+// The verbs and their options as data: what verb.hpp declares, and what a command line gives. The
+// parser, the help, the manual page and the completion read these records.
 #pragma once
 
 #include <functional>

@@ -129,7 +129,7 @@ class Verb {
   Option add_repeated_option(const std::string& name, std::function<void(const std::string&)> set,
                              const std::string& description);
 
-  /// An option declared before. \pre it was
+  /// An option declared before, by its long name. Throws std::logic_error if it was not.
   Option get_option(const std::string& name) const;
   /// The options that the command line has.
   std::vector<Option> given_options() const;

@@ -57,8 +57,8 @@ class LineRows final : public report::TableWriter {
 
 class PartMaker final : private ChangeWatcher {
  public:
-  PartMaker(DecodeOptions& options, DecodeRun& run, std::string_view name, Host& host)
-      : options_(options), run_(run), name_(name), host_(host) {}
+  PartMaker(DecodeOptions& options, DecodeRun& run, std::string_view name)
+      : options_(options), run_(run), name_(name) {}
 
   // And asks what the verbs of the page's panels say of the whole capture: `check` with the limits of
   // the profiles, and of the encoder that the format names.
@@ -88,7 +88,7 @@ class PartMaker final : private ChangeWatcher {
     access_rows_->finish();
     excerpt_->finish(capture.input().end_time());
     count_ = excerpt_->cycles().size();
-    if (ended != ExitStatus::done) messages.print(host_);
+    if (ended != ExitStatus::done) messages.print(capture.host());
     return ended;
   }
 
@@ -198,7 +198,7 @@ class PartMaker final : private ChangeWatcher {
   void ask() {
     const CaptureArguments& capture = options_.capture;
     const auto ask = [this](std::string name, auto make) {
-      asked_.emplace_back(std::move(name), host_, make);
+      asked_.emplace_back(std::move(name), run_.capture().host(), make);
     };
     ask("identify", [&](Host& host) { return identify_run(capture, host); });
     ask("explain", [&](Host& host) { return explain_run(capture, host); });
@@ -250,7 +250,6 @@ class PartMaker final : private ChangeWatcher {
   DecodeOptions& options_;
   DecodeRun& run_;
   std::string name_;
-  Host& host_;
   std::optional<Excerpt> excerpt_;
   std::optional<Overview> overview_;
   std::deque<AskedVerb> asked_;
@@ -273,15 +272,14 @@ class PartMaker final : private ChangeWatcher {
 
 tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, DecodeRun& run,
                                                       const PageSettings& settings,
-                                                      std::string_view name, std::size_t room,
-                                                      Host& host) {
-  PartMaker maker(options, run, name, host);
+                                                      std::string_view name, std::size_t room) {
+  PartMaker maker(options, run, name);
   const ExitStatus status = maker.read();
   if (status != ExitStatus::done) return tl::unexpected(status);
   CapturePart part;
   part.settings = maker.part_settings(settings);
   const auto verbs = maker.verbs();
-  if (!verbs) return tl::unexpected(host.fail(verbs.error()));
+  if (!verbs) return tl::unexpected(run.capture().host().fail(verbs.error()));
   json report = maker.report(part.settings);
   report["verbs"] = *verbs;
   const auto dumped = [&report] {

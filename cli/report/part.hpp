@@ -28,7 +28,6 @@ struct CapturePart {
 /// \return why there is none; it has been printed
 tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, DecodeRun& run,
                                                       const PageSettings& settings,
-                                                      std::string_view name, std::size_t room,
-                                                      Host& host);
+                                                      std::string_view name, std::size_t room);
 
 }  // namespace biss::cli

@@ -74,7 +74,7 @@ class ReportRun {
     if (const auto text = whole_capture()) return write(whole_page(*page, *text));
     const std::size_t room = report_max - std::min(report_max, page->size());
     const auto part = part_of_capture(options_.decode, decode, page_settings(verb_.given_options()),
-                                      name(), room, host_);
+                                      name(), room);
     return part ? write(part_page(*page, *part)) : part.error();
   }
 
