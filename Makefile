@@ -68,7 +68,7 @@ test-viewers: build python  ## sigrok, Saleae's analyzer: against biss decode
 test-shared:  ## the tests of captures, on those in the folder BISS_SHARED (../shared)
 	@scripts/install-packages build test
 	@cmake --preset release -DBISS_TESTS=ON >/dev/null
-	@cmake --build --preset release --target biss_command_test biss_cli_test
+	@cmake --build --preset release --target biss_command_test biss_verbs_test
 	@BISS_SHARED=$(abspath $(or $(BISS_SHARED),../shared)) ctest --preset release -R 'Captures|EncoderList'
 
 .PHONY: wasm

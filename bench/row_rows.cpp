@@ -7,10 +7,10 @@
 
 #include "bench/line.hpp"
 #include "bench/rows.hpp"
-#include "cli/decode/table.hpp"
 #include "decode/decoder.hpp"
 #include "report/hdf5.hpp"
 #include "report/table.hpp"
+#include "rows/table.hpp"
 
 namespace biss::bench {
 
@@ -44,14 +44,14 @@ class CountingSink final : public report::TextSink {
   std::size_t bytes = 0;
 };
 
-void put_rows(cli::DecodeTable& table, const Cycles& from, report::TableWriter& writer) {
+void put_rows(rows::DecodeTable& table, const Cycles& from, report::TableWriter& writer) {
   std::uint64_t number = 0;
   for (const decode::Cycle& cycle : from.list) writer.row(table.cells(number++, cycle));
 }
 
 void write_text(benchmark::State& state, report::Format format) {
   const Cycles from = make_cycles();
-  cli::DecodeTable table(from.format);
+  rows::DecodeTable table(from.format);
   CountingSink sink;
   const auto writer = report::make_table_writer(format, table.columns(), sink);
   for ([[maybe_unused]] auto _ : state) put_rows(table, from, *writer);
@@ -85,7 +85,7 @@ class MemoryFile final : public report::FileSink {
 void write_hdf5(benchmark::State& state) {
   constexpr std::size_t repeats = 400;
   const Cycles from = make_cycles();
-  cli::DecodeTable table(from.format);
+  rows::DecodeTable table(from.format);
   MemoryFile file;
   for ([[maybe_unused]] auto _ : state) {
     const auto writer = report::make_hdf5_writer(table.columns(), file);
@@ -99,7 +99,7 @@ void write_hdf5(benchmark::State& state) {
 // As many bytes as the rows have, copied to a block that stays in the cache.
 void copy_text(benchmark::State& state) {
   const Cycles from = make_cycles();
-  cli::DecodeTable table(from.format);
+  rows::DecodeTable table(from.format);
   report::StringSink sink;
   const auto writer = report::make_table_writer(report::Format::csv, table.columns(), sink);
   put_rows(table, from, *writer);

@@ -10,9 +10,9 @@ execute_process(COMMAND git -C "${SOURCE_DIR}" rev-parse --show-prefix
 if(failed OR prefix)
   file(STRINGS "${SOURCE_DIR}/cmake/commit.txt" commit REGEX "^[0-9a-f]+(-dirty)?$")
 endif()
-set(text "#include \"cli/common/program.hpp\"
+set(text "#include \"verbs/common/program.hpp\"
 
-namespace biss::cli {
+namespace biss::verbs {
 const char* const build_commit = \"${commit}\";
 }
 ")

@@ -13,9 +13,9 @@
 #include "biss/frame/encode.hpp"
 #include "biss/frame/format_text.hpp"
 #include "biss/master/spi_read.hpp"
-#include "cli/common/format_option.hpp"
 #include "python/module.hpp"
 #include "python/numpy_arrays.hpp"
+#include "verbs/common/format_option.hpp"
 
 namespace biss::python {
 namespace {

@@ -4,12 +4,12 @@
 #include <utility>
 
 #include "biss/frame/format_text.hpp"
-#include "cli/common/host.hpp"
-#include "cli/common/verb.hpp"
 #include "device/quantity.hpp"
 #include "draw/cycle_drawing.hpp"
 #include "python/verbs.hpp"
 #include "report/text.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/common/verb.hpp"
 
 namespace biss::python {
 namespace {
@@ -46,7 +46,7 @@ StreamValue value_of(const report::Cell& cell) {
 
 // Fields of all tracks in the order of time.
 std::vector<StreamField> fields_of(const decode::CycleEdges& edges,
-                                   const cli::DecodedCapture& capture) {
+                                   const verbs::DecodedCapture& capture) {
   const draw::CycleDrawing drawing = draw::draw_cycle(edges, capture.format(), capture.timing(),
                                                       capture.margin(), draw::DrawnExtent::cycle);
   std::vector<StreamField> fields;
@@ -78,50 +78,47 @@ class Stream::Rows final : public report::TableWriter {
   bool written = false;
 };
 
-Stream::Stream(const std::vector<std::string>& options, const StreamSetup& setup)
+Stream::Stream(const verbs::GivenOptions& options, const StreamSetup& setup)
     : setup_(setup), writer_(std::make_unique<Rows>()) {
   source_.set_period(setup.sample_period);
   host_.give(capture_name,
              {[this](const auto&) -> capture::Opened { return borrowed(source_); }, false});
-  std::vector<std::string> words{"decode", capture_name};
-  words.insert(words.end(), options.begin(), options.end());
-  cli::Command command(host_);
-  const cli::Verb verb = command.add_verb(cli::decode_text(), [&](cli::Host& host) {
+  verbs::Command command(host_);
+  const verbs::Verb verb = command.add_verb(verbs::decode_text(), [&](verbs::Host& host) {
     if (options_.to != report::Format::table || !options_.output.empty() ||
         !options_.columns.empty() || !options_.fail_on.empty()) {
-      return host.fail(cli::ExitStatus::usage,
+      return host.fail(verbs::ExitStatus::usage,
                        "output, to, columns and fail_on are not for rows in memory");
     }
     if (options_.capture.files.size() != 1 || options_.capture.each) {
-      return host.fail(cli::ExitStatus::usage, "a decoder reads one pair of lines, and no file");
+      return host.fail(verbs::ExitStatus::usage, "a decoder reads one pair of lines, and no file");
     }
-    return cli::ExitStatus::done;
+    return verbs::ExitStatus::done;
   });
-  cli::add_decode_options(verb, options_);
-  const std::vector<const char*> arguments = arguments_of(words);
-  auto status = command.run(static_cast<int>(arguments.size()), arguments.data());
+  verbs::add_decode_options(verb, options_);
+  auto status = command.run({"decode", capture_name}, options);
   options_.capture.beginning = setup_.beginning;
   run_.emplace(options_, host_);
-  if (status == cli::ExitStatus::done) status = run_->open();
-  if (status != cli::ExitStatus::done) fail(status);
+  if (status == verbs::ExitStatus::done) status = run_->open();
+  if (status != verbs::ExitStatus::done) fail(status);
 }
 
 Stream::~Stream() = default;
 
-void Stream::fail(cli::ExitStatus status) {
+void Stream::fail(verbs::ExitStatus status) {
   failure_ = {status, messages().empty() ? "" : messages().back()};
   status_ = status;
 }
 
-cli::ExitStatus Stream::open() {
+verbs::ExitStatus Stream::open() {
   const std::vector<wire::Edge> first(source_.queued().begin(), source_.queued().end());
-  cli::ExitStatus status = run_->next();
-  if (status != cli::ExitStatus::done) return status;
+  verbs::ExitStatus status = run_->next();
+  if (status != verbs::ExitStatus::done) return status;
   columns_ = run_->columns();
   status = run_->begin_rows();
-  if (status != cli::ExitStatus::done) return status;
+  if (status != verbs::ExitStatus::done) return status;
   if (setup_.fields) {
-    const cli::DecodedCapture& capture = run_->capture();
+    const verbs::DecodedCapture& capture = run_->capture();
     edges_.emplace(capture.reader(), capture.lines().lines,
                    [this](const decode::CycleEdges& edges) { take_fields(edges); });
     edges_->push(first);
@@ -131,13 +128,13 @@ cli::ExitStatus Stream::open() {
     put_row(number, cycle);
     return true;
   });
-  return cli::ExitStatus::done;
+  return verbs::ExitStatus::done;
 }
 
 void Stream::begin() {
   begun_ = true;
-  const cli::ExitStatus status = open();
-  if (status != cli::ExitStatus::done) fail(status);
+  const verbs::ExitStatus status = open();
+  if (status != verbs::ExitStatus::done) fail(status);
 }
 
 void Stream::put_row(std::uint64_t number, const decode::Cycle& cycle) {
@@ -191,7 +188,7 @@ void Stream::finish(Picoseconds end) {
 }
 
 void Stream::end() {
-  cli::RunMessages closing;
+  verbs::RunMessages closing;
   const bool read = run_->capture().end_steps();
   if (edges_) edges_->finish(run_->capture().input().end_time());
   status_ = run_->end_rows(read, closing);

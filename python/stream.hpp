@@ -12,11 +12,11 @@
 #include <variant>
 #include <vector>
 
-#include "cli/common/host.hpp"
-#include "cli/decode/decode_run.hpp"
 #include "decode/cycle_edges.hpp"
 #include "draw/layout.hpp"
 #include "python/arrays.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/decode/decode_run.hpp"
 
 namespace biss::python {
 
@@ -45,7 +45,7 @@ struct StreamSetup {
   /// Rows have fields.
   bool fields = false;
   /// As InputArguments::beginning.
-  std::size_t beginning = cli::edges_at_beginning;
+  std::size_t beginning = verbs::edges_at_beginning;
   Picoseconds sample_period{};
 };
 
@@ -53,14 +53,14 @@ struct StreamSetup {
 /// format is given; else it is found in the beginning alone.
 class Stream {
  public:
-  /// \param options of `biss decode`, without FILE
-  Stream(const std::vector<std::string>& options, const StreamSetup& setup);
+  /// \param options of `biss decode`
+  Stream(const verbs::GivenOptions& options, const StreamSetup& setup);
   ~Stream();
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
 
   /// Why nothing can be read: wrong usage, or the capture carries nothing that can be decoded.
-  const std::optional<cli::VerbError>& failure() const { return failure_; }
+  const std::optional<verbs::VerbError>& failure() const { return failure_; }
 
   /// \pre time is not before the last one, and not ended()
   void push(Picoseconds time, bool ma, bool slo) { source_.push(time, ma, slo); }
@@ -80,7 +80,7 @@ class Stream {
   const std::string& format() const { return format_; }
   const std::string& summary() const { return host_.summary(); }
   const std::vector<std::string>& messages() const { return host_.lines(); }
-  cli::ExitStatus status() const { return status_; }
+  verbs::ExitStatus status() const { return status_; }
 
  private:
   class Rows;
@@ -91,18 +91,18 @@ class Stream {
   static constexpr std::size_t few_edges = 512;
 
   void begin();
-  cli::ExitStatus open();
+  verbs::ExitStatus open();
   void read();
   void end();
   void put_row(std::uint64_t number, const decode::Cycle& cycle);
   void take_fields(const decode::CycleEdges& edges);
-  void fail(cli::ExitStatus status);
+  void fail(verbs::ExitStatus status);
 
   StreamSetup setup_;
-  cli::MemoryHost host_;
-  cli::DecodeOptions options_;
+  verbs::MemoryHost host_;
+  verbs::DecodeOptions options_;
   PushedEdges source_;
-  std::optional<cli::DecodeRun> run_;
+  std::optional<verbs::DecodeRun> run_;
   std::optional<decode::CycleEdgeReader> edges_;
   std::unique_ptr<Rows> writer_;
   std::vector<report::Column> columns_;
@@ -114,9 +114,9 @@ class Stream {
   std::uint64_t described_ = 0;
   bool begun_ = false;
   bool ended_ = false;
-  std::optional<cli::VerbError> failure_;
+  std::optional<verbs::VerbError> failure_;
   std::string format_;
-  cli::ExitStatus status_ = cli::ExitStatus::done;
+  verbs::ExitStatus status_ = verbs::ExitStatus::done;
 };
 
 }  // namespace biss::python

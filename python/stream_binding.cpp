@@ -63,7 +63,7 @@ class StreamObject {
     std::unique_lock<std::mutex> lock_;
   };
 
-  StreamObject(const std::vector<std::string>& options, std::uint32_t sample_rate, bool fields,
+  StreamObject(const verbs::GivenOptions& options, std::uint32_t sample_rate, bool fields,
                std::size_t beginning)
       : stream_(options, setup_of(sample_rate, fields, beginning)) {
     if (sample_rate != 0) clock_.emplace(hertz(sample_rate));
@@ -295,7 +295,7 @@ auto in_turn(Result (StreamObject::*method)() const) {
 
 void add_stream(py::module_& module) {
   py::class_<StreamObject>(module, "Stream")
-      .def(py::init<const std::vector<std::string>&, std::uint32_t, bool, std::size_t>())
+      .def(py::init<const verbs::GivenOptions&, std::uint32_t, bool, std::size_t>())
       .def("edge", in_turn(&StreamObject::edge))
       .def("edges", in_turn(&StreamObject::edges))
       .def("change", in_turn(&StreamObject::change))

@@ -1,56 +1,18 @@
 #include "python/verbs.hpp"
 
-#include <array>
 #include <memory>
 #include <optional>
-#include <string_view>
 #include <utility>
 
-#include "cli/common/host.hpp"
-#include "cli/common/verb.hpp"
-#include "cli/common/verbs.hpp"
-#include "cli/decode/decode_run.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/common/verbs.hpp"
+#include "verbs/decode/decode_run.hpp"
 
 namespace biss::python {
 namespace {
 
-using AddVerb = void (*)(cli::Command&);
-constexpr auto verbs = std::to_array<std::pair<std::string_view, AddVerb>>({
-    {"archive", cli::add_archive},
-    {"check", cli::add_check},
-    {"compare", cli::add_compare},
-    {"convert", cli::add_convert},
-    {"crc", cli::add_crc},
-    {"decode", cli::add_decode},
-    {"draw", cli::add_draw},
-    {"eds", cli::add_eds},
-    {"encoders", cli::add_encoders},
-    {"explain", cli::add_explain},
-    {"identify", cli::add_identify},
-    {"plan", cli::add_plan},
-    {"registers", cli::add_registers},
-    {"report", cli::add_report},
-    {"safety", cli::add_safety},
-    {"simulate", cli::add_simulate},
-});
-
-// To declare all of them takes milliseconds. An unknown verb gets all, for the message.
-void add_verb_of(cli::Command& command, std::string_view name) {
-  for (const auto& [each, add] : verbs) {
-    if (each == name) return add(command);
-  }
-  for (const auto& [each, add] : verbs) add(command);
-}
-
-cli::ExitStatus run_words(const std::vector<std::string>& words, cli::Host& host) {
-  cli::Command command(host);
-  add_verb_of(command, words.empty() ? std::string_view() : std::string_view(words.front()));
-  const std::vector<const char*> arguments = arguments_of(words);
-  return command.run(static_cast<int>(arguments.size()), arguments.data());
-}
-
 // What a verb prints and reads is in memory, and its rows if they are asked for.
-class VerbHost final : public cli::MemoryHost {
+class VerbHost final : public verbs::MemoryHost {
  public:
   VerbHost(const VerbSetup& setup, VerbResult& result)
       : keeps_columns_(setup.keep_columns), result_(result) {
@@ -63,7 +25,7 @@ class VerbHost final : public cli::MemoryHost {
     return std::make_unique<ColumnStore>(columns, result_.columns);
   }
 
-  void end(cli::ExitStatus status) {
+  void end(verbs::ExitStatus status) {
     result_.status = status;
     result_.output = output_text();
     result_.summary = summary();
@@ -101,14 +63,14 @@ class EdgeCollector {
   std::optional<bool> slo_;
 };
 
-cli::ExitStatus collect_edges(const cli::DecodeOptions& options, CaptureEdges& edges,
-                              cli::Host& host) {
-  cli::CaptureArguments arguments = options.capture;
+verbs::ExitStatus collect_edges(const verbs::DecodeOptions& options, CaptureEdges& edges,
+                                verbs::Host& host) {
+  verbs::CaptureArguments arguments = options.capture;
   arguments.identify = false;
-  cli::DecodedCapture capture(host);
-  const cli::ExitStatus opened = capture.open(arguments);
-  if (opened != cli::ExitStatus::done) return opened;
-  if (capture.several()) return host.fail(cli::ExitStatus::usage, "one capture at a time");
+  verbs::DecodedCapture capture(host);
+  const verbs::ExitStatus opened = capture.open(arguments);
+  if (opened != verbs::ExitStatus::done) return opened;
+  if (capture.several()) return host.fail(verbs::ExitStatus::usage, "one capture at a time");
   if (!capture.next()) return capture.status();
   edges.ma_name = capture.ma_name();
   edges.slo_name = capture.slo_name();
@@ -120,37 +82,35 @@ cli::ExitStatus collect_edges(const cli::DecodeOptions& options, CaptureEdges& e
     return known;
   });
   if (!known) {
-    return host.fail(cli::ExitStatus::data_failed,
+    return host.fail(verbs::ExitStatus::data_failed,
                      capture.input().name() + ": MA or SLO has a level that is neither 0 nor 1");
   }
-  return read ? cli::ExitStatus::done : host.fail(cli::ExitStatus::io, capture.input().error());
+  return read ? verbs::ExitStatus::done : host.fail(verbs::ExitStatus::io, capture.input().error());
 }
 
 }  // namespace
 
-std::vector<const char*> arguments_of(const std::vector<std::string>& words) {
-  std::vector<const char*> arguments{"biss"};
-  for (const std::string& word : words) arguments.push_back(word.c_str());
-  return arguments;
-}
-
-VerbResult run_verb(const std::vector<std::string>& words, const VerbSetup& setup) {
+VerbResult run_verb(const std::vector<std::string>& words, const verbs::GivenOptions& options,
+                    const VerbSetup& setup) {
   VerbResult result;
   VerbHost host(setup, result);
-  host.end(run_words(words, host));
+  verbs::Command command(host);
+  verbs::add_verbs(command, words.empty() ? "" : words.front());
+  host.end(command.run(words, options));
   return result;
 }
 
-CaptureEdges read_edges(const std::vector<std::string>& words, const VerbSetup& setup) {
+CaptureEdges read_edges(const std::vector<std::string>& words, const verbs::GivenOptions& given,
+                        const VerbSetup& setup) {
   CaptureEdges edges;
   VerbHost host(setup, edges.result);
-  cli::Command command(host);
-  cli::DecodeOptions options;
-  const cli::Verb verb = command.add_verb(
-      cli::decode_text(), [&](cli::Host& of_run) { return collect_edges(options, edges, of_run); });
-  cli::add_decode_options(verb, options);
-  const std::vector<const char*> arguments = arguments_of(words);
-  host.end(command.run(static_cast<int>(arguments.size()), arguments.data()));
+  verbs::Command command(host);
+  verbs::DecodeOptions options;
+  const verbs::Verb verb = command.add_verb(verbs::decode_text(), [&](verbs::Host& of_run) {
+    return collect_edges(options, edges, of_run);
+  });
+  verbs::add_decode_options(verb, options);
+  host.end(command.run(words, given));
   return edges;
 }
 

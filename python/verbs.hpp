@@ -8,15 +8,16 @@
 #include <vector>
 
 #include "biss/base/units.hpp"
-#include "cli/common/exit_status.hpp"
-#include "cli/common/host.hpp"
 #include "python/column_store.hpp"
+#include "verbs/common/exit_status.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/common/verb.hpp"
 
 namespace biss::python {
 
 /// What a verb has said.
 struct VerbResult {
-  cli::ExitStatus status = cli::ExitStatus::done;
+  verbs::ExitStatus status = verbs::ExitStatus::done;
   /// What the command writes to standard output; empty where `columns` has the rows.
   std::string output;
   std::string summary;
@@ -27,16 +28,16 @@ struct VerbResult {
 /// How a verb runs.
 struct VerbSetup {
   /// In place of files of these names.
-  std::map<std::string, cli::GivenCapture> captures;
+  std::map<std::string, verbs::GivenCapture> captures;
   /// The rows go to VerbResult::columns where the verb reads captures to a table.
   bool keep_columns = false;
   /// As MemoryHost::set_go_on() has it. Where it says no, the result has no meaning.
   std::function<bool()> go_on = [] { return true; };
 };
 
-/// Runs `biss WORD…`, every verb but `view`, which serves until it is interrupted.
-/// \param words the first one is the verb
-VerbResult run_verb(const std::vector<std::string>& words, const VerbSetup& setup);
+/// Runs a verb, of which `view` is not one here. \param words,options see verbs::Command::run()
+VerbResult run_verb(const std::vector<std::string>& words, const verbs::GivenOptions& options,
+                    const VerbSetup& setup);
 
 /// The edges of MA and SLO in a capture, as EdgeArrays has them; an element for each edge.
 struct CaptureEdges {
@@ -49,11 +50,9 @@ struct CaptureEdges {
   Values<std::uint8_t> slo;
 };
 
-/// Reads the capture that the words name as for `biss decode`, and finds MA and SLO in it. A line that
+/// Reads the capture of the request as `biss decode`, and finds MA and SLO in it. A line that
 /// is inverted is inverted back. Fails with `data_failed` also where a level is neither 0 nor 1.
-CaptureEdges read_edges(const std::vector<std::string>& words, const VerbSetup& setup);
-
-/// The words as a program gets them, after its name. They refer to `words`.
-std::vector<const char*> arguments_of(const std::vector<std::string>& words);
+CaptureEdges read_edges(const std::vector<std::string>& words, const verbs::GivenOptions& options,
+                        const VerbSetup& setup);
 
 }  // namespace biss::python

@@ -7,12 +7,12 @@
 #include "capture/bytes.hpp"
 #include "capture/open.hpp"
 #include "capture/samples.hpp"
-#include "cli/common/capture_input.hpp"
 #include "python/arrays.hpp"
 #include "python/module.hpp"
 #include "python/numpy_arrays.hpp"
 #include "python/verbs.hpp"
 #include "report/text.hpp"
+#include "verbs/common/capture_input.hpp"
 
 namespace biss::python {
 namespace {
@@ -44,33 +44,33 @@ std::string_view sample_bytes(const py::array& array) {
   }
 }
 
-cli::GivenCapture samples_capture(const py::array& array, std::uint32_t rate) {
+verbs::GivenCapture samples_capture(const py::array& array, std::uint32_t rate) {
   const std::string_view bytes = sample_bytes(array);
-  const cli::RawSamples raw{.rate = hertz(rate),
-                            .bytes = static_cast<std::uint64_t>(array.itemsize())};
-  return {[bytes, raw](const cli::InputArguments& arguments) {
+  const verbs::RawSamples raw{.rate = hertz(rate),
+                              .bytes = static_cast<std::uint64_t>(array.itemsize())};
+  return {[bytes, raw](const verbs::InputArguments& arguments) {
     return capture::open_raw(capture::memory_bytes(bytes),
-                             cli::layout_of(raw, arguments.ma, arguments.slo));
+                             verbs::layout_of(raw, arguments.ma, arguments.slo));
   }};
 }
 
-cli::GivenCapture edges_capture(const py::array& times, const py::array& ma, const py::array& slo,
-                                std::int64_t period) {
+verbs::GivenCapture edges_capture(const py::array& times, const py::array& ma, const py::array& slo,
+                                  std::int64_t period) {
   const EdgeArrays arrays{elements_of<std::int64_t>(times, "times"), levels_of(ma, "ma"),
                           levels_of(slo, "slo"), picoseconds(period)};
   if (arrays.ma.size() != arrays.times.size() || arrays.slo.size() != arrays.times.size()) {
     throw UsageError("times, ma and slo have different lengths");
   }
-  return {[arrays](const cli::InputArguments&) { return open_arrays(arrays); }};
+  return {[arrays](const verbs::InputArguments&) { return open_arrays(arrays); }};
 }
 
 // The content of a file, whose name tells its format where the content does not.
-cli::GivenCapture bytes_capture(const py::bytes& bytes, const std::string& name) {
+verbs::GivenCapture bytes_capture(const py::bytes& bytes, const std::string& name) {
   const std::string_view text = bytes;
-  return {[text, name](const cli::InputArguments& arguments) {
+  return {[text, name](const verbs::InputArguments& arguments) {
     capture::OpenOptions options{.no_verify = arguments.no_verify, .analog = arguments.raw.analog};
     if (arguments.raw.rate) {
-      options.raw = cli::layout_of(arguments.raw, arguments.ma, arguments.slo);
+      options.raw = verbs::layout_of(arguments.raw, arguments.ma, arguments.slo);
     }
     return capture::open_capture(capture::memory_bytes(text), name, options);
   }};
@@ -78,7 +78,7 @@ cli::GivenCapture bytes_capture(const py::bytes& bytes, const std::string& name)
 
 // A capture as the package describes it: (samples, rate), (times, ma, slo, period) or
 // (bytes, name, None).
-cli::GivenCapture capture_of(const py::tuple& parts) {
+verbs::GivenCapture capture_of(const py::tuple& parts) {
   if (parts.size() == 3) {
     return bytes_capture(parts[0].cast<py::bytes>(), parts[1].cast<std::string>());
   }
@@ -168,18 +168,22 @@ auto without_lock(VerbSetup setup, Work work) {
   return result;
 }
 
-py::tuple run(const std::vector<std::string>& words, const py::dict& captures, bool keep_columns) {
-  VerbResult result = without_lock(setup_of(captures, keep_columns),
-                                   [&](const VerbSetup& setup) { return run_verb(words, setup); });
+py::tuple run(const std::vector<std::string>& words, const verbs::GivenOptions& options,
+              const py::dict& captures, bool keep_columns) {
+  VerbResult result = without_lock(setup_of(captures, keep_columns), [&](const VerbSetup& setup) {
+    return run_verb(words, options, setup);
+  });
   py::list columns;
   for (StoredColumn& stored : result.columns) columns.append(tuple_of(stored));
   return py::make_tuple(static_cast<int>(result.status), py::bytes(result.output),
                         text_object(result.summary), messages_of(result), columns);
 }
 
-py::tuple edges(const std::vector<std::string>& words, const py::dict& captures) {
-  CaptureEdges found = without_lock(
-      setup_of(captures, false), [&](const VerbSetup& setup) { return read_edges(words, setup); });
+py::tuple edges(const std::vector<std::string>& words, const verbs::GivenOptions& options,
+                const py::dict& captures) {
+  CaptureEdges found = without_lock(setup_of(captures, false), [&](const VerbSetup& setup) {
+    return read_edges(words, options, setup);
+  });
   return py::make_tuple(static_cast<int>(found.result.status), messages_of(found.result),
                         text_object(found.ma_name), text_object(found.slo_name),
                         found.sample_period.count, array_of(std::move(found.times)),
@@ -189,8 +193,9 @@ py::tuple edges(const std::vector<std::string>& words, const py::dict& captures)
 }  // namespace
 
 void add_verbs(py::module_& module) {
-  module.def("run", &run, py::arg("words"), py::arg("captures"), py::arg("keep_columns"));
-  module.def("edges", &edges, py::arg("words"), py::arg("captures"));
+  module.def("run", &run, py::arg("words"), py::arg("options"), py::arg("captures"),
+             py::arg("keep_columns"));
+  module.def("edges", &edges, py::arg("words"), py::arg("options"), py::arg("captures"));
 }
 
 }  // namespace biss::python

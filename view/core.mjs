@@ -9,5 +9,8 @@ export const core = path.resolve(process.env.BISS_WASM ?? path.join(here, '../bu
 const { loadBiss } = await import(pathToFileURL(path.join(core, 'biss.mjs')));
 const biss = await loadBiss({ wasmBinary: fs.readFileSync(path.join(core, 'biss_core.wasm')) });
 
+const options = Object.fromEntries(biss.verbs().verbs.map((verb) =>
+  [verb.name, verb.options.map(({ names, scope }) => ({ names, scope }))]));
+
 /** What sources of the page have from the core: `define` of esbuild. */
-export const define = { WORDS: JSON.stringify(biss.words()) };
+export const define = { WORDS: JSON.stringify(biss.words()), OPTIONS: JSON.stringify(options) };

@@ -78,6 +78,30 @@ export interface Words {
   verdicts: { name: string; fault: boolean }[];
 }
 
+/** What an option is for; verbs/common/verb.hpp explains the scopes. */
+export interface DescribedOption {
+  /** `-f,--format`, or `FILE` of an argument. */
+  names: string;
+  /** The long name. */
+  name: string;
+  /** What the help calls the value; empty for a flag. */
+  value: string;
+  meaning: string;
+  heading: string;
+  scope: 'reading' | 'file' | 'judging' | 'rows' | 'command';
+  repeats: boolean;
+  required: boolean;
+  /** The values that are allowed; empty where they are not a list. */
+  choices: string[];
+}
+
+export interface DescribedVerb {
+  name: string;
+  options: DescribedOption[];
+  /** Verbs below, as `safety analyse`. */
+  verbs: DescribedVerb[];
+}
+
 export type ColumnKind = 'unsigned' | 'signed' | 'time' | 'real' | 'text' | 'bits' | 'flag';
 
 /** What a value says of its row; the names of report/table.hpp. */
@@ -250,6 +274,8 @@ export interface Biss {
   /** A file that a verb has written with `-o NAME`. */
   readFile(name: string): Uint8Array;
   words(): Words;
+  /** `biss` itself, with the verbs that this core has. */
+  verbs(): DescribedVerb;
   /**
    * Runs a verb to its end: identify, check, explain, eds, safety analyse, simulate, and all others
    * but archive, the campaigns of safety and HDF5.

@@ -44,23 +44,17 @@ class Memory {
     this.core = core;
   }
 
-  // Calls `use` with the arguments as C has them.
-  withArguments(args, use) {
+  // Calls `use` with the value as JSON.
+  withJson(value, use) {
     const { core } = this;
-    const all = ['biss', ...args];
-    const list = core._malloc(4 * all.length);
-    const texts = all.map((text) => {
-      const bytes = core.lengthBytesUTF8(text) + 1;
-      const at = core._malloc(bytes);
-      core.stringToUTF8(text, at, bytes);
-      return at;
-    });
-    new Uint32Array(core.HEAPU8.buffer, list, all.length).set(texts);
+    const text = JSON.stringify(value);
+    const bytes = core.lengthBytesUTF8(text) + 1;
+    const at = core._malloc(bytes);
+    core.stringToUTF8(text, at, bytes);
     try {
-      return use(all.length, list);
+      return use(at);
     } finally {
-      texts.forEach((at) => core._free(at));
-      core._free(list);
+      core._free(at);
     }
   }
 
@@ -207,8 +201,32 @@ class Session {
   }
 }
 
+// A command line as the core takes it: the words, and the values of each option.
+function requestOf(command, args) {
+  const request = { words: [], options: [] };
+  const left = [...args];
+  let verb = command;
+  let isWord = () => false;
+  for (let word = left.shift(); word !== undefined; word = left.shift()) {
+    const [, long, longValue, short, shortValue] = /^(--[^=]+)(?:=(.*))?$|^(-[^-])(.+)?$/s.exec(word) ?? [];
+    const [name, value] = [long ?? short, longValue ?? shortValue];
+    if (word === '--') {
+      isWord = () => true;
+    } else if (name === undefined || isWord()) {
+      request.words.push(word);
+      verb = verb.verbs.find((each) => each.name === word) ?? verb;
+    } else {
+      const option = verb.options.find(({ names }) => names.split(',').includes(name));
+      const isNext = value === undefined && option?.value && left.length > 0;
+      request.options.push([option?.name ?? name, isNext ? [left.shift()] : value === undefined ? [] : [value]]);
+    }
+  }
+  return request;
+}
+
 class Biss {
   #core;
+  #verbs;
   #memory;
   #streams;
 
@@ -266,15 +284,20 @@ class Biss {
     return JSON.parse(this.#memory.text(this.#core._biss_words()));
   }
 
+  verbs() {
+    this.#verbs ??= JSON.parse(this.#memory.text(this.#core._biss_verbs()));
+    return this.#verbs;
+  }
+
   run(args) {
-    const status = this.#memory.withArguments(args, (count, list) =>
-      this.#core._biss_run(count, list));
+    const status = this.#memory.withJson(requestOf(this.verbs(), args), (request) =>
+      this.#core._biss_run(request));
     return { status, out: this.#streams.takeOut(), err: this.#streams.takeErr() };
   }
 
   open(args, { anyLines = false } = {}) {
-    const session = this.#memory.withArguments(['decode', ...args], (count, list) =>
-      this.#core._biss_open(count, list, anyLines ? 1 : 0));
+    const session = this.#memory.withJson(requestOf(this.verbs(), ['decode', ...args]), (request) =>
+      this.#core._biss_open(request, anyLines ? 1 : 0));
     const out = new TextDecoder().decode(this.#streams.takeOut());
     const messages = this.#streams.takeErr();
     const status = session === 0 ? 3 : this.#core._biss_status(session);

@@ -1,56 +1,38 @@
-// The verbs of the command, run by a page: its own arguments, messages and files.
 #include "wasm/command.hpp"
 
 #include <new>
+#include <nlohmann/json.hpp>
 
-#include "cli/common/host.hpp"
-#include "cli/common/verb.hpp"
-#include "cli/common/verbs.hpp"
-#ifndef BISS_WASM_QUICK
-#include "cli/safety/safety.hpp"
-#endif
 #include "report/hdf5.hpp"
+#include "verbs/common/declared.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/common/verbs.hpp"
 
 namespace biss::wasm {
 
-namespace {
-
-// What the quick tests of the page do not use, and what takes long to compile.
-void add_further_verbs([[maybe_unused]] cli::Command& command) {
-#ifndef BISS_WASM_QUICK
-  cli::add_compare(command);
-  cli::add_convert(command);
-  cli::add_crc(command);
-  cli::add_eds(command);
-  cli::add_draw(command);
-  cli::add_plan(command);
-  // Without campaigns, which run for hours, and evidence, which writes folders.
-  cli::add_verb_group(command, cli::safety_text(), {cli::safety_analyse()});
-  cli::add_simulate(command);
-#endif
+Request::Request(std::string_view json) {
+  const auto object = nlohmann::json::parse(json);
+  object.at("words").get_to(words);
+  object.at("options").get_to(options);
 }
 
-cli::ExitStatus run_verb(std::span<const char* const> arguments, cli::Host& host) {
-  cli::Command command(host);
-  cli::add_decode(command);
-  cli::add_check(command);
-  cli::add_encoders(command);
-  cli::add_identify(command);
-  cli::add_explain(command);
-  cli::add_registers(command);
-  add_further_verbs(command);
-  return command.run(static_cast<int>(arguments.size()), arguments.data());
-}
-
-}  // namespace
-
-cli::ExitStatus run_command(std::span<const char* const> arguments) {
-  cli::ProcessHost host;
+verbs::ExitStatus run_command(std::string_view json) {
+  verbs::ProcessHost host;
   try {
-    return run_verb(arguments, host);
+    const Request request(json);
+    verbs::Command command(host);
+    verbs::add_verbs(command, request.words.empty() ? "" : request.words.front());
+    return command.run(request.words, request.options);
   } catch (const std::bad_alloc&) {
-    return host.fail(cli::ExitStatus::io, "out of memory");
+    return host.fail(verbs::ExitStatus::io, "out of memory");
   }
+}
+
+std::string described_verbs() {
+  verbs::ProcessHost host;
+  verbs::Command command(host);
+  verbs::add_verbs(command);
+  return verbs::described(command.declared());
 }
 
 }  // namespace biss::wasm

@@ -1,14 +1,27 @@
 // The verbs of the command, for a page.
 #pragma once
 
-#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
 
-#include "cli/common/exit_status.hpp"
+#include "verbs/common/verb.hpp"
 
 namespace biss::wasm {
 
-/// Runs `biss VERB …` on the files in memory. \param arguments the first one is the name of the
-///   command
-cli::ExitStatus run_command(std::span<const char* const> arguments);
+/// A verb as biss.mjs asks for it: the JSON object `{"words": ["decode", …], "options":
+/// [["--format", ["pos26"]], …]}`, see verbs::Command::run().
+struct Request {
+  std::vector<std::string> words;
+  verbs::GivenOptions options;
+
+  explicit Request(std::string_view json);
+};
+
+/// Runs a verb on the files in memory.
+verbs::ExitStatus run_command(std::string_view json);
+
+/// The verbs and their options, as verbs::described() has them.
+std::string described_verbs();
 
 }  // namespace biss::wasm

@@ -2,11 +2,11 @@
 
 #include <string_view>
 
-#include "cli/explain/drawing.hpp"
 #include "device/quantity.hpp"
 #include "draw/cycle_drawing.hpp"
 #include "draw/layout.hpp"
 #include "draw/text.hpp"
+#include "verbs/explain/drawing.hpp"
 
 namespace biss::wasm {
 namespace {
@@ -105,7 +105,7 @@ json cycle_json(std::uint64_t number, const decode::CycleEdges& edges,
            {"end", exact(drawing.end)},
            {"period", exact(drawing.period())},
            {"status", name_of(cycle.status)},
-           {"title", cli::drawing_title(drawing)},
+           {"title", verbs::drawing_title(drawing)},
            {"text", draw::drawing_text(drawing)},
            {"bits", bits_json(drawing)},
            {"checks", checks_json(drawing)},

@@ -8,9 +8,9 @@
 
 #include "biss/frame/status.hpp"
 #include "biss/safety/verdict.hpp"
-#include "cli/common/host.hpp"
-#include "cli/common/output.hpp"
 #include "device/words.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/common/output.hpp"
 #include "wasm/command.hpp"
 #include "wasm/cycle_json.hpp"
 #include "wasm/session.hpp"
@@ -34,9 +34,11 @@ const char* keep(std::string kept) {
 
 extern "C" {
 
-EMSCRIPTEN_KEEPALIVE int biss_run(int count, const char* const* arguments) {
-  return static_cast<int>(biss::wasm::run_command({arguments, static_cast<std::size_t>(count)}));
+EMSCRIPTEN_KEEPALIVE int biss_run(const char* request) {
+  return static_cast<int>(biss::wasm::run_command(request));
 }
+
+EMSCRIPTEN_KEEPALIVE const char* biss_verbs() { return keep(biss::wasm::described_verbs()); }
 
 // Statuses and verdicts with their words, in the order of their values.
 EMSCRIPTEN_KEEPALIVE const char* biss_words() {
@@ -56,11 +58,11 @@ EMSCRIPTEN_KEEPALIVE const char* biss_words() {
 }
 
 // Null where memory has run out. What is in the session where it cannot be opened is its status.
-EMSCRIPTEN_KEEPALIVE Session* biss_open(int count, const char* const* arguments, int any_lines) {
+EMSCRIPTEN_KEEPALIVE Session* biss_open(const char* request, int any_lines) {
   try {
-    return new Session({arguments, static_cast<std::size_t>(count)}, any_lines != 0);
+    return new Session(biss::wasm::Request(request), any_lines != 0);
   } catch (const std::bad_alloc&) {
-    biss::cli::ProcessHost().warn("out of memory");
+    biss::verbs::ProcessHost().warn("out of memory");
     return nullptr;
   }
 }
@@ -76,7 +78,7 @@ EMSCRIPTEN_KEEPALIVE int biss_advance(Session* session, double milliseconds) {
   try {
     return session->advance(milliseconds) ? 1 : 0;
   } catch (const std::bad_alloc&) {
-    biss::cli::ProcessHost().warn("out of memory");
+    biss::verbs::ProcessHost().warn("out of memory");
     return -1;
   }
 }

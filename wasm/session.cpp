@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "biss/frame/format_text.hpp"
-#include "cli/common/host.hpp"
-#include "cli/registers/access_rows.hpp"
 #include "report/sink.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/registers/access_rows.hpp"
 #include "wasm/cycle_json.hpp"
 
 namespace biss::wasm {
@@ -30,7 +30,7 @@ std::string_view origin_text(decode::LineOrigin origin) {
   return "";
 }
 
-std::string_view line_kind(const cli::CaptureInput& input) {
+std::string_view line_kind(const verbs::CaptureInput& input) {
   if (input.is_analog()) return "voltages";
   return input.sample_period() == Picoseconds{} ? "changes" : "samples";
 }
@@ -60,41 +60,41 @@ std::vector<wire::Edge> edges_between(const LineStore& ma, const LineStore& slo,
 
 }  // namespace
 
-Session::Session(std::span<const char* const> arguments, bool any_lines)
-    : accesses_(cli::access_columns()), listener_([this](const decode::SeenAccess& access) {
-        cli::write_access(accesses_, access);
+Session::Session(const Request& request, bool any_lines)
+    : accesses_(verbs::access_columns()), listener_([this](const decode::SeenAccess& access) {
+        verbs::write_access(accesses_, access);
       }) {
-  cli::Command command(host_);
-  const cli::Verb verb = command.add_verb(cli::decode_text(), [&](cli::Host& /*host*/) {
+  verbs::Command command(host_);
+  const verbs::Verb verb = command.add_verb(verbs::decode_text(), [&](verbs::Host& /*host*/) {
     options_.capture.any_lines = any_lines;
     return begin();
   });
-  cli::add_decode_options(verb, options_);
-  status_ = command.run(static_cast<int>(arguments.size()), arguments.data());
+  verbs::add_decode_options(verb, options_);
+  status_ = command.run(request.words, request.options);
 }
 
 Session::~Session() = default;
 
-cli::ExitStatus Session::begin() {
-  run_ = std::make_unique<cli::DecodeRun>(options_, host_);
-  cli::ExitStatus status = run_->open();
-  if (status != cli::ExitStatus::done) return status;
+verbs::ExitStatus Session::begin() {
+  run_ = std::make_unique<verbs::DecodeRun>(options_, host_);
+  verbs::ExitStatus status = run_->open();
+  if (status != verbs::ExitStatus::done) return status;
   if (run_->capture().several()) {
     return host_.fail(
-        cli::ExitStatus::usage,
+        verbs::ExitStatus::usage,
         "a page reads one capture and one pair of lines; name them with --ma and --slo");
   }
   status = run_->next();
-  if (status != cli::ExitStatus::done) return status;
+  if (status != verbs::ExitStatus::done) return status;
   run_->capture().watch(*this);
   rows_.emplace(run_->columns());
   status = run_->begin_rows();
-  if (status != cli::ExitStatus::done) return status;
+  if (status != verbs::ExitStatus::done) return status;
   run_->capture().begin_steps([this](std::uint64_t number, const decode::Cycle& cycle) {
     listener_.push(number, cycle);
     return run_->take(number, cycle, *rows_);
   });
-  return cli::ExitStatus::done;
+  return verbs::ExitStatus::done;
 }
 
 bool Session::advance(double milliseconds) {
@@ -109,7 +109,7 @@ bool Session::advance(double milliseconds) {
 
 void Session::end() {
   ended_ = true;
-  cli::RunMessages messages;
+  verbs::RunMessages messages;
   const bool read = run_->capture().end_steps();
   listener_.finish();
   status_ = run_->end_rows(read, messages);
@@ -137,7 +137,7 @@ void Session::take(const capture::PairPiece& changes) {
 }
 
 std::string Session::about() {
-  cli::DecodedCapture& capture = run_->capture();
+  verbs::DecodedCapture& capture = run_->capture();
   const decode::FoundLines& found = capture.lines();
   json about{{"name", capture.input().name()},
              {"lines", capture.input().lines()},
@@ -194,7 +194,7 @@ std::optional<std::string> Session::cycle(std::uint64_t row, std::optional<std::
   const Picoseconds time = rows_->time(row);
   const Picoseconds before = rows_->time(row - std::min(row, around));
   const bool to_end = last - row <= around;
-  cli::DecodedCapture& capture = run_->capture();
+  verbs::DecodedCapture& capture = run_->capture();
   const Picoseconds end = capture.input().end_time();
   const Picoseconds wanted = row <= around ? before - milliseconds(1) : before - picoseconds(1);
   const Picoseconds from = std::max({wanted, ma_.some_before(time), slo_.some_before(time)});

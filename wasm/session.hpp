@@ -7,9 +7,9 @@
 #include <span>
 #include <string>
 
-#include "cli/common/exit_status.hpp"
-#include "cli/decode/decode_run.hpp"
 #include "decode/control_listener.hpp"
+#include "verbs/decode/decode_run.hpp"
+#include "wasm/command.hpp"
 #include "wasm/line_store.hpp"
 #include "wasm/row_store.hpp"
 
@@ -19,19 +19,18 @@ namespace biss::wasm {
 ///
 /// Memory: about two bytes for each change of MA and SLO, and about 100 for each request cycle and for
 /// each access to a register.
-class Session final : private cli::ChangeWatcher {
+class Session final : private verbs::ChangeWatcher {
  public:
-  /// Opens the capture that the arguments name, as in `biss decode FILE -f …`.
-  /// \param arguments the first one is the name of the command
+  /// Opens the capture that a request of `decode` names.
   /// \param any_lines where no lines look like MA and SLO, take the two busiest ones
-  explicit Session(std::span<const char* const> arguments, bool any_lines);
+  Session(const Request& request, bool any_lines);
   ~Session() override;
   Session(const Session&) = delete;
   Session& operator=(const Session&) = delete;
 
   /// `done` when the capture is open; otherwise nothing below may be called. After the end of the
   /// capture the exit status of the command.
-  cli::ExitStatus status() const { return status_; }
+  verbs::ExitStatus status() const { return status_; }
 
   /// Reads on for at most about this time. False at the end of the capture; then the messages of the
   /// command are on stderr.
@@ -57,20 +56,20 @@ class Session final : private cli::ChangeWatcher {
   std::optional<std::string> cycle(std::uint64_t row, std::optional<std::uint64_t> number);
 
  private:
-  cli::ExitStatus begin();
+  verbs::ExitStatus begin();
   void take(std::span<const wire::Edge> edges) override;
   void take(const capture::PairPiece& changes) override;
   void end();
 
-  cli::ProcessHost host_;
-  cli::DecodeOptions options_;
-  std::unique_ptr<cli::DecodeRun> run_;
+  verbs::ProcessHost host_;
+  verbs::DecodeOptions options_;
+  std::unique_ptr<verbs::DecodeRun> run_;
   std::optional<RowStore> rows_;
   RowStore accesses_;
   decode::ControlListener listener_;
   LineStore ma_;
   LineStore slo_;
-  cli::ExitStatus status_ = cli::ExitStatus::done;
+  verbs::ExitStatus status_ = verbs::ExitStatus::done;
   bool ended_ = false;
 };
 

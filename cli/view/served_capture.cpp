@@ -43,10 +43,11 @@ ServedCapture::~ServedCapture() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-tl::expected<void, VerbError> ServedCapture::open(const std::string& path,
-                                                  std::optional<Growth> growth) {
+tl::expected<void, verbs::VerbError> ServedCapture::open(const std::string& path,
+                                                         std::optional<Growth> growth) {
   const auto refuse = [&](std::string_view why) {
-    return tl::unexpected(VerbError{ExitStatus::io, fmt::format("{}: {}", path, why)});
+    return tl::unexpected(
+        verbs::VerbError{verbs::ExitStatus::io, fmt::format("{}: {}", path, why)});
   };
   path_ = path;
   growth_ = growth;
@@ -60,7 +61,7 @@ tl::expected<void, VerbError> ServedCapture::open(const std::string& path,
   waiting_ = static_cast<std::uint64_t>(about.st_size);
   remember(whole_size(waiting_));
   const auto size = look(true);
-  if (!size) return tl::unexpected(VerbError{ExitStatus::io, size.error()});
+  if (!size) return tl::unexpected(verbs::VerbError{verbs::ExitStatus::io, size.error()});
   return {};
 }
 

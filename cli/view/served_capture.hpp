@@ -13,7 +13,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
-#include "cli/common/host.hpp"
+#include "verbs/common/host.hpp"
 
 namespace biss::cli {
 
@@ -33,7 +33,7 @@ class ServedCapture {
   ServedCapture& operator=(const ServedCapture&) = delete;
 
   /// Opens a regular file. \param growth nothing: what it has now is all that is served
-  tl::expected<void, VerbError> open(const std::string& path, std::optional<Growth> growth);
+  tl::expected<void, verbs::VerbError> open(const std::string& path, std::optional<Growth> growth);
 
   /// The size now. The error is one line: the file has shrunk, was replaced or rewritten, or is of a
   /// kind that cannot be read while it grows. It stays.

@@ -1,4 +1,5 @@
-// `biss view`: the page with one capture, served to this machine alone.
+#include "cli/view/view.hpp"
+
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
@@ -11,20 +12,21 @@
 #include <optional>
 #include <string>
 
-#include "cli/common/decoded_capture.hpp"
-#include "cli/common/host.hpp"
-#include "cli/common/output.hpp"
-#include "cli/common/page.hpp"
-#include "cli/common/page_settings.hpp"
-#include "cli/common/verbs.hpp"
-#include "cli/decode/motion_options.hpp"
-#include "cli/decode/safety.hpp"
 #include "cli/view/answer.hpp"
 #include "cli/view/server.hpp"
+#include "verbs/common/decoded_capture.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/common/output.hpp"
+#include "verbs/common/page.hpp"
+#include "verbs/common/page_settings.hpp"
+#include "verbs/decode/motion_options.hpp"
+#include "verbs/decode/safety.hpp"
 
 extern char** environ;
 
 namespace biss::cli {
+
+using namespace verbs;
 
 namespace {
 
@@ -135,7 +137,8 @@ ExitStatus run_view(const ViewOptions& options, Host& host) {
 void add_page_options(Verb verb, ViewOptions& options) {
   add_page_capture_options(verb, options.capture);
   add_safety_options(verb, options.safety);
-  verb.add_flag("--no-compensation", options.margin.no_compensation,
+  verb.scope(Scope::judging)
+      .add_flag("--no-compensation", options.margin.no_compensation,
                 "The master of this link samples half a period after its own edges of MA");
   add_time_option(verb, "--since", into(options.since), "Skip cycles that begin before this time");
   add_time_option(verb, "--until", into(options.until), "Skip cycles that begin after this time");
@@ -152,7 +155,7 @@ void add_view(Command& command) {
        .examples = {"biss view capture.vcd", "biss view capture.vcd -f resolute-26 --follow",
                     "biss view capture.sr --no-open --port 8080"}},
       [options](Host& host) { return run_view(*options, host); });
-  Verb serving = verb.section("Serving");
+  const Verb serving = verb.section("Serving").scope(Scope::command);
   serving.add_flag("--follow", options->follow,
                    "Go on while the file grows: VCD, CSV, and raw samples with --raw-rate");
   serving.add_flag("--no-open", options->no_open,

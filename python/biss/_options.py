@@ -1,4 +1,4 @@
-"""Arguments of Python as words of the command."""
+"""Keywords of Python as options of the command."""
 
 from __future__ import annotations
 
@@ -37,20 +37,21 @@ def text_of(value: Any) -> str:
     return repr(value)
 
 
-def words_of(options: dict[str, Option]) -> list[str]:
-    """``clock_max="10MHz"`` as ``--clock-max=10MHz``.
+def given_of(options: dict[str, Option]) -> list[tuple[str, list[str]]]:
+    """``clock_max="10MHz"`` as ``--clock-max`` and its values.
 
     True gives the option alone; False and None leave it out; a list gives it for each of its values.
     """
-    words: list[str] = []
+    given: list[tuple[str, list[str]]] = []
     for name, value in options.items():
         option = "--" + name.rstrip("_").replace("_", "-")
         if value is None or value is False:
             continue
         if value is True:
-            words.append(option)
+            given.append((option, []))
             continue
         several = isinstance(value, Iterable) and not isinstance(value, (str, bytes, os.PathLike))
-        for each in value if several else [value]:
-            words.append(f"{option}={text_of(each)}")
-    return words
+        values = [text_of(each) for each in (value if several else [value])]
+        if values:
+            given.append((option, values))
+    return given

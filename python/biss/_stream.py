@@ -9,7 +9,7 @@ import numpy as np
 
 from . import _core
 from ._errors import UsageError, error_of
-from ._options import bits_of, number_of, words_of
+from ._options import bits_of, number_of, given_of
 
 
 class Field(NamedTuple):
@@ -86,7 +86,7 @@ class Decoder:
         edges = number_of(beginning, "beginning")
         if edges < 1:
             raise UsageError("beginning: at least 1 edge")
-        self._stream = _core.Stream(words_of({"format": format, **options}), rate, fields,
+        self._stream = _core.Stream(given_of({"format": format, **options}), rate, fields,
                                     min(edges, 1 << 24))
         self._check()
         self._names: list[str] = []

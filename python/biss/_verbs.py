@@ -13,7 +13,7 @@ import numpy as np
 from . import _core
 from ._columns import Columns
 from ._errors import UsageError, error_of
-from ._options import number_of, words_of
+from ._options import number_of, given_of
 
 
 class Capture:
@@ -71,7 +71,7 @@ class Capture:
         """
         words, given = _sources((capture, *more), sample_rate)
         status, messages, _, _, period, *arrays = _core.edges(
-            ["decode", *words_of(options), *words], given)
+            ["decode", *words], given_of(options), given)
         if status != 0:
             raise error_of(status, messages)
         return cls((*arrays, period))
@@ -146,7 +146,7 @@ def _run(verb: str, words: list[str], given: dict[str, tuple[Any, ...]], options
         if "\0" in word:
             raise UsageError("an argument has no NUL character")
     status, output, summary, messages, columns = _core.run(
-        [*verb.split(), *words_of(options), *words], given, keep)
+        [*verb.split(), *words], given_of(options), given, keep)
     if status >= 2:
         raise error_of(status, messages)
     return Result(status, output, summary, messages), columns

@@ -17,7 +17,7 @@
 
 extern char** environ;
 
-namespace biss::cli {
+namespace biss::verbs {
 
 namespace {
 
@@ -199,4 +199,4 @@ std::string merged_summary_of(const ArchiveFolder& archive, unsigned shards) {
   return content_of(output);
 }
 
-}  // namespace biss::cli
+}  // namespace biss::verbs

@@ -8,7 +8,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 
 /// Writes the files below a temporary folder; the same ones for the same number.
 class ArchiveFolder {
@@ -33,4 +33,4 @@ std::string summary_of(const ArchiveFolder& archive, const std::string& threads)
 /// The summary of this many shards, merged.
 std::string merged_summary_of(const ArchiveFolder& archive, unsigned shards);
 
-}  // namespace biss::cli
+}  // namespace biss::verbs

@@ -3,7 +3,7 @@
 
 #include "tests/archive/archive_folder.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace large_archive_test {
 
 constexpr std::size_t captures = 1'000;
@@ -22,4 +22,4 @@ TEST(LargeArchive, ThreadsAndSevenShards_GiveTheSameSummary) {
 }
 
 }  // namespace large_archive_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

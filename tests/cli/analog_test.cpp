@@ -9,7 +9,7 @@
 #include "capture/test_scope.hpp"
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace analog_test {
 
 constexpr Picoseconds step = nanoseconds(50);
@@ -148,4 +148,4 @@ TEST_F(Analog, SignalsWithoutTwoLevels_NameTheOption) {
 }
 
 }  // namespace analog_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

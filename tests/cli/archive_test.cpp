@@ -15,7 +15,7 @@
 #include "tests/archive/archive_folder.hpp"
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace archive_test {
 
 namespace fs = std::filesystem;
@@ -624,4 +624,4 @@ TEST_F(Archive, RawSamples_AreReadAmongOtherCaptures) {
 }
 
 }  // namespace archive_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

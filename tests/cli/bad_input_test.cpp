@@ -14,7 +14,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace bad_input_test {
 
 constexpr const char* usual = "pos26,nE,nW,crc6";
@@ -596,4 +596,4 @@ TEST(BadInput, NoCycleInTheTimeAskedFor_SaysSo) {
 }
 
 }  // namespace bad_input_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

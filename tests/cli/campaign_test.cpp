@@ -18,7 +18,7 @@
 
 extern char** environ;
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace campaign_test {
 
 std::vector<std::string> campaign(const std::vector<std::string>& more) {
@@ -275,4 +275,4 @@ TEST(Campaign, StateThatCannotBeRead_IsNamed) {
 }
 
 }  // namespace campaign_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

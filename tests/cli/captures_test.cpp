@@ -6,7 +6,7 @@
 #include "tests/cli/reference_captures.hpp"
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace captures_test {
 
 class Captures : public testing::TestWithParam<std::string> {};
@@ -63,4 +63,4 @@ INSTANTIATE_TEST_SUITE_P(Of, Captures, testing::Values(".vcd", ".csv"),
                          [](const auto& kind) { return kind.param.substr(1); });
 
 }  // namespace captures_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

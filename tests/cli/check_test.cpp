@@ -10,7 +10,7 @@
 #include "decode/rules.hpp"
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace check_test {
 
 using Words = std::vector<std::string>;
@@ -345,4 +345,4 @@ TEST(CheckSafety, FaultOfTheMonitor_FailsSafetyAndStaysWithLatch) {
 }
 
 }  // namespace check_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

@@ -3,7 +3,7 @@
 
 #include "tests/sim/clean_capture.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace clean_check_test {
 
 TEST(CleanCheck, CapturesWithoutFaults_FailNoRule) {
@@ -15,4 +15,4 @@ TEST(CleanCheck, CapturesWithoutFaults_FailNoRule) {
 }
 
 }  // namespace clean_check_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

@@ -11,7 +11,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace compare_test {
 
 using nlohmann::json;
@@ -293,4 +293,4 @@ TEST(CompareVerb, OneCaptureOrThree_AreWrongUsage) {
 }
 
 }  // namespace compare_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

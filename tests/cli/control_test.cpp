@@ -10,7 +10,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace control_test {
 
 using testing::HasSubstr;
@@ -361,4 +361,4 @@ TEST(ConfiguringMaster, WithoutControl_SaysWhyAndLeavesTheCapture) {
 }
 
 }  // namespace control_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

@@ -10,7 +10,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace convert_test {
 
 using Strings = std::vector<std::string>;
@@ -381,4 +381,4 @@ TEST_F(ConvertSigrok, WhatIsWritten_HasTheSameSamplesThere) {
 }
 
 }  // namespace convert_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

@@ -9,7 +9,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace decode_hints_test {
 
 using testing::HasSubstr;
@@ -181,4 +181,4 @@ TEST(DecodeLines, InvertedLines_AreReadByEveryVerb) {
 }
 
 }  // namespace decode_hints_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

@@ -11,7 +11,7 @@
 #include "sim/fault.hpp"
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace draw_test {
 
 using testing::ContainsRegex;
@@ -313,4 +313,4 @@ TEST(DrawVerb, HostileCapture_IsDrawnInBoundedSpace) {
 }
 
 }  // namespace draw_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

@@ -13,7 +13,7 @@
 #include "sim/fault.hpp"
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace evidence_test {
 
 namespace fs = std::filesystem;
@@ -323,4 +323,4 @@ TEST(Evidence, WrongUsage_IsNamed) {
 }
 
 }  // namespace evidence_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

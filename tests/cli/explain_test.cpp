@@ -14,7 +14,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace explain_test {
 
 using nlohmann::json;
@@ -691,4 +691,4 @@ TEST(ExplainRange, FaultOutsideOfSince_IsNotExplained) {
 }
 
 }  // namespace explain_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

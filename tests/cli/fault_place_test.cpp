@@ -10,7 +10,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace fault_place_test {
 
 constexpr unsigned payload_bits = 30;
@@ -266,4 +266,4 @@ TEST(FaultPlace, PlaceThatIsNotThere_IsWrongUsageAndWritesNothing) {
 }
 
 }  // namespace fault_place_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

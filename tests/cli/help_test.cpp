@@ -12,7 +12,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace help_test {
 
 using Words = std::vector<std::string>;
@@ -302,4 +302,4 @@ TEST(Readme, Example_ShowsTheRowsOfTheCommand) {
 }
 
 }  // namespace help_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

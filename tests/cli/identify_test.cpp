@@ -11,7 +11,7 @@
 #include "biss/crc/engines.hpp"
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace identify_verb_test {
 
 using testing::AllOf;
@@ -464,4 +464,4 @@ TEST_F(Identify, LengthThatChanges_GivesAFormatForEachPart) {
 }
 
 }  // namespace identify_verb_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

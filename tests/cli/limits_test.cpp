@@ -10,7 +10,7 @@
 #include "decode/limits.hpp"
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace limits_test {
 
 using testing::HasSubstr;
@@ -242,4 +242,4 @@ TEST(LimitsDocument, EveryLimit_HasItsRowInOrder) {
 }
 
 }  // namespace limits_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

@@ -9,7 +9,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace line_options_test {
 
 // The rows of `decode` for a line with these options, compared with the truth file.
@@ -154,4 +154,4 @@ TEST(LineOptions, WhatNoLineHas_IsWrongUsage) {
 }
 
 }  // namespace line_options_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

@@ -6,7 +6,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace margin_test {
 
 constexpr const char* resolute = "pos26,nE,nW,crc6";
@@ -153,4 +153,4 @@ TEST(Margin, ResolutionOfChanges_IsWhatIsSaid) {
 }
 
 }  // namespace margin_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

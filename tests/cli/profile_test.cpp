@@ -8,7 +8,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace profile_test {
 
 using Words = std::vector<std::string>;
@@ -93,4 +93,4 @@ TEST(ConfiguringMaster, SafetyEncoderWithC_ChecksBothCrcs) {
 }
 
 }  // namespace profile_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

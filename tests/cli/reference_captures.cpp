@@ -6,7 +6,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace {
 
 struct Known {
@@ -89,4 +89,4 @@ const std::vector<ReferenceCapture>& reference_captures() {
   return all;
 }
 
-}  // namespace biss::cli
+}  // namespace biss::verbs

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace biss::cli {
+namespace biss::verbs {
 
 struct ReferenceFrame {
   double time_ns = 0;
@@ -27,4 +27,4 @@ struct ReferenceCapture {
 /// `make test-shared`), the captures of hardware and of independent cores in that folder.
 const std::vector<ReferenceCapture>& reference_captures();
 
-}  // namespace biss::cli
+}  // namespace biss::verbs

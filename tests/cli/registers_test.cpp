@@ -9,7 +9,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace registers_test {
 
 using testing::HasSubstr;
@@ -183,4 +183,4 @@ TEST_F(HeardRegisters, JsonLines_AreADumpAgain) {
 }
 
 }  // namespace registers_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

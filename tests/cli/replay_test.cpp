@@ -9,7 +9,7 @@
 #include "tests/cli/reference_captures.hpp"
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace replay_test {
 
 class RecordedCaptures : public testing::TestWithParam<std::string> {};
@@ -371,4 +371,4 @@ TEST(Replay, TimesOfMoreThanTenDays_AreRefused) {
 }
 
 }  // namespace replay_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

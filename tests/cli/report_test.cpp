@@ -11,7 +11,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace report_test {
 
 using testing::HasSubstr;
@@ -160,4 +160,4 @@ TEST(ReportVerb, NoCapture_LeavesTheOldReport) {
 }
 
 }  // namespace report_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

@@ -7,7 +7,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace round_trip_test {
 
 using testing::HasSubstr;
@@ -256,4 +256,4 @@ TEST(DecodeVerb, SinceAndUntil_KeepTheNumbersOfTheCapture) {
 }
 
 }  // namespace round_trip_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

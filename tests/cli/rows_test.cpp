@@ -19,7 +19,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace rows_test {
 
 using testing::HasSubstr;
@@ -542,4 +542,4 @@ TEST_F(DecodeRows, KilledWithoutAnOldFile_LeavesNothingOrTheWholeFile) {
 }
 
 }  // namespace rows_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

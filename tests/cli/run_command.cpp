@@ -12,7 +12,7 @@
 
 extern char** environ;
 
-namespace biss::cli {
+namespace biss::verbs {
 
 namespace {
 
@@ -120,4 +120,4 @@ std::vector<Row> rows_of(std::string_view csv) {
   return rows;
 }
 
-}  // namespace biss::cli
+}  // namespace biss::verbs

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-namespace biss::cli {
+namespace biss::verbs {
 
 /// The result of a run.
 struct Outcome {
@@ -47,4 +47,4 @@ std::string content_of(const std::string& path);
 using Row = std::map<std::string, std::string>;
 std::vector<Row> rows_of(std::string_view csv);
 
-}  // namespace biss::cli
+}  // namespace biss::verbs

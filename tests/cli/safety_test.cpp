@@ -8,7 +8,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace safety_test {
 
 std::vector<Row> decoded(const Folder& folder, const std::vector<std::string>& made,
@@ -282,4 +282,4 @@ TEST(Safety, WrongOptions_AreRefused) {
 }
 
 }  // namespace safety_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

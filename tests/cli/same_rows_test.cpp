@@ -23,7 +23,7 @@
 #include "sim/fault.hpp"
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace same_rows_test {
 
 // 10, or as many as BISS_CAPTURES says: the long tests take 200.
@@ -305,4 +305,4 @@ TEST(SameRows, EveryFaultInEveryFormat_GivesTheRowsOfTheVcd) {
 }
 
 }  // namespace same_rows_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

@@ -9,7 +9,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace sampled_test {
 
 void expect_true_positions(const Folder& folder, const std::string& capture,
@@ -196,4 +196,4 @@ TEST(Sampled, SessionCutOff_IsDamaged) {
 }
 
 }  // namespace sampled_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

@@ -8,7 +8,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace sequences_test {
 
 using ::testing::HasSubstr;
@@ -172,4 +172,4 @@ TEST(Sequences, WrongUsage_IsTold) {
 }
 
 }  // namespace sequences_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

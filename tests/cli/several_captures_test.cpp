@@ -8,7 +8,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace several_captures_test {
 
 using testing::AllOf;
@@ -301,4 +301,4 @@ TEST_F(SeveralCaptures, SafetyMonitor_BeginsAgainWithEachCapture) {
 }
 
 }  // namespace several_captures_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

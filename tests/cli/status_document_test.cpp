@@ -8,7 +8,7 @@
 #include "biss/frame/status.hpp"
 #include "device/words.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace status_document_test {
 
 TEST(StatusDocument, EveryStatus_HasItsRowWithItsWordsInOrder) {
@@ -27,4 +27,4 @@ TEST(StatusDocument, EveryStatus_HasItsRowWithItsWordsInOrder) {
 }
 
 }  // namespace status_document_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

@@ -25,7 +25,7 @@
 
 extern char** environ;
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace view_test {
 
 using testing::EndsWith;
@@ -538,4 +538,4 @@ TEST(ViewVerb, Help_AsksForOneFile) {
 }
 
 }  // namespace view_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

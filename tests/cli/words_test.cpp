@@ -11,7 +11,7 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::cli {
+namespace biss::verbs {
 namespace words_test {
 
 using testing::AllOf;
@@ -502,4 +502,4 @@ TEST_F(DecodeWords, CompressionThatIsNotRead_IsNamed) {
 }
 
 }  // namespace words_test
-}  // namespace biss::cli
+}  // namespace biss::verbs

@@ -15,9 +15,9 @@
 #include "biss/frame/format.hpp"
 #include "biss/timing/device_timing.hpp"
 #include "capture/samples.hpp"
-#include "cli/decode/table.hpp"
 #include "decode/decoder.hpp"
 #include "decode/limits.hpp"
+#include "rows/table.hpp"
 
 namespace biss::saleae {
 
@@ -73,7 +73,7 @@ class RowReader {
   capture::SampleClock clock_;
   decode::Lines lines_;
   OnRow on_row_;
-  cli::DecodeTable table_;
+  rows::DecodeTable table_;
   decode::LimitWatch limits_;
   // A row is complete with the next one: no row is shown while the line rests.
   bool needs_next_ = false;

@@ -1,18 +1,23 @@
 // The settings of the page as arguments of the command.
+import type { DescribedOption } from '../../../wasm/biss.d.mts';
 import type { Settings } from '../state';
 
-// Of the further options, those that choose or add rows and columns of the table: what another verb
-// says of the capture does not depend on them. Every other one goes to the verb, which takes it or
-// refuses it by name.
-const rowOptions = [
-  '--columns', '--every', '--fail-on', '--max-step', '--no-verify', '--only-errors', '--scale', '--threads',
-  '--unwrap', '--velocity',
-];
-// The columns `marginal` and `safety` alone, for verbs that do not judge them.
-const judgingOptions = [
-  '--compare-bits', '--counter', '--latch', '--no-compensation', '--safety', '--shortest-gap', '--start-frames',
-  '--tolerance', '--watchdog',
-];
+type Option = Pick<DescribedOption, 'names' | 'scope'>;
+// Of each verb, from the core when the page is built: view/core.mjs.
+declare const OPTIONS: Record<string, Option[]>;
+
+function optionOf(verb: string, name: string): Option | undefined {
+  return OPTIONS[verb]?.find(({ names }) => names.split(',').includes(name));
+}
+
+// Of the further options, those that choose rows and columns, or are for `decode` alone, change nothing
+// for another verb, nor do columns that it does not judge. Every other one goes to the verb, which takes
+// it or refuses it by name.
+function isFor(verb: string, name: string): boolean {
+  const scope = optionOf('decode', name)?.scope;
+  if (scope === 'judging') return optionOf(verb, name) !== undefined;
+  return scope !== 'rows' && scope !== 'command';
+}
 
 /** Splits as a shell does, with '…' and "…" round what has spaces. */
 export function splitArguments(text: string): string[] {
@@ -33,11 +38,9 @@ export function captureArguments(settings: Settings): string[] {
 
 /** Of the further options, those by which this verb judges the capture, with their values. */
 export function verbFurther(verb: string, settings: Settings): string[] {
-  const judges = verb !== 'identify' && verb !== 'registers';
-  const left = judges ? rowOptions : [...rowOptions, ...judgingOptions];
   let keeps = true;
   return splitArguments(settings.further).filter((word) => {
-    if (/^-[-a-z]/.test(word)) keeps = !left.includes(word.split('=')[0]!);
+    if (/^-[-a-z]/.test(word)) keeps = isFor(verb, word.split('=')[0]!);
     return keeps;
   });
 }

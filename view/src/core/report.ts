@@ -1,4 +1,4 @@
-// What a report knows of a capture of which it has a part; cli/report/part.cpp writes it. The part is a
+// What a report knows of a capture of which it has a part; verbs/report/part.cpp writes it. The part is a
 // capture of its own; its rows are found by their times.
 import type { Access, ColumnValues, Cycle, RunResult, Session } from 'biss';
 import type { Causes } from '../plots/causes_of';

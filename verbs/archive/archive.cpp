@@ -1,0 +1,228 @@
+// `biss archive`: many captures in one pass, and one summary of all.
+#include "verbs/archive/archive.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <array>
+#include <climits>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "verbs/common/files.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/common/program.hpp"
+#include "verbs/common/shard_option.hpp"
+#include "verbs/common/verb.hpp"
+
+namespace biss::verbs {
+
+namespace {
+
+struct ArchiveOptions {
+  CaptureArguments capture;
+  std::string list;
+  lab::Shard shard;
+  unsigned threads = 0;
+  SummaryOptions summary;
+  std::vector<std::string> parts;
+  std::optional<Verb> read;
+  std::optional<Verb> merge;
+};
+
+// The options that decide what is read in a file, in the order of their names.
+std::vector<std::string> settings_of(const Verb& verb) {
+  std::vector<std::string> settings;
+  for (const Option& option : verb.given_options()) {
+    if (option.scope() == Scope::command) continue;
+    settings.push_back(fmt::format("{} {}", option.name(), fmt::join(option.values(), " ")));
+  }
+  std::sort(settings.begin(), settings.end());
+  for (std::string& setting : settings) setting = archive::utf8_text(setting);
+  return settings;
+}
+
+// Beside the output; nothing where that is no file.
+std::string journal_of(const std::string& output) {
+  if (output.empty() || output == "-") return {};
+  const std::string target = follow_links(output);
+  struct stat about {};
+  const bool exists = ::stat(target.c_str(), &about) == 0;
+  if (target.empty() || names_a_descriptor(target) || (exists && !S_ISREG(about.st_mode))) {
+    return {};
+  }
+  return target + ".journal";
+}
+
+// The lines of a file that names files. Line ends may be LF or CRLF, and UTF-8's byte-order mark may
+// come first. A device may have no end, so lines and their number have limits.
+tl::expected<std::vector<std::string>, std::string> read_list(const std::string& path) {
+  constexpr std::size_t most_lines = 10'000'000;
+  constexpr std::string_view mark = "\xEF\xBB\xBF";
+  std::ifstream file(path, std::ios::binary);
+  if (!file) return tl::unexpected(fmt::format("{}: cannot open it", path));
+  std::vector<std::string> lines;
+  std::array<char, PATH_MAX + 2> buffer{};
+  std::size_t number = 1;
+  for (; file.getline(buffer.data(), buffer.size()); ++number) {
+    if (number > most_lines) {
+      return tl::unexpected(
+          fmt::format("{}: more than {} lines; give several lists, and merge "
+                      "their summaries",
+                      path, most_lines));
+    }
+    // The count has the line feed, except at the end of the file.
+    std::string_view line(buffer.data(),
+                          static_cast<std::size_t>(file.gcount()) - (file.eof() ? 0U : 1U));
+    if (number == 1 && line.starts_with(mark)) line.remove_prefix(mark.size());
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    if (line.find('\0') != std::string_view::npos) {
+      return tl::unexpected(fmt::format(
+          "{}: line {} has a zero byte; write a text in UTF-8, one path a line", path, number));
+    }
+    if (line.find('\r') != std::string_view::npos && !std::filesystem::exists(line)) {
+      return tl::unexpected(
+          fmt::format("{}: line {} has a CR inside; end each line in LF or CRLF", path, number));
+    }
+    if (!line.empty()) lines.emplace_back(line);
+  }
+  if (file.bad()) return tl::unexpected(fmt::format("{}: cannot read it", path));
+  if (!file.eof()) {
+    return tl::unexpected(
+        fmt::format("{}: line {} has more than {} bytes, as no path has; write "
+                    "one path a line",
+                    path, number, PATH_MAX));
+  }
+  return lines;
+}
+
+// One line: the output would replace one of the files; else empty.
+std::string replaced_file(const std::string& output, const std::vector<archive::ListedFile>& files,
+                          Host& host) {
+  archive::FileStamp stamp;
+  if (output.empty() || output == "-" || !archive::read_stamp(output, stamp)) return {};
+  for (const archive::ListedFile& file : files) {
+    if (!file.cause.empty() || file.stamp != stamp) continue;
+    std::string conflict = file_conflict(
+        {{"--output", output, FileUse::write}, {"the file to be read", file.path, FileUse::read}},
+        host);
+    if (!conflict.empty()) return conflict;
+  }
+  return {};
+}
+
+ExitStatus run_read(const ArchiveOptions& options, Host& host) {
+  const std::vector<std::string>& paths = options.capture.files;
+  std::vector<std::string> listed;
+  if (!options.list.empty()) {
+    auto lines = read_list(options.list);
+    if (!lines) return host.fail(ExitStatus::io, lines.error());
+    listed = std::move(*lines);
+  }
+  if (paths.empty() && listed.empty()) {
+    return host.fail(ExitStatus::usage, "no folder given; name one, or --files-from");
+  }
+  const auto names_stdin = [](const std::vector<std::string>& names) {
+    return std::find(names.begin(), names.end(), "-") != names.end();
+  };
+  if (names_stdin(paths) || names_stdin(listed)) {
+    return host.fail(ExitStatus::usage,
+                     "standard input is no folder; for a file of that name give ./-");
+  }
+  // The options are wrong for each file, or for none.
+  CaptureArguments checked = options.capture;
+  checked.files = {"any"};
+  if (const ExitStatus status = DecodedCapture(host).open(checked); status != ExitStatus::done) {
+    return status;
+  }
+  const auto files = archive::list_files(paths, listed);
+  if (!files) return host.fail(ExitStatus::io, files.error());
+  if (const std::string replaced = replaced_file(options.summary.output, *files, host);
+      !replaced.empty()) {
+    return host.fail(ExitStatus::usage, replaced);
+  }
+  const ArchiveTask task{.capture = options.capture,
+                         // Figures of different programs do not add up.
+                         .setup = {program_text(), settings_of(*options.read)},
+                         .shard = options.shard,
+                         .threads = options.threads,
+                         .journal = journal_of(options.summary.output)};
+  archive::Summary summary;
+  const ExitStatus status = read_archive(task, *files, summary, host);
+  return status == ExitStatus::done ? show_summary(summary, options.summary, host) : status;
+}
+
+ExitStatus run_merge(const ArchiveOptions& options, Host& host) {
+  std::vector<archive::NamedSummary> parts;
+  for (const std::string& path : options.parts) {
+    std::ifstream file(path, std::ios::binary);
+    if (!file) return host.fail(ExitStatus::io, fmt::format("{}: cannot open it", path));
+    auto part = archive::read_summary(file);
+    if (!part) {
+      return host.fail(ExitStatus::io,
+                       fmt::format("{}: not a usable summary: {}", path, part.error()));
+    }
+    parts.emplace_back(path, std::move(*part));
+  }
+  auto sum = archive::merge(std::move(parts));
+  if (!sum) return host.fail(ExitStatus::io, sum.error());
+  const ExitStatus status = show_summary(*sum, options.summary, host);
+  if (status != ExitStatus::done || sum->parts.complete()) return status;
+  return host.fail(ExitStatus::data_failed,
+                   fmt::format("shards are missing: {} of {}; run them, and merge all again",
+                               sum->parts.missing(), sum->parts.count));
+}
+
+void add_summary_options(Verb verb, SummaryOptions& summary) {
+  add_count_option(verb.scope(Scope::command), "--worst", into(summary.worst),
+                   "Rows of the table on standard output, the worst files first; 20 by default");
+  add_to_option(verb, summary.to,
+                {report::Format::table, report::Format::csv, report::Format::jsonl}, false);
+}
+
+}  // namespace
+
+void add_archive(Command& command) {
+  const auto options = std::make_shared<ArchiveOptions>();
+  Verb verb = command.add_verb(
+      {.name = "archive",
+       .purpose = "Read all captures in folders, and write one summary, the worst files first",
+       .examples = {"biss archive captures -o summary.json",
+                    "biss archive captures --shard 1/2 -o shard1.json",
+                    "biss archive merge shard1.json shard2.json -o summary.json"}},
+      [options](Host& host) {
+        return options->merge->parsed() ? run_merge(*options, host) : run_read(*options, host);
+      });
+  add_folder_options(verb, options->capture);
+  const Verb own = verb.scope(Scope::command);
+  own.add_option("--files-from", options->list,
+                 "Also read the files and folders that this file names, one a line")
+      .type_name("FILE")
+      .file(FileUse::read);
+  add_shard_option(verb, options->shard, "Read only every N-th file, from the K-th on");
+  add_count_option(own, "--threads", into(options->threads),
+                   "Worker threads; by default one per core. The summary does not depend on it",
+                   1024);
+  add_output_option(verb, options->summary.output,
+                    "The summary as JSON. FILE.journal keeps what is read: after an interruption "
+                    "the same command continues");
+  add_summary_options(verb, options->summary);
+  Verb merge =
+      verb.add_verb({.name = "merge",
+                     .purpose = "Add up the summaries of shards, or of different folders",
+                     .examples = {"biss archive merge shard1.json shard2.json -o summary.json"}});
+  merge.add_option("FILE", options->parts, "Summaries written by biss archive")
+      .required()
+      .file(FileUse::read);
+  add_output_option(merge, options->summary.output, "The summary as JSON");
+  add_summary_options(merge, options->summary);
+  options->read = verb;
+  options->merge = merge;
+}
+
+}  // namespace biss::verbs

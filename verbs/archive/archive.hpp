@@ -1,0 +1,59 @@
+// The parts of `biss archive`: reading the files, and showing the sum.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "archive/listing.hpp"
+#include "archive/summary.hpp"
+#include "lab/experiment.hpp"
+#include "report/table.hpp"
+#include "verbs/common/decoded_capture.hpp"
+
+namespace biss::verbs {
+
+/// How the sum is shown and kept.
+struct SummaryOptions {
+  /// The JSON; empty: none.
+  std::string output;
+  /// Rows of the table.
+  std::uint64_t worst = 20;
+  report::Format to = report::Format::table;
+};
+
+/// What is to be read, and by whom.
+struct ArchiveTask {
+  CaptureArguments capture;
+  archive::Setup setup;
+  lab::Shard shard;
+  /// 0: one for each core.
+  unsigned threads = 0;
+  /// Empty: none.
+  std::string journal;
+};
+
+/// Reads the files of the shard that the journal does not know. Prints why it cannot: nothing that
+/// is wrong with a file, but with the journal.
+/// \param files all files, as list_files() gives them
+ExitStatus read_archive(const ArchiveTask& task, const std::vector<archive::ListedFile>& files,
+                        archive::Summary& summary, Host& host);
+
+/// Writes the JSON, prints the table of the worst files on standard output, unless the JSON goes
+/// there, and the sums on stderr.
+/// \return `data_failed` where shards are missing, or no file has a request cycle
+ExitStatus show_summary(archive::Summary& summary, const SummaryOptions& options, Host& host);
+
+/// For a progress line.
+struct ArchiveProgress {
+  std::uint64_t files = 0;
+  std::uint64_t all_files = 0;
+  std::uint64_t bytes = 0;
+  std::uint64_t all_bytes = 0;
+};
+
+/// `312 of 1000 files, 1.2 of 4.5 GB, 85.3 files/s, 210.00 MB/s, 0:12 left`.
+/// \param before what was done when the time began
+std::string progress_text(const ArchiveProgress& now, const ArchiveProgress& before,
+                          double seconds);
+
+}  // namespace biss::verbs

@@ -1,0 +1,184 @@
+#include "verbs/archive/journal.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+#include "archive/summary.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/common/output.hpp"
+
+namespace biss::verbs {
+
+namespace {
+
+// Lines of a descriptor, with the place of each.
+class LineReader {
+ public:
+  explicit LineReader(int file) : file_(file) {}
+
+  // The next line that ends in a line feed. False at the end, and where reading fails: errno is then
+  // not 0.
+  bool next(std::string& line) {
+    begin_ += line_bytes_;
+    line.clear();
+    errno = 0;
+    for (;;) {
+      const std::size_t feed = block_.find('\n', at_);
+      if (feed != std::string::npos) {
+        line.append(block_, at_, feed - at_);
+        at_ = feed + 1;
+        line_bytes_ = line.size() + 1;
+        return true;
+      }
+      line.append(block_, at_);
+      if (!fill()) return false;
+    }
+  }
+  // Of the last line; at the end, of what follows it.
+  std::uint64_t begin() const { return begin_; }
+
+ private:
+  bool fill() {
+    constexpr std::size_t block_bytes = 65'536;
+    block_.resize(block_bytes);
+    at_ = 0;
+    const ssize_t got = ::pread(file_, block_.data(), block_bytes, static_cast<off_t>(place_));
+    block_.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
+    place_ += block_.size();
+    return got > 0;
+  }
+
+  int file_;
+  std::string block_;
+  std::size_t at_ = 0;
+  std::uint64_t place_ = 0;
+  std::uint64_t begin_ = 0;
+  std::uint64_t line_bytes_ = 0;
+};
+
+}  // namespace
+
+Journal::~Journal() { close(); }
+
+void Journal::close() {
+  if (file_ >= 0) ::close(std::exchange(file_, -1));
+}
+
+ExitStatus Journal::fail_with(int cause) const {
+  return host_.fail(ExitStatus::io,
+                    fmt::format("{}: {}", path_, std::generic_category().message(cause)));
+}
+
+ExitStatus Journal::open(const std::string& path, const std::string& header,
+                         const OnEntry& on_entry) {
+  path_ = path;
+  ExitStatus status = open_and_lock(path);
+  if (status == ExitStatus::done) status = read_lines(header, on_entry);
+  if (status == ExitStatus::done && unused_ > used_.size()) status = rewrite(header);
+  return status;
+}
+
+ExitStatus Journal::open_and_lock(const std::string& path) {
+  for (;;) {
+    close();
+    file_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NOCTTY, 0666);
+    if (file_ < 0) return fail_with(errno);
+    // A file system without locks is used without them.
+    if (::flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+      return host_.fail(
+          ExitStatus::io,
+          fmt::format("{}: another run is writing it; wait for its end, or give another "
+                      "output",
+                      path));
+    }
+    struct stat opened {};
+    struct stat named {};
+    if (::fstat(file_, &opened) != 0) return fail_with(errno);
+    if (!S_ISREG(opened.st_mode)) {
+      return host_.fail(ExitStatus::io, fmt::format("{}: not a regular file", path));
+    }
+    // The one who had the lock before may have replaced the file.
+    if (::stat(path.c_str(), &named) == 0 && named.st_ino == opened.st_ino &&
+        named.st_dev == opened.st_dev) {
+      return ExitStatus::done;
+    }
+  }
+}
+
+ExitStatus Journal::read_lines(const std::string& header, const OnEntry& on_entry) {
+  LineReader lines(file_);
+  std::string line;
+  if (!lines.next(line)) {
+    if (errno != 0) return fail_with(errno);
+    // A run that was killed may have left the beginning of a header.
+    const bool own = archive::own_files_begin.starts_with(line.substr(0, 14)) ||
+                     line.starts_with(archive::own_files_begin);
+    if (!own) {
+      return host_.fail(
+          ExitStatus::io,
+          fmt::format("{}: not a journal of biss archive; give another output", path_));
+    }
+    return begin(header);
+  }
+  if (!line.starts_with(archive::own_files_begin)) {
+    return host_.fail(ExitStatus::io,
+                      fmt::format("{}: not a journal of biss archive; give another output", path_));
+  }
+  if (line != header) return begin(header);
+  while (lines.next(line)) {
+    auto entry = archive::read_journal_line(line);
+    if (entry && on_entry(std::move(*entry))) {
+      used_.push_back({lines.begin(), line.size() + 1});
+    } else {
+      ++unused_;
+    }
+  }
+  if (errno != 0) return fail_with(errno);
+  // The piece of a line at the end is of a run that was killed.
+  return ::ftruncate(file_, static_cast<off_t>(lines.begin())) == 0 ? ExitStatus::done
+                                                                    : fail_with(errno);
+}
+
+// An empty journal: its entries mean nothing here.
+ExitStatus Journal::begin(const std::string& header) {
+  if (::ftruncate(file_, 0) != 0) return fail_with(errno);
+  return write(header + '\n');
+}
+
+ExitStatus Journal::rewrite(const std::string& header) {
+  Output file(host_);
+  if (!file.open(path_) || !file.write(header + '\n')) return file.status();
+  std::string line;
+  for (const Line& used : used_) {
+    line.resize(used.bytes);
+    const ssize_t got = ::pread(file_, line.data(), line.size(), static_cast<off_t>(used.begin));
+    if (got != static_cast<ssize_t>(line.size())) return fail_with(got < 0 ? errno : EIO);
+    if (!file.write(line)) return file.status();
+  }
+  if (!file.finish()) return file.status();
+  return open_and_lock(path_);
+}
+
+ExitStatus Journal::append(const archive::StampedEntry& entry) {
+  return write(archive::journal_line(entry) + '\n');
+}
+
+ExitStatus Journal::write(std::string_view text) {
+  while (!text.empty()) {
+    const ssize_t taken = ::write(file_, text.data(), text.size());
+    if (taken < 0 && errno == EINTR) continue;
+    if (taken < 0) return fail_with(errno);
+    text.remove_prefix(static_cast<std::size_t>(taken));
+  }
+  return ExitStatus::done;
+}
+
+}  // namespace biss::verbs

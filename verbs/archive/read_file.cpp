@@ -1,0 +1,194 @@
+#include "verbs/archive/read_file.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <exception>
+#include <new>
+#include <utility>
+
+#include "biss/frame/format_text.hpp"
+#include "capture/open.hpp"
+#include "decode/limits.hpp"
+#include "decode/statistics.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/common/identified.hpp"
+
+namespace biss::verbs {
+
+namespace {
+
+using archive::FileEntry;
+using archive::LinkEntry;
+using archive::Quantity;
+using archive::Reading;
+using identify::Protocol;
+
+// The causes that are not those of capture::CaptureCause.
+constexpr const char* no_lines = "no_lines";
+constexpr const char* other_protocol = "other_protocol";
+constexpr const char* no_such_line = "no_such_line";
+constexpr const char* no_cycle = "no_cycle";
+constexpr const char* out_of_memory = "out_of_memory";
+constexpr const char* changed = "changed_while_read";
+
+// A neighbour of BiSS C. A line that is dead or noisy may still be one of BiSS C.
+bool is_other(Protocol protocol) {
+  switch (protocol) {
+    case Protocol::biss_c:
+    case Protocol::clock_alone:
+    case Protocol::noise:
+    case Protocol::idle:
+    case Protocol::unknown:
+      return false;
+    default:
+      return true;
+  }
+}
+
+// What is measured on one pair of lines of the capture at hand. False where reading failed.
+bool measure(DecodedCapture& capture, LinkEntry& link) {
+  link.ma = archive::utf8_text(capture.ma_name());
+  link.slo = archive::utf8_text(capture.slo_name());
+  if (capture.format()) link.format = text_of(*capture.format());
+  if (const auto* finding = capture.finding(); finding != nullptr && finding->sure() != nullptr) {
+    for (const std::string_view name : finding->sure()->encoders) link.encoders.emplace_back(name);
+    if (const auto* better = capture.better_format();
+        better != nullptr && text_of(better->format) != link.format) {
+      link.other_format = text_of(better->format);
+    }
+  }
+  decode::Statistics statistics;
+  decode::LimitWatch limits(capture.timing(), capture.margin().resolution);
+  const bool read = capture.read([&](std::uint64_t, const decode::Cycle& cycle) {
+    statistics.add(cycle, limits.judge(cycle));
+    return true;
+  });
+  link.counts = archive::counts_of(statistics);
+  for (std::size_t i = 0; i < archive::quantity_count; ++i) {
+    const auto& values = archive::distribution_of(statistics, static_cast<Quantity>(i));
+    if (values.count() != 0) link.ranges[i] = {values.min(), values.median(), values.max()};
+    link.histograms.emplace_back(values);
+  }
+  return read;
+}
+
+class FileReader {
+ public:
+  FileReader(const CaptureArguments& arguments, unsigned threads, FileEntry& entry, Host& host)
+      : arguments_(arguments), entry_(entry), host_(&host) {
+    arguments_.threads = threads;
+  }
+
+  void read(const std::string& path) {
+    arguments_.files = {path};
+    arguments_.each = true;
+    arguments_.keep_unknown = true;
+    arguments_.one_of_many = true;
+    arguments_.identify = true;
+    arguments_.identify_besides = true;
+    if (capture_.open(arguments_) != ExitStatus::done) return end(no_such_line, last_message());
+    while (capture_.next()) {
+      if (!read_link()) return;
+    }
+    if (capture_.status() >= ExitStatus::usage) return end(cause(), last_message());
+    if (entry_.links.empty()) return end(no_cycle, no_request_);
+    entry_.reading = Reading::whole;
+  }
+
+ private:
+  // False where nothing else of the file is to be read.
+  bool read_link() {
+    const bool given =
+        !arguments_.device.format.empty() || !arguments_.ma.empty() || !arguments_.slo.empty();
+    if (!capture_.has_lines() || !given) {
+      const identify::ProtocolGuess guess = capture_.protocol();
+      const bool other = is_other(guess.protocol);
+      if (!capture_.has_lines() || other) {
+        const std::string& name = capture_.input().name();
+        end(other ? other_protocol : no_lines,
+            other ? fmt::format("{}: the lines look like {} ({})", name, name_of(guess.protocol),
+                                guess.why)
+                  : fmt::format("{}: no pair of lines behaves like MA and SLO", name));
+        return false;
+      }
+    }
+    LinkEntry link;
+    const bool whole = measure(capture_, link);
+    if (link.counts.cycles != 0) {
+      entry_.links.push_back(std::move(link));
+    } else {
+      no_request_ = capture_.no_request();
+    }
+    if (!whole) end(cause(), capture_.input().error());
+    return whole;
+  }
+
+  void end(std::string_view cause, const std::string& message) {
+    entry_.reading = entry_.links.empty() ? Reading::none : Reading::part;
+    entry_.cause = cause;
+    entry_.message = archive::utf8_text(message);
+  }
+
+  std::string_view cause() const {
+    const auto& cause = capture_.input().cause();
+    return cause ? capture::name_of(*cause) : no_such_line;
+  }
+  std::string last_message() const { return host_.lines().empty() ? "" : host_.lines().back(); }
+
+  CaptureArguments arguments_;
+  FileEntry& entry_;
+  MemoryHost host_;
+  DecodedCapture capture_{host_};
+  std::string no_request_;
+};
+
+void fail_entry(FileEntry& entry, const char* cause, const std::string& path, const char* why) {
+  entry.links.clear();
+  entry.reading = Reading::none;
+  entry.cause = cause;
+  entry.message = archive::utf8_text(fmt::format("{}: {}", path, why));
+}
+
+}  // namespace
+
+FileEntry read_listed_file(const archive::ListedFile& file, const CaptureArguments& arguments,
+                           unsigned threads, Host& host) {
+  FileEntry entry;
+  entry.path = archive::utf8_text(file.path);
+  entry.bytes = file.stamp.bytes;
+  entry.day = archive::day_in(entry.path);
+  entry.dated_by_path = entry.day.has_value();
+  if (!file.cause.empty()) {
+    entry.cause = file.cause;
+    entry.message = archive::utf8_text(file.message);
+    return entry;
+  }
+  if (!entry.day) entry.day = archive::day_of(file.stamp.time);
+  // One file must not end the run of all others.
+  try {
+    FileReader(arguments, threads, entry, host).read(file.path);
+  } catch (const std::bad_alloc&) {
+    fail_entry(entry, out_of_memory, file.path, "out of memory");
+  } catch (const std::exception& error) {
+    fail_entry(entry, "read_failed", file.path, error.what());
+  }
+  archive::FileStamp after;
+  if (archive::read_stamp(file.path, after) && after != file.stamp) {
+    entry.reading = entry.links.empty() ? Reading::none : Reading::part;
+    entry.cause = changed;
+    entry.message = archive::utf8_text(
+        fmt::format("{}: the file changed while it was read; read it again", file.path));
+  }
+  return entry;
+}
+
+bool is_lasting(const FileEntry& entry) {
+  constexpr std::array<std::string_view, 4> passing{"cannot_open", "read_failed", out_of_memory,
+                                                    changed};
+  return std::find(passing.begin(), passing.end(), entry.cause) == passing.end();
+}
+
+}  // namespace biss::verbs

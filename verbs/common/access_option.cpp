@@ -1,0 +1,216 @@
+#include "verbs/common/access_option.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <optional>
+#include <string_view>
+
+#include "device/quantity.hpp"
+#include "dump/text.hpp"
+
+namespace biss::verbs {
+
+namespace {
+
+using sim::AccessKind;
+using sim::ControlAccess;
+
+constexpr std::array<const char*, 4> command_names{"channels", "control", "bypass", "user"};
+constexpr std::array<std::string_view, 3> when_names{"all", "any", "always"};
+
+// Removes and returns the text before the mark, or all of it if there is no mark.
+std::string_view take_until(std::string_view& rest, char mark) {
+  const std::size_t at = std::min(rest.find(mark), rest.size());
+  const std::string_view part = rest.substr(0, at);
+  rest.remove_prefix(std::min(at + 1, rest.size()));
+  return part;
+}
+
+std::optional<std::uint8_t> number(std::string_view text, unsigned least, unsigned largest) {
+  const auto value = parse_count(text, largest);
+  if (!value.ok() || *value < least) return std::nullopt;
+  return static_cast<std::uint8_t>(*value);
+}
+
+std::string read_ids(std::string_view text, ControlAccess& access) {
+  while (!text.empty()) {
+    const auto id = number(take_until(text, ','), 0, control_max_slaves - 1);
+    if (!id) return "the ID must be 0 to 7";
+    access.slave = *id;
+    access.slaves = static_cast<std::uint8_t>(access.slaves | 1U << *id);
+  }
+  return {};
+}
+
+std::string read_bytes(std::string_view text, std::vector<std::uint8_t>& bytes) {
+  for (; text.size() >= 2; text.remove_prefix(2)) {
+    const auto byte = dump::hex_number(text.substr(0, 2));
+    if (!byte) break;
+    bytes.push_back(static_cast<std::uint8_t>(*byte));
+  }
+  if (text.empty() && !bytes.empty() && bytes.size() <= sequential_max_bytes) return {};
+  return "give 1 to 64 bytes, each as two hexadecimal digits";
+}
+
+// All registers of the access exist and belong to one slave.
+std::string check_registers(const ControlAccess& access, std::size_t count) {
+  if (!(access.slaves & (access.slaves - 1U))) {
+    if (access.address + count <= register_count) return {};
+    return fmt::format("only {} registers follow from 0x{:02X} on, not {}",
+                       register_count - access.address, access.address, count);
+  }
+  return "give one ID: a register access addresses one slave";
+}
+
+std::string read_registers(std::string_view rest, ControlAccess& access) {
+  const char mark = access.kind == AccessKind::read ? ',' : '=';
+  const bool more = rest.find(mark) != std::string_view::npos;
+  const auto address = number(take_until(rest, mark), 0, register_count - 1);
+  if (!address) return "the address must be 0 to 0x7F";
+  access.address = *address;
+  if (access.kind == AccessKind::write) {
+    if (!more) return "expected write:ADDRESS=BYTES";
+    std::string wrong = read_bytes(rest, access.data);
+    return wrong.empty() ? check_registers(access, access.data.size()) : wrong;
+  }
+  if (more) {
+    const auto count = number(rest, 1, sequential_max_bytes);
+    if (!count) return "the count must be 1 to 64";
+    access.size = *count;
+  }
+  return check_registers(access, access.size);
+}
+
+std::string read_command(std::string_view rest, ControlAccess& access) {
+  const bool with_when = rest.find(',') != std::string_view::npos;
+  const std::string_view name = take_until(rest, ',');
+  const auto named = std::find(command_names.begin(), command_names.end(), name);
+  const auto numbered = number(name, 0, command_names.size() - 1);
+  if (named == command_names.end() && !numbered) {
+    return "the command must be channels, control, bypass, user or 0 to 3";
+  }
+  access.command = static_cast<ControlCommand>(
+      numbered ? *numbered : static_cast<std::uint8_t>(named - command_names.begin()));
+  if (access.slaves == 0) {
+    access.kind = AccessKind::broadcast;
+    return with_when ? "a broadcast has no answers; remove the condition" : "";
+  }
+  if (!with_when) return {};
+  const auto when = std::find(when_names.begin(), when_names.end(), rest);
+  if (when == when_names.end()) return "the condition must be all, any or always";
+  access.execute_if = static_cast<ExecuteIf>(when - when_names.begin());
+  return {};
+}
+
+std::string read_parts(std::string_view text, ControlAccess& access) {
+  const std::size_t at = text.rfind('@');
+  if (at != std::string_view::npos) {
+    const auto cycle = parse_count(text.substr(at + 1));
+    if (!cycle.ok()) return "a cycle number must follow @";
+    access.not_before = *cycle;
+    text = text.substr(0, at);
+  }
+  if (text.find('/') != std::string_view::npos) {
+    const std::string_view ids = take_until(text, '/');
+    if (ids.empty()) return "the ID must be 0 to 7";
+    if (std::string wrong = read_ids(ids, access); !wrong.empty()) return wrong;
+  }
+  const std::string_view kind = take_until(text, ':');
+  if (kind == "command") {
+    access.kind = AccessKind::command;
+    return read_command(text, access);
+  }
+  if (kind != "read" && kind != "write") return "expected read:…, write:… or command:…";
+  access.kind = kind == "read" ? AccessKind::read : AccessKind::write;
+  return read_registers(text, access);
+}
+
+using Accesses = std::vector<ControlAccess>;
+
+tl::unexpected<VerbError> wrong_file(const std::string& path, std::uint64_t line,
+                                     const std::string& what) {
+  return tl::make_unexpected(
+      VerbError{ExitStatus::io, fmt::format("{}: line {}: {}", path, line, what)});
+}
+
+tl::expected<void, VerbError> read_stream(const std::string& path, std::istream& stream,
+                                          Accesses& accesses) {
+  dump::LineSource lines(stream, {});
+  while (lines.next()) {
+    const std::string_view line = lines.line();
+    const std::string_view text = dump::trimmed(line.substr(0, line.find('#')));
+    if (text.empty()) continue;
+    if (accesses.size() == max_accesses) {
+      return wrong_file(path, lines.number(), fmt::format("more than {} accesses", max_accesses));
+    }
+    auto access = read_access(std::string(text));
+    if (!access) return wrong_file(path, lines.number(), access.error());
+    accesses.push_back(std::move(*access));
+  }
+  if (!lines.error()) return {};
+  return wrong_file(path, lines.error()->line,
+                    lines.error()->cause == dump::DumpCause::line_too_long
+                        ? fmt::format("longer than {} bytes", dump::max_line_bytes)
+                        : "cannot be read");
+}
+
+tl::expected<void, VerbError> read_file(const std::string& path, Accesses& accesses) {
+  if (path == "-") return read_stream("standard input", std::cin, accesses);
+  std::error_code ignored;
+  std::ifstream file(path);
+  if (file && !std::filesystem::is_directory(path, ignored)) {
+    return read_stream(path, file, accesses);
+  }
+  return tl::make_unexpected(
+      VerbError{ExitStatus::io, fmt::format("--access: cannot open '{}'", path)});
+}
+
+}  // namespace
+
+const char* name_of(ControlCommand command) {
+  return command_names[static_cast<std::size_t>(command)];
+}
+
+tl::expected<ControlAccess, std::string> read_access(const std::string& text) {
+  ControlAccess access;
+  const std::string wrong = read_parts(text, access);
+  if (wrong.empty()) return access;
+  const bool cut = text.size() > 60;
+  return tl::make_unexpected(
+      fmt::format("--access: '{}{}': {}", text.substr(0, 60), cut ? "..." : "", wrong));
+}
+
+tl::expected<Accesses, VerbError> read_accesses(const std::vector<std::string>& texts) {
+  Accesses accesses;
+  for (const std::string& text : texts) {
+    if (const std::string path = file_of_accesses(text); !path.empty()) {
+      if (auto read = read_file(path, accesses); !read) {
+        return tl::make_unexpected(read.error());
+      }
+    } else {
+      auto access = read_access(text);
+      if (!access) return tl::make_unexpected(VerbError{ExitStatus::usage, access.error()});
+      accesses.push_back(std::move(*access));
+    }
+  }
+  return accesses;
+}
+
+std::string file_of_accesses(const std::string& text) {
+  return text.starts_with('@') ? text.substr(1) : std::string();
+}
+
+std::uint64_t least_cycles(const std::vector<ControlAccess>& accesses) {
+  std::uint64_t cycle = control_reset_zeros;
+  for (const ControlAccess& access : accesses) {
+    cycle = std::max(cycle, access.not_before) + sim::least_cycles(access);
+  }
+  return accesses.empty() ? 0 : cycle;
+}
+
+}  // namespace biss::verbs

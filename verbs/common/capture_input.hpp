@@ -1,0 +1,180 @@
+// The captures that a verb reads, one after the other, and MA and SLO in each.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "capture/edge_source.hpp"
+#include "capture/pair_source.hpp"
+#include "decode/lines.hpp"
+#include "verbs/common/exit_status.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/common/raw_samples.hpp"
+
+namespace biss::verbs {
+
+/// InputArguments::beginning of the command.
+inline constexpr std::size_t edges_at_beginning = std::size_t{1} << 18U;
+
+/// What the command line says about captures and their lines.
+struct InputArguments {
+  std::vector<std::string> files;
+  /// NAME, or FILE:NAME; empty when not given.
+  std::string ma;
+  std::string slo;
+  /// Read every pair of MA and SLO, not one.
+  bool each = false;
+  /// Where no lines look like MA and SLO, take the two busiest ones.
+  bool any_lines = false;
+  /// The verb has the option --each.
+  bool has_each = false;
+  /// The capture is one of many that the command line does not name: options for raw samples and
+  /// voltages do not need to fit it.
+  bool one_of_many = false;
+  /// As OpenOptions::no_verify.
+  bool no_verify = false;
+  RawSamples raw;
+  /// This much of the beginning of a capture is used to find MA and SLO, their polarity, the format
+  /// and the rate of requests.
+  std::size_t beginning = edges_at_beginning;
+};
+
+/// How much of an open file has been read. Holds a descriptor of its own.
+class ReadPosition {
+ public:
+  explicit ReadPosition(int descriptor);
+  ReadPosition(ReadPosition&& other) noexcept;
+  ReadPosition& operator=(ReadPosition&& other) noexcept;
+  ~ReadPosition();
+
+  /// Bytes, as far as any descriptor of the file is: readers of archives open it again.
+  struct Amount {
+    std::uint64_t read = 0;
+    std::uint64_t all = 0;
+  };
+  /// Nothing where the file has no size, as a pipe, or its position is not known.
+  std::optional<Amount> amount() const;
+
+ private:
+  int descriptor_;
+};
+
+/// A file of the command line, and its reader once it is open.
+struct CaptureFile {
+  std::string path;
+  std::unique_ptr<capture::EdgeSource> source = nullptr;
+  ReadPosition position{-1};
+  /// Why it could not be opened.
+  std::optional<capture::CaptureCause> cause = std::nullopt;
+};
+
+/// A capture: one file, or several that are read as one.
+class CaptureInput {
+ public:
+  explicit CaptureInput(Host& host) : host_(&host) {}
+
+  /// Opens what is not open yet. Prints why it cannot be read.
+  ExitStatus open(std::vector<CaptureFile> files, const InputArguments& arguments);
+  /// Begins at the beginning once more. Prints why it cannot.
+  ExitStatus reopen(const InputArguments& arguments);
+
+  /// reopen() is possible: every file is a regular one.
+  bool can_reopen() const;
+  /// The bytes of the files that have a size; 0 where none has.
+  std::uint64_t bytes() const;
+
+  /// Names of the lines; with several files FILE:NAME.
+  const std::vector<std::string>& lines() const { return source_->lines(); }
+  /// What the user calls it; with several files FILE + FILE.
+  const std::string& name() const { return name_; }
+
+  /// MA and SLO: one pair, or every pair with `each`. Prints why there is none: `usage` for a name
+  /// that the capture does not have, `data_failed` where no lines look like MA and SLO or several
+  /// do, `io` where reading failed.
+  /// \param quiet prints nothing with `data_failed`
+  tl::expected<std::vector<decode::FoundLines>, ExitStatus> find_lines(
+      const InputArguments& arguments, const decode::CycleReader& reader, bool quiet = false);
+  /// MA alone.
+  tl::expected<wire::LineIndex, ExitStatus> find_ma(const InputArguments& arguments,
+                                                    const decode::CycleReader& reader);
+
+  /// The first edges, at most InputArguments::beginning and one block; next() delivers them again.
+  /// Valid until next().
+  std::span<const wire::Edge> beginning();
+  /// The next edges; empty at the end, or when reading failed: then error() is not empty.
+  std::span<const wire::Edge> next();
+
+  /// The rest as arrays, in place of next(): what next() would deliver, in pieces. Afterwards end_time()
+  /// and error() speak of them, as far as they are settled.
+  capture::PairSource& pairs(const decode::Lines& lines);
+  /// No piece of pairs() is left. False when reading failed; error() says why.
+  bool end_pairs();
+
+  Picoseconds end_time() const { return pairs_ ? pairs_->end_time() : source_->end_time(); }
+  /// As EdgeSource::sample_period().
+  Picoseconds sample_period() const { return source_->sample_period(); }
+  /// As EdgeSource::sample_rate().
+  Hertz sample_rate() const { return source_->sample_rate(); }
+  /// As EdgeSource::is_analog().
+  bool is_analog() const { return source_->is_analog(); }
+  /// For a progress line: how much has been read in `seconds`, how fast, and the time left.
+  std::string progress_text(double seconds) const;
+  /// One line, empty while reading succeeds.
+  const std::string& error() const { return error_; }
+  /// Why the capture could not be opened, or not read further.
+  const std::optional<capture::CaptureCause>& cause() const { return cause_; }
+
+ private:
+  std::string request_for(const std::string& text, const InputArguments& arguments) const;
+  std::span<const wire::Edge> pull();
+  void note_error(const capture::CaptureError& error);
+  ExitStatus report(const decode::LineError& error, const InputArguments& arguments) const;
+
+  Host* host_;
+  std::vector<std::string> paths_;
+  std::vector<ReadPosition> positions_;
+  std::string name_;
+  std::unique_ptr<capture::EdgeSource> source_;
+  std::unique_ptr<capture::PairSource> pairs_;
+  std::size_t most_beginning_ = edges_at_beginning;
+  std::vector<wire::Edge> beginning_;
+  bool beginning_read_ = false;
+  bool beginning_pending_ = false;
+  bool failed_ = false;
+  std::string error_;
+  std::optional<capture::CaptureCause> cause_;
+};
+
+/// The captures of a command line. Files are read as one capture where each has one line, or where
+/// --ma and --slo name a line of different files; else each file is a capture by itself.
+class CaptureList {
+ public:
+  explicit CaptureList(Host& host) : host_(host) {}
+
+  /// Decides which files belong together. Prints why the command line makes no sense, or which file
+  /// cannot be read.
+  ExitStatus open(InputArguments arguments);
+
+  /// More than one capture.
+  bool several() const { return several_; }
+  bool at_end() const { return next_ == captures_.size(); }
+  /// The files that open_next() has not opened.
+  std::vector<std::string> files_left() const;
+  /// Opens the next capture. \pre not at_end()
+  ExitStatus open_next(CaptureInput& input);
+
+  const InputArguments& arguments() const { return arguments_; }
+
+ private:
+  Host& host_;
+  InputArguments arguments_;
+  std::vector<std::vector<CaptureFile>> captures_;
+  std::size_t next_ = 0;
+  bool several_ = false;
+};
+
+}  // namespace biss::verbs

@@ -1,0 +1,74 @@
+// Verbs that judge the request cycles of a capture, in steps: several of them can share one reading.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "verbs/common/decoded_capture.hpp"
+
+namespace biss::verbs {
+
+/// A run of such a verb, and its capture. For each capture that capture().next() goes to, either
+/// judge(), or begin(), take() for each cycle, and end(); then watcher() sees the changes.
+class CycleRun {
+ public:
+  explicit CycleRun(Host& host) : host_(host), capture_(host) {}
+  virtual ~CycleRun() = default;
+
+  /// Prints why the command line makes no sense.
+  virtual ExitStatus open() = 0;
+  virtual std::vector<report::Column> columns() const = 0;
+  /// \return the status of the capture, where no cycle of it is of use
+  virtual std::optional<ExitStatus> begin(report::TableWriter& writer, RunMessages& messages) = 0;
+  virtual void take(std::uint64_t number, const decode::Cycle& cycle) = 0;
+  /// Who sees the changes of the capture too, after begin(); or null.
+  virtual ChangeWatcher* watcher() { return nullptr; }
+  /// \param read as DecodedCapture::read() returns it
+  virtual ExitStatus end(bool read, Picoseconds end_time, report::TableWriter& writer,
+                         RunMessages& messages) = 0;
+
+  DecodedCapture& capture() { return capture_; }
+  /// The verb: open(), then judge() for each capture.
+  ExitStatus write(const std::string& output, const TableChoice& to) {
+    const ExitStatus opened = open();
+    if (opened != ExitStatus::done) return opened;
+    return write_captures(
+        capture_, output, to, [this] { return columns(); }, true,
+        [this](report::TableWriter& writer, RunMessages& messages) {
+          return judge(writer, messages);
+        });
+  }
+  /// Reads the capture.
+  ExitStatus judge(report::TableWriter& writer, RunMessages& messages) {
+    if (const auto status = begin(writer, messages)) return *status;
+    const bool read = read_cycles();
+    return end(read, capture_.input().end_time(), writer, messages);
+  }
+
+ protected:
+  // As DecodedCapture::read(), after begin().
+  bool read_cycles() {
+    if (ChangeWatcher* const own = watcher()) capture_.watch(*own);
+    const bool read = capture_.read([this](std::uint64_t number, const decode::Cycle& cycle) {
+      take(number, cycle);
+      return true;
+    });
+    capture_.unwatch();
+    return read;
+  }
+
+  Host& host_;
+  DecodedCapture capture_;
+};
+
+/// `check`, `explain` and `identify` with these captures, and their other options as they are by
+/// default but for these; rows as JSON lines need them.
+std::unique_ptr<CycleRun> check_run(const CaptureArguments& capture, const std::string& against,
+                                    Host& host);
+std::unique_ptr<CycleRun> explain_run(const CaptureArguments& capture, Host& host);
+std::unique_ptr<CycleRun> identify_run(const CaptureArguments& capture, Host& host);
+
+}  // namespace biss::verbs

@@ -1,0 +1,273 @@
+#include "verbs/common/declared.hpp"
+#include "verbs/common/verb.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cstdlib>
+#include <sstream>
+#include <utility>
+
+namespace biss::verbs {
+namespace {
+
+bool convert(const std::string& text, double& target) {
+  char* end = nullptr;
+  target = static_cast<double>(std::strtold(text.c_str(), &end));
+  return *end == '\0';
+}
+
+bool convert(const std::string& text, std::uint64_t& target) {
+  char* end = nullptr;
+  target = std::strtoull(text.c_str(), &end, 0);
+  return *end == '\0';
+}
+
+bool convert(const std::string& text, std::int64_t& target) {
+  char* end = nullptr;
+  target = std::strtoll(text.c_str(), &end, 0);
+  return *end == '\0';
+}
+
+bool convert(const std::string& text, bool& target) {
+  target = text == "true" || text == "1";
+  return target || text == "false" || text == "0";
+}
+
+bool convert(const std::string& text, std::string& target) {
+  target = text;
+  return true;
+}
+
+template <class T>
+SetValues into_one(T& target) {
+  return
+      [&target](const std::vector<std::string>& values) { return convert(values.back(), target); };
+}
+
+template <class T>
+SetValues into_list(std::vector<T>& target) {
+  return [&target](const std::vector<std::string>& values) {
+    target.clear();
+    return std::all_of(values.begin(), values.end(), [&](const std::string& value) {
+      return convert(value, target.emplace_back());
+    });
+  };
+}
+
+SetValues into_each(std::function<void(const std::string&)> set) {
+  return [set = std::move(set)](const std::vector<std::string>& values) {
+    for (const std::string& value : values) set(value);
+    return true;
+  };
+}
+
+template <class T>
+bool contains(const std::vector<T>& list, const T& item) {
+  return std::find(list.begin(), list.end(), item) != list.end();
+}
+
+}  // namespace
+
+void give(DeclaredOption& option, const std::string& value) {
+  if (option.delimiter == '\0' || value.find(option.delimiter) == std::string::npos) {
+    option.given.push_back(value);
+    return;
+  }
+  std::istringstream values(value);
+  for (std::string each; std::getline(values, each, option.delimiter);) {
+    if (!each.empty()) option.given.push_back(each);
+  }
+}
+
+void set_given(const DeclaredVerb& verb) {
+  for (const DeclaredOption& option : verb.options) {
+    if (option.given.empty()) continue;
+    if (!option.is_flag() && contains(option.given, std::string())) {
+      wrong_value(option.name(), empty_value);
+    }
+    if (option.on_given) option.on_given();
+    if (!option.repeats && option.given.size() > 1) {
+      throw WrongUsage(option.name() + " is given more than once");
+    }
+    for (const std::string& value : option.given) {
+      if (option.choices.empty() || contains(option.choices, value)) continue;
+      wrong_value(option.name(),
+                  fmt::format("'{}' is not one of {}", value, fmt::join(option.choices, ", ")));
+    }
+    if (option.set && !option.set(option.given)) {
+      throw WrongUsage(
+          fmt::format("Could not convert: {} = {}", option.name(), fmt::join(option.given, ",")));
+    }
+  }
+}
+
+void check_given(const DeclaredVerb& verb) {
+  for (const DeclaredOption& option : verb.options) {
+    if (option.given.empty()) {
+      if (option.required) throw WrongUsage(option.name() + " is required");
+      continue;
+    }
+    for (const DeclaredOption* needed : option.needs) {
+      if (needed->given.empty()) throw WrongUsage(option.name() + " requires " + needed->name());
+    }
+    for (const DeclaredOption& other : verb.options) {
+      if (other.given.empty() || !contains(option.excludes, &other)) continue;
+      throw WrongUsage(option.name() + " excludes " + other.name());
+    }
+  }
+  const bool named = std::any_of(verb.verbs.begin(), verb.verbs.end(),
+                                 [](const DeclaredVerb& below) { return below.parsed; });
+  if (verb.needs_verb() && !named) throw WrongUsage("no verb given");
+}
+
+Option Option::type_name(const std::string& name) {
+  option_->value = name;
+  return *this;
+}
+
+Option Option::required(bool is) {
+  option_->required = is;
+  return *this;
+}
+
+Option Option::needs(const Option& other) {
+  option_->needs.push_back(other.option_);
+  return *this;
+}
+
+Option Option::excludes(const Option& other) {
+  option_->excludes.push_back(other.option_);
+  other.option_->excludes.push_back(option_);
+  return *this;
+}
+
+Option Option::delimiter(char character) {
+  option_->delimiter = character;
+  return *this;
+}
+
+Option Option::one_of(const std::vector<std::string>& values) {
+  option_->choices = values;
+  return *this;
+}
+
+Option Option::file(FileUse use, std::string (*path_of)(const std::string& value)) {
+  option_->file = use;
+  option_->path_of = path_of;
+  return *this;
+}
+
+Option Option::scope(Scope scope) {
+  option_->scope = scope;
+  return *this;
+}
+
+Scope Option::scope() const { return option_->scope; }
+
+Option Option::on_given(std::function<void()> given) {
+  option_->on_given = std::move(given);
+  return *this;
+}
+
+std::string Option::name() const { return option_->name(); }
+
+bool Option::given() const { return !option_->given.empty(); }
+
+const std::vector<std::string>& Option::values() const { return option_->given; }
+
+Option Verb::add_option(const std::string& name, std::string& target,
+                        const std::string& description) const {
+  return declared(name, "TEXT", description, false, into_one(target));
+}
+
+Option Verb::add_option(const std::string& name, std::vector<std::string>& target,
+                        const std::string& description) const {
+  return declared(name, "TEXT", description, true, into_list(target));
+}
+
+Option Verb::add_option(const std::string& name, std::vector<double>& target,
+                        const std::string& description) const {
+  return declared(name, "FLOAT", description, true, into_list(target));
+}
+
+Option Verb::add_option(const std::string& name, std::vector<std::uint64_t>& target,
+                        const std::string& description) const {
+  return declared(name, "UINT", description, true, into_list(target));
+}
+
+Option Verb::add_option(const std::string& name, std::int64_t& target,
+                        const std::string& description) const {
+  return declared(name, "INT", description, false, into_one(target));
+}
+
+Option Verb::add_flag(const std::string& name, bool& target, const std::string& description) const {
+  return declared(name, "", description, true, into_one(target));
+}
+
+Option Verb::add_text_option(const std::string& name, std::function<void(const std::string&)> set,
+                             const std::string& description) const {
+  return declared(name, "TEXT", description, false, into_each(std::move(set)));
+}
+
+Option Verb::add_repeated_option(const std::string& name,
+                                 std::function<void(const std::string&)> set,
+                                 const std::string& description) const {
+  return declared(name, "TEXT", description, true, into_each(std::move(set)));
+}
+
+Option Verb::declared(const std::string& names, const std::string& value,
+                      const std::string& meaning, bool repeats, SetValues set) const {
+  const Scope scope = names.starts_with('-') ? scope_ : Scope::command;
+  verb_->options.push_back({names, value, meaning, heading_, scope, repeats, std::move(set)});
+  return Option(&verb_->options.back());
+}
+
+void Verb::after_parsing(std::function<void()> check) const {
+  verb_->checks.push_back(std::move(check));
+}
+
+Option Verb::get_option(const std::string& name) const {
+  const auto found = std::find_if(verb_->options.begin(), verb_->options.end(),
+                                  [&](const DeclaredOption& each) { return each.name() == name; });
+  if (found == verb_->options.end()) throw std::logic_error("no option " + name);
+  return Option(&*found);
+}
+
+std::vector<Option> Verb::given_options() const {
+  std::vector<Option> given;
+  for (DeclaredOption& option : verb_->options) {
+    if (!option.given.empty()) given.emplace_back(&option);
+  }
+  return given;
+}
+
+Verb Verb::add_verb(const VerbText& text, Run run) const {
+  verb_->verbs.push_back({text, std::move(run)});
+  const Verb below(&verb_->verbs.back());
+  below.add_help_flag();
+  return below;
+}
+
+void Verb::add_help_flag() const {
+  scope(Scope::command).declared("-h,--help", "", "Print this help", true, {});
+}
+
+void Verb::on_run(Run run) const { verb_->run = std::move(run); }
+
+bool Verb::parsed() const { return verb_->parsed; }
+
+void wrong_value(const std::string& name, const std::string& why) {
+  throw WrongUsage(name + ": " + why);
+}
+
+void add_verb_group(Command& command, const VerbText& group, const std::vector<GroupVerb>& verbs) {
+  const Verb above = command.add_verb(group, {});
+  for (const GroupVerb& each : verbs) {
+    const Verb below = above.add_verb(each.text);
+    below.on_run(each.add(below));
+  }
+}
+
+}  // namespace biss::verbs

@@ -1,0 +1,84 @@
+// The verbs and their options as data: what verb.hpp declares, and what a command line gives. The
+// parser, the help, the manual page, the completion, Python and the page read these records.
+#pragma once
+
+#include <functional>
+#include <list>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "verbs/common/files.hpp"
+#include "verbs/common/verb.hpp"
+
+namespace biss::verbs {
+
+struct DeclaredOption {
+  std::string names;  ///< `-f,--format`; without a dash an argument: `FILE`
+  std::string value;  ///< what the help calls the value; empty for a flag
+  std::string meaning;
+  std::string heading;
+  Scope scope = Scope::reading;
+  bool repeats = false;
+  /// Takes the values; false if a value cannot be converted. A flag has `true` or `false`.
+  SetValues set{};
+  bool required = false;
+  /// Splits a value into several, unless it is 0.
+  char delimiter = '\0';
+  /// Values that are allowed; empty: all.
+  std::vector<std::string> choices{};
+  std::vector<const DeclaredOption*> needs{};
+  std::vector<const DeclaredOption*> excludes{};
+  std::optional<FileUse> file{};
+  std::string (*path_of)(const std::string& value) = nullptr;
+  std::function<void()> on_given{};
+  std::vector<std::string> given{};
+
+  bool is_flag() const { return value.empty(); }
+  bool is_argument() const { return !names.starts_with('-'); }
+  /// `--format`, `FILE`.
+  std::string name() const { return names.substr(names.find(',') + 1); }
+};
+
+struct DeclaredVerb {
+  VerbText text;
+  Run run{};
+  std::list<DeclaredOption> options{};
+  std::list<DeclaredVerb> verbs{};
+  std::vector<std::function<void()>> checks{};
+  bool parsed = false;
+
+  /// A verb below this one must be named.
+  bool needs_verb() const { return !run && !verbs.empty(); }
+};
+
+/// Why options are wrong, as one line.
+class WrongUsage : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// What is wrong with the words of a request before any value is read.
+struct WrongWords {
+  std::string missing_value{};
+  /// Words that the verb does not take.
+  std::vector<std::string> further{};
+  std::string empty_option{};
+};
+
+inline constexpr const char* empty_value = "empty; a value is needed";
+
+/// A verb and those below it as JSON, with their options; wasm/biss.d.mts has the fields.
+std::string described(const DeclaredVerb& verb);
+
+/// Adds a value as it was written, or the values that it is split into.
+void give(DeclaredOption& option, const std::string& value);
+
+/// Gives the values to the options, in the order of declaration. Throws WrongUsage.
+void set_given(const DeclaredVerb& verb);
+
+/// Throws WrongUsage if an option is missing, or excluded by another one.
+void check_given(const DeclaredVerb& verb);
+
+}  // namespace biss::verbs

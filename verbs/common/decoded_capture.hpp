@@ -1,0 +1,312 @@
+// A capture read down to its request cycles, for the verbs that look at all of them.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "decode/clean_cycles.hpp"
+#include "decode/cycle.hpp"
+#include "decode/decoder.hpp"
+#include "decode/run_join.hpp"
+#include "flow/piece.hpp"
+#include "identify/format.hpp"
+#include "identify/protocol.hpp"
+#include "report/table.hpp"
+#include "verbs/common/capture_input.hpp"
+#include "verbs/common/exit_status.hpp"
+#include "verbs/common/format_option.hpp"
+#include "verbs/common/table_output.hpp"
+#include "verbs/common/verb.hpp"
+#include "verbs/common/word_log.hpp"
+
+namespace biss::verbs {
+
+/// What the command line says about captures and the device in them.
+struct CaptureArguments : InputArguments {
+  FormatArguments device;
+  /// The capture shows the inverse of the line. Where it is not given, the polarity is measured.
+  bool invert_ma = false;
+  bool invert_slo = false;
+  /// When not given, the sample period of the capture, or 0.
+  std::optional<Picoseconds> resolution;
+  /// Where no format is given, use that which the frames show.
+  bool identify = false;
+  /// Where one is given, find that which the frames show too.
+  bool identify_besides = false;
+  /// Deliver a capture in which no lines are MA and SLO too; has_lines() is then false.
+  bool keep_unknown = false;
+  /// Threads that read the cycles; 0: as many as the machine has processors.
+  std::uint64_t threads = 0;
+  /// Words in place of a capture.
+  WordArguments words;
+  /// Only the cycles that begin within these times are read; their numbers stay.
+  std::optional<Picoseconds> since;
+  std::optional<Picoseconds> until;
+  /// Takes the place of the timing that a name in `device` has; the options override it.
+  std::optional<DeviceTiming> timing;
+};
+
+/// FILE…, -f, --ma, --slo, --invert-ma, --invert-slo, --each, --resolution, the timing and the raw
+/// options.
+/// \param finds_format the verb refuses a format: the help says so
+void add_capture_options(Verb verb, CaptureArguments& arguments, bool finds_format = false);
+/// The same for one capture, also in several files with one line each: without --each.
+void add_single_capture_options(Verb verb, CaptureArguments& arguments);
+/// The same for one file that the page reads: without --each.
+void add_page_capture_options(Verb verb, CaptureArguments& arguments);
+/// The same for folders of captures, in place of FILE…, and without --each.
+void add_folder_options(Verb verb, CaptureArguments& arguments);
+/// The same for two captures that are compared: without --each.
+void add_pair_options(Verb verb, CaptureArguments& arguments);
+
+/// --since and --until, for the verbs that only read the cycles between them.
+void add_range_options(Verb verb, CaptureArguments& arguments);
+
+/// How `marginal` is judged.
+struct MarginArguments {
+  bool no_compensation = false;
+  /// Also measure Cycle::signal.
+  bool signal = false;
+};
+
+/// Sees the changes of a capture on their way to the decoder, each once and in order, in any thread.
+class ChangeWatcher {
+ public:
+  virtual ~ChangeWatcher() = default;
+  /// Edges of all lines.
+  virtual void take(std::span<const wire::Edge> edges) = 0;
+  /// Changes of MA and SLO, as PairSource::settle() gives them.
+  virtual void take(const capture::PairPiece& changes) = 0;
+};
+
+/// The captures of a command line, decoded one after the other:
+///
+///     DecodedCapture capture(host);
+///     const ExitStatus opened = capture.open(…);
+///     if (opened != ExitStatus::done) return opened;
+///     return write_captures(capture, …, [&](report::TableWriter& writer, RunMessages& messages) {
+///       capture.read(…);
+///     });
+class DecodedCapture {
+ public:
+  /// False ends the reading.
+  using OnCycle = std::function<bool(std::uint64_t number, const decode::Cycle& cycle)>;
+
+  explicit DecodedCapture(Host& host) : host_(host), list_(host), input_(host) {}
+  Host& host() const { return host_; }
+
+  /// Prints why the command line makes no sense.
+  ExitStatus open(const CaptureArguments& arguments, const MarginArguments& margin = {});
+
+  /// Goes to the next capture, or with --each to the next pair of lines of the same one. Prints why
+  /// a capture is left out and tries the one after it. False at the end, or when a file cannot be
+  /// read.
+  bool next();
+  /// The files that next() has not come to.
+  std::vector<std::string> files_left() const { return list_.files_left(); }
+  /// The worst status of the captures that next() left out.
+  ExitStatus status() const { return status_; }
+
+  /// More than one capture or pair of lines may be read.
+  bool several() const { return list_.several() || list_.arguments().each; }
+  /// Columns that say which capture and which lines a row is from: `file` where there are several
+  /// captures, `ma` and `slo` with --each; else none.
+  std::vector<report::Column> columns() const;
+  /// Their cells; they refer to this object and are valid until next().
+  std::vector<report::Cell> cells() const;
+
+  /// Reads to the end, with a progress line.
+  /// \return false where reading failed, and input().error() says why; the cycles up to there have
+  ///   been delivered
+  bool read(const OnCycle& on_cycle);
+  /// read() in steps, without a progress line and in this thread: begin_steps(), then step() until it
+  /// is false, then end_steps(), which returns as read().
+  void begin_steps(OnCycle on_cycle);
+  bool step();
+  bool end_steps();
+  /// In place of read(), where the cycles are those of another capture: follow() each, then
+  /// end_following(), which prints what read() would.
+  void follow(std::uint64_t number, const decode::Cycle& cycle, const OnCycle& on_cycle);
+  void end_following();
+  /// Its cycles are those of this other capture. \pre both are of the same file
+  bool reads_as(const DecodedCapture& other) const;
+  /// Who sees what read() or step() reads, and judges it. \pre it lives as long as the reading
+  void watch(ChangeWatcher& watcher) { watcher_ = &watcher; }
+  void unwatch() { watcher_ = nullptr; }
+  ChangeWatcher* watcher() const { return watcher_; }
+  /// Reads the edges alone, in place of read(), until `on_edges` returns false.
+  /// \return as read()
+  bool read_edges(const std::function<bool(std::span<const wire::Edge>)>& on_edges);
+  /// As CaptureInput::beginning(). \pre next() was true and nothing has been read since
+  std::span<const wire::Edge> beginning() { return input_.beginning(); }
+  /// A reader of cycles as read() uses it.
+  decode::CycleReader reader() const {
+    return decode::CycleReader(format_, reading_timing(), margin_);
+  }
+  /// The timing by which cycles are read: where no format was given, with the timeout that the capture
+  /// shows if the master pauses its clock.
+  DeviceTiming reading_timing() const;
+  /// What the lines at the beginning of the capture carry. \pre next() was true and read() has not
+  /// been called since
+  identify::ProtocolGuess protocol();
+  /// Whether the cycle begins between --since and --until.
+  bool is_wanted(const decode::Cycle& cycle) const;
+  /// One line: no cycle was found, and what to check.
+  std::string no_request() const;
+
+  /// Empty where no format was given and none was identified: frames are then judged by their
+  /// structure alone.
+  const std::optional<FrameFormat>& format() const { return format_; }
+  /// What the frames of this capture show of their format; null where that is not asked for. Where
+  /// no format was given, format() is the first candidate if it is sure.
+  const identify::FormatFinding* finding() const { return finding_ ? &*finding_ : nullptr; }
+  /// Where the frames change their length: each format, and its cycles; else empty.
+  const std::string& format_parts() const { return format_parts_; }
+  /// The format that is sure, unless its checksums have the same verdicts as those of the format
+  /// given.
+  const identify::FormatCandidate* better_format() const;
+  /// Does not use the format that was identified.
+  void judge_structure() { format_.reset(); }
+  /// Reads these lines, in this polarity. \pre as beginning()
+  void read_as(const decode::Lines& lines) { pairs_[pair_].lines = lines; }
+  /// Uses this format for the capture at hand. \pre as beginning()
+  void judge_by(const FrameFormat& format) { format_ = format; }
+  const DeviceTiming& timing() const { return timing_; }
+  const decode::MarginSetup& margin() const { return margin_; }
+  const CaptureInput& input() const { return input_; }
+  CaptureInput& input() { return input_; }
+  /// The capture or the log of words, for a message.
+  std::string name() const { return words_ ? words_->file : input_.name(); }
+  /// What is read in place of a capture; null for a capture.
+  const WordArguments* words() const { return words_ ? &*words_ : nullptr; }
+  /// The cycle that was read last has a time.
+  bool timed() const { return timed_; }
+  /// As verbs::fitting_options(), if at most half of the words are good frames; else empty.
+  std::string fitting_options() const;
+  bool has_lines() const { return !pairs_.empty(); }
+  const decode::FoundLines& lines() const { return pairs_[pair_]; }
+  const std::string& ma_name() const { return input_.lines()[lines().lines.ma]; }
+  const std::string& slo_name() const { return input_.lines()[lines().lines.slo]; }
+  /// The median time from request to request at the beginning of the capture; 0 where there is
+  /// none. \pre next() was true and read() has not been called since
+  Picoseconds interval();
+
+ private:
+  // Hands the cycle out if it is wanted. False: no more cycle is.
+  bool hand_out(std::uint64_t number, const decode::Cycle& cycle, const OnCycle& on_cycle);
+  void count(const decode::Cycle& cycle);
+  bool open_next();
+  bool open_words();
+  bool read_words(const decode::CycleReader& reader, const OnCycle& on_cycle);
+  void warn_of_protocol();
+  ExitStatus identify_format();
+  ExitStatus identify_from_all();
+  void take_finding(std::span<const identify::Sample> samples);
+  decode::Decoder& decoder();
+  void push(std::span<const wire::Edge> edges);
+  bool step_piece();
+  flow::Watch watch_of_pieces() const;
+  void read_blocks(const std::function<bool()>& go_on);
+  void read_pieces(const decode::CleanCycleFinder& finder, const std::function<bool()>& go_on);
+  void measure_polarity(decode::FoundLines& found);
+
+  Host& host_;
+  std::optional<FrameFormat> format_;
+  DeviceTiming timing_;
+  // To use the format, or only to find it.
+  bool identifies_ = false;
+  bool finds_format_ = false;
+  bool keeps_unknown_ = false;
+  std::optional<identify::FormatFinding> finding_;
+  bool finding_agrees_ = false;
+  std::string format_parts_;
+  std::optional<Timeout> paused_timeout_;
+  struct Range {
+    std::optional<Picoseconds> since;
+    std::optional<Picoseconds> until;
+  };
+  Range range_;
+  // Cycles that read() has left out.
+  std::uint64_t outside_ = 0;
+  // Cycles with a good frame, and those whose frame is not one of the format.
+  std::uint64_t good_ = 0;
+  std::uint64_t contradict_ = 0;
+  std::optional<Picoseconds> resolution_;
+  std::uint64_t threads_ = 0;
+  bool invert_ma_ = false;
+  bool invert_slo_ = false;
+  decode::MarginSetup margin_;
+  CaptureList list_;
+  CaptureInput input_;
+  std::optional<WordArguments> words_;
+  std::vector<LoggedWord> log_;
+  bool timed_ = true;
+  std::vector<decode::FoundLines> pairs_;
+  std::size_t pair_ = 0;
+  // The decoder of the current capture.
+  std::optional<decode::Decoder> decoder_;
+  std::function<void(const decode::Cycle&)> deliver_;
+  // Of step().
+  OnCycle on_step_;
+  std::uint64_t step_number_ = 0;
+  bool step_wanted_ = true;
+  std::optional<flow::Piece> piece_;
+  std::optional<decode::RunJoin> join_;
+  capture::PairSource* pair_source_ = nullptr;
+  ChangeWatcher* watcher_ = nullptr;
+  ExitStatus status_ = ExitStatus::done;
+};
+
+/// The cycles of a capture, from the changes that another one of the same file and lines reads: those
+/// of DecodedCapture::read(), whose watcher sees the changes too.
+class FollowingCapture final : public ChangeWatcher {
+ public:
+  /// \param on_cycle its result is not asked for
+  FollowingCapture(DecodedCapture& capture, DecodedCapture::OnCycle on_cycle);
+
+  void take(std::span<const wire::Edge> edges) override;
+  void take(const capture::PairPiece& changes) override;
+  /// After the last changes.
+  void finish(Picoseconds end);
+
+ private:
+  DecodedCapture& capture_;
+  DecodedCapture::OnCycle on_cycle_;
+  std::uint64_t number_ = 0;
+  decode::Lines lines_;
+  decode::Decoder decoder_;
+  decode::CleanCycleFinder finder_;
+  decode::RunJoin join_;
+  std::vector<decode::CleanCycle> clean_;
+};
+
+/// What a run prints on stderr after its rows.
+class RunMessages {
+ public:
+  void add_summary(std::string_view text);
+  /// Keeps a line that says why the run fails; returns `status`.
+  ExitStatus fail(ExitStatus status, std::string line);
+  void print(Host& host) const;
+
+ private:
+  std::string summaries_;
+  std::vector<std::string> lines_;
+};
+
+/// Writes one table of all captures: calls `write` for each, which writes the rows of the capture
+/// at hand. Columns that say which capture a row is from are added.
+/// \param output as for Output::open()
+/// \param to the format, and the columns of all where not every one is written
+/// \param columns of the rows; called when the first capture is open
+/// \param needs_all the status depends on every row, also when the reader of a pipe has left
+/// \return the worst status of all captures; with `usage` and `io` the output file is left as it was
+ExitStatus write_captures(
+    DecodedCapture& capture, const std::string& output, const TableChoice& to,
+    const std::function<std::vector<report::Column>()>& columns, bool needs_all,
+    const std::function<ExitStatus(report::TableWriter& writer, RunMessages& messages)>& write);
+
+}  // namespace biss::verbs

@@ -1,0 +1,34 @@
+// What is known about a capture before its cause is looked for: how it reads, and what it carries.
+#pragma once
+
+#include "explain/diagnose.hpp"
+#include "verbs/common/decoded_capture.hpp"
+
+namespace biss::verbs {
+
+/// How the lines of a capture read best. \pre as DecodedCapture::beginning()
+explain::Reading choose_reading(DecodedCapture& capture, const CaptureArguments& arguments);
+
+/// An observer of the capture, as it is read from its beginning: it watches the capture too.
+class CaptureObserver final : public ChangeWatcher {
+ public:
+  /// \pre as DecodedCapture::beginning()
+  CaptureObserver(DecodedCapture& capture, const decode::Lines& lines);
+
+  void take(std::span<const wire::Edge> edges) override;
+  void take(const capture::PairPiece& changes) override;
+
+  /// The next cycle.
+  void add(std::uint64_t number, const decode::Cycle& cycle) { observer_.add(number, cycle); }
+  /// After the last cycle. \return valid as long as this object
+  const explain::Evidence& finish(Picoseconds end_time) { return observer_.finish(end_time); }
+
+ private:
+  explain::Observer observer_;
+};
+
+/// What diagnose() needs beside the cycles. \pre as DecodedCapture::beginning()
+explain::Context explain_context(DecodedCapture& capture, const CaptureArguments& arguments,
+                                 const MarginArguments& margin);
+
+}  // namespace biss::verbs

@@ -1,0 +1,24 @@
+// `-f FORMAT` and the options of device timing, for every verb that has them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "device/device_text.hpp"
+
+namespace biss::verbs {
+
+class Verb;
+
+/// Declares `-f, --format`. \pre arguments outlives the parsing
+/// \param more what the verb adds to the help of the option
+void add_format_option(Verb verb, FormatArguments& arguments, bool required,
+                       const std::string& more = {});
+/// Declares `--ack-max`, `--ack-clocks`, `--timeout`, `--release`, `--clock-max`, `--cycle-min`.
+void add_timing_options(Verb verb, FormatArguments& arguments);
+
+/// Why no daisy chain of N encoders sends this format: each has a channel of its own. Empty if one
+/// can.
+std::string wrong_slaves(std::uint64_t slaves, const FrameFormat& format);
+
+}  // namespace biss::verbs

@@ -1,0 +1,126 @@
+// What a verb has of the program that runs it: the command, Python, a page, another verb.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <string_view>
+#include <thread>
+#include <vector>
+
+#include "capture/edge_source.hpp"
+#include "report/table.hpp"
+#include "verbs/common/exit_status.hpp"
+
+namespace biss::verbs {
+
+struct InputArguments;
+
+/// Why a verb ends early: the exit status, and one line that says so.
+struct VerbError {
+  ExitStatus status = ExitStatus::usage;
+  std::string text;
+};
+
+/// A capture that a program has in memory; the verbs name it as they name files.
+struct GivenCapture {
+  std::function<capture::Opened(const InputArguments& arguments)> open;
+  /// It can be opened more than once.
+  bool again = true;
+};
+
+/// Thrown by Host::check(). No std::exception: it must not look like a failure of one file.
+struct Interrupted {};
+
+/// Where the messages, the text and the rows of a verb go, which captures it reads beside files, and
+/// whether it goes on. Nothing of it belongs to a thread: verbs of two hosts run at once.
+class Host {
+ public:
+  Host() = default;
+  virtual ~Host() = default;
+  Host(const Host&) = delete;
+  Host& operator=(const Host&) = delete;
+
+  /// A message: exactly one line, `biss: text`. Control characters are replaced, so that a file name
+  /// cannot make two lines of it.
+  virtual void warn(std::string_view text) = 0;
+  /// Text of several lines beside the rows: a summary block. Control characters are replaced.
+  virtual void print_summary(std::string_view text) = 0;
+  /// warn(), then the status to return: `return host.fail(ExitStatus::io, "…");`
+  /// An error says what, where in the file, and what to do.
+  ExitStatus fail(ExitStatus status, std::string_view text) {
+    warn(text);
+    return status;
+  }
+  ExitStatus fail(const VerbError& error) { return fail(error.status, error.text); }
+
+  /// Takes what the verb writes to standard output; null: the standard output of the process.
+  virtual std::string* output() { return nullptr; }
+  /// Takes the rows of a table as they are; null: they are written as text.
+  virtual std::unique_ptr<report::TableWriter> keep_rows(
+      std::span<const report::Column> /*columns*/) {
+    return nullptr;
+  }
+  /// Null if no capture is given by that name, which then is that of a file.
+  virtual const GivenCapture* capture(const std::string& /*name*/) const { return nullptr; }
+  /// Progress lines may be shown.
+  virtual bool shows_progress() const { return false; }
+  /// Throws Interrupted if the run has to end; in any thread. Progress::due() calls it, so that every
+  /// long run asks.
+  virtual void check() {}
+};
+
+/// The command: standard output and standard error of the process.
+class ProcessHost final : public Host {
+ public:
+  void warn(std::string_view text) override;
+  void print_summary(std::string_view text) override;
+  bool shows_progress() const override;
+};
+
+/// Keeps all in memory: for programs that are not the command, for verbs that ask other verbs, and for
+/// captures of which many are read at a time.
+class MemoryHost : public Host {
+ public:
+  /// \param outer the host of the verb that asks, whose captures are given here too, and that ends
+  /// this run with its own
+  explicit MemoryHost(Host* outer = nullptr) : outer_(outer) {}
+
+  void warn(std::string_view text) override;
+  void print_summary(std::string_view text) override;
+  std::string* output() override { return &output_; }
+  const GivenCapture* capture(const std::string& name) const override;
+  void check() override;
+
+  void give(const std::string& name, GivenCapture capture) { captures_[name] = std::move(capture); }
+  /// \param go_on called 50 times a second at most, and only in the thread that calls this; after
+  /// false the run ends in every thread
+  void set_go_on(std::function<bool()> go_on);
+
+  /// The messages in the order in which they came, without `biss:`.
+  const std::vector<std::string>& lines() const { return lines_; }
+  /// The summaries, one after the other.
+  const std::string& summary() const { return summary_; }
+  /// Both, as the command prints them on standard error.
+  const std::string& text() const { return text_; }
+  /// What was written to standard output.
+  const std::string& output_text() const { return output_; }
+
+ private:
+  Host* outer_;
+  std::map<std::string, GivenCapture> captures_;
+  std::function<bool()> go_on_;
+  std::thread::id asks_;
+  std::chrono::steady_clock::time_point next_;
+  std::atomic<bool> ended_ = false;
+  std::vector<std::string> lines_;
+  std::string summary_;
+  std::string text_;
+  std::string output_;
+};
+
+}  // namespace biss::verbs

@@ -1,0 +1,41 @@
+// What a user reads about the format that was identified.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "identify/format.hpp"
+
+namespace biss::report {
+
+class Summary;
+
+}  // namespace biss::report
+
+namespace biss::verbs {
+
+class DecodedCapture;
+
+/// The text of `-f` for a candidate.
+std::string text_of(const FrameFormat& format);
+
+/// Names of encoders with the format of the candidate, separated by commas; at most `most`, then
+/// dots.
+std::string encoders_text(const identify::FormatCandidate& candidate, std::size_t most);
+
+/// Why no format is sure and what to capture instead; empty where one is sure. One sentence each.
+std::vector<std::string> what_is_missing(const identify::FormatFinding& finding);
+
+/// Bits that have not moved: `6 of the 26 bits of the position, nE, nW`; empty where all have.
+std::string what_is_still(const identify::FormatCandidate& candidate);
+
+/// Lines `format` of a summary: the format and how to give it; or what is missing, and the
+/// candidates.
+void add_identified(report::Summary& summary, const identify::FormatFinding& finding, bool used);
+
+/// Lines `format` of a summary: the format by which the frames of the capture are judged, or that
+/// none is.
+/// \param given it is that of the command line; else the lines are those of add_identified()
+void add_used_format(report::Summary& summary, const DecodedCapture& capture, bool given);
+
+}  // namespace biss::verbs

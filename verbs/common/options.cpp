@@ -1,0 +1,134 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "verbs/common/verb.hpp"
+
+namespace biss::verbs {
+namespace {
+
+// The one shape of all options with a value of our own: parse, or wrong usage.
+template <class Parse, class Set>
+Option add_parsed(Verb verb, const std::string& name, const std::string& description,
+                  Quantity quantity, Parse parse, Set set, std::uint64_t largest = UINT64_MAX) {
+  const auto take = [name, quantity, parse, set, largest](const std::string& text) {
+    const auto value = parse(text);
+    if (!value) {
+      wrong_value(name, quantity_error_text(quantity, text, value.error(), largest));
+    }
+    set(*value);
+  };
+  return verb.add_text_option(name, take, description);
+}
+
+}  // namespace
+
+Option add_output_option(Verb verb, std::string& path, const std::string& help) {
+  return verb.scope(Scope::command)
+      .add_option("-o,--output", path, help)
+      .type_name("FILE")
+      .file(FileUse::write);
+}
+
+void let_output_choose(Verb verb, const std::vector<std::string>& names,
+                       std::function<void(const std::string& name)> take) {
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 4> endings{
+      {{".csv", "csv"}, {".jsonl", "jsonl"}, {".h5", "hdf5"}, {".vcd", "vcd"}}};
+  verb.after_parsing([verb, names, take = std::move(take)] {
+    std::string output;
+    for (const Option& option : verb.given_options()) {
+      if (option.name() == "--to") return;
+      if (option.name() == "--output") output = option.values().front();
+    }
+    for (const auto& [ending, format] : endings) {
+      if (!output.ends_with(ending)) continue;
+      const std::string name(format);
+      if (std::find(names.begin(), names.end(), name) == names.end()) {
+        wrong_value("--output", fmt::format("'{}': {} is not written here; name another file, or "
+                                            "give --to {}",
+                                            output, name, fmt::join(names, "|")));
+      }
+      take(name);
+    }
+  });
+}
+
+Option add_to_option(Verb verb, report::Format& target,
+                     std::initializer_list<report::Format> allowed, bool by_output) {
+  std::vector<std::string> names;
+  for (const report::Format format : allowed) {
+    names.emplace_back(report::format_names[static_cast<std::size_t>(format)]);
+  }
+  const auto take = [&target, names](const std::string& name) {
+    if (std::find(names.begin(), names.end(), name) == names.end()) {
+      wrong_value("--to", fmt::format("'{}' is not one of {}", name, fmt::join(names, ", ")));
+    }
+    target = *report::format_by_name(name);
+  };
+  if (by_output) let_output_choose(verb, names, take);
+  return verb.scope(Scope::command)
+      .add_text_option("--to", take,
+                       by_output ? "Output format; by default that of the ending of -o, else table"
+                                 : "Output format; table by default")
+      .type_name(fmt::format("{}", fmt::join(names, "|")));
+}
+
+Option add_name_option(Verb verb, const std::string& name, std::string& target,
+                       const std::vector<std::string>& names, const std::string& description) {
+  return verb.add_option(name, target, description)
+      .type_name(fmt::format("{}", fmt::join(names, "|")))
+      .one_of(names);
+}
+
+Option add_rate_option(Verb verb, const std::string& name, std::function<void(Hertz)> set,
+                       const std::string& description) {
+  return add_parsed(verb, name, description, Quantity::rate, parse_rate, std::move(set))
+      .type_name("RATE");
+}
+
+Option add_duration_option(Verb verb, const std::string& name, std::function<void(Picoseconds)> set,
+                           const std::string& description) {
+  return add_parsed(verb, name, description, Quantity::duration, parse_duration, std::move(set))
+      .type_name("TIME");
+}
+
+Option add_time_option(Verb verb, const std::string& name, std::function<void(Picoseconds)> set,
+                       const std::string& description) {
+  return add_parsed(verb, name, description, Quantity::time, parse_time, std::move(set))
+      .type_name("TIME");
+}
+
+std::string wrong_range(const std::optional<Picoseconds>& since,
+                        const std::optional<Picoseconds>& until) {
+  return since && until && *until < *since ? "--until: is before --since; exchange them" : "";
+}
+
+Option add_length_option(Verb verb, const std::string& name, std::function<void(Millimetres)> set,
+                         const std::string& description) {
+  return add_parsed(verb, name, description, Quantity::length, parse_length, std::move(set))
+      .type_name("LENGTH");
+}
+
+Option add_duty_option(Verb verb, const std::string& name, std::function<void(std::uint32_t)> set,
+                       const std::string& description) {
+  return add_parsed(verb, name, description, Quantity::duty, parse_duty, std::move(set))
+      .type_name("SHARE");
+}
+
+Option add_deviation_option(Verb verb, const std::string& name,
+                            std::function<void(std::int32_t)> set, const std::string& description) {
+  return add_parsed(verb, name, description, Quantity::deviation, parse_deviation, std::move(set))
+      .type_name("PPM");
+}
+
+Option add_count_option(Verb verb, const std::string& name, std::function<void(std::uint64_t)> set,
+                        const std::string& description, std::uint64_t largest) {
+  const auto parse = [largest](const std::string& text) { return parse_count(text, largest); };
+  return add_parsed(verb, name, description, Quantity::count, parse, std::move(set), largest)
+      .type_name("N");
+}
+
+}  // namespace biss::verbs

@@ -1,0 +1,103 @@
+// The output of a verb: a file that is replaced as a whole, a pipe, a device, stdout.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+
+#include "report/sink.hpp"
+#include "report/table.hpp"
+#include "verbs/common/exit_status.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/common/temporary_file.hpp"
+
+namespace biss::verbs {
+
+/// Where the data of a verb goes:
+/// * no path or `-` is stdout;
+/// * a regular file, or a name that is free: the text goes to a TemporaryFile, and finish() gives
+///   that the target's name. There is the old file or the whole new one, never half. A symbolic
+///   link stays, its target is replaced. A new file has the mode of any created file (umask), one
+///   that is replaced keeps its mode. Without a successful finish() the target is untouched;
+/// * anything else (pipe, device, /dev/fd/N) is written directly.
+///
+/// On a terminal, control characters and what turns the direction of writing are replaced as
+/// report::append_printable() does, but for line feeds and tabs: a name out of a file cannot steer it.
+///
+/// When the reader of a pipe has left (`biss … | head`), further text is dropped and no error is
+/// reported: the verb completes its other outputs and its judgement. A verb with nothing else to do
+/// asks reader_left() and ends.
+///
+/// Not to be copied or moved; one thread at a time. SIGPIPE must be ignored, see prepare_process().
+class Output final : public report::TextSink, private report::FileSink {
+ public:
+  /// \param host gets its messages; its standard output is that of the verb
+  explicit Output(Host& host) : host_(host) {}
+  ~Output() override;
+  Output(const Output&) = delete;
+  Output& operator=(const Output&) = delete;
+
+  /// Opens the target; once. False when it cannot be written, error() says why.
+  bool open(const std::string& path);
+
+  /// Takes text; writes it in blocks of 64 KiB. False once anything has failed.
+  bool write(std::string_view text) override;
+  bool write_printable(std::string_view text) override;
+
+  /// The same target as a file that is written at any place, in the stead of write(); null where it is
+  /// not a regular file.
+  report::FileSink* file() { return temporary_.exists() ? this : nullptr; }
+
+  /// Writes the rest and gives the file its name. False when any of it failed. Call it once, after
+  /// all rows are in and everything else that can fail has succeeded.
+  bool finish();
+
+  /// Ends without success, after an error elsewhere: what is written directly keeps all text taken
+  /// so far, a file is left as it was before open(). The destructor does the same.
+  void abandon();
+
+  /// The reader of the pipe has left.
+  bool reader_left() const { return reader_left_; }
+  Host& host() const { return host_; }
+  /// One line without the `biss:`; empty when nothing failed.
+  const std::string& error() const { return error_; }
+  /// `done` when nothing failed; otherwise prints error() and is `io`.
+  ExitStatus status() const;
+
+  /// How a table looks here: with colour on a terminal that shows it, unless NO_COLOR is set, and no
+  /// wider than the terminal; a message on stderr names the columns left out.
+  report::TableOptions table_options() const;
+
+ private:
+  bool write_at(std::uint64_t offset, std::span<const std::byte> bytes) override;
+  bool read_at(std::uint64_t offset, std::span<std::byte> bytes) override;
+  void fail(std::string_view cause) override;
+
+  bool write_through(std::string_view text);
+  bool write_bytes(std::string_view text);
+  bool fail(std::string_view what, int cause);
+  void close();
+
+  Host& host_;
+  std::string name_;  // as the user calls it
+  TemporaryFile temporary_;
+  std::string held_;
+  std::string error_;
+  int descriptor_ = -1;
+  // Takes all text in place of a descriptor.
+  std::string* text_ = nullptr;
+  bool owns_descriptor_ = false;
+  bool is_terminal_ = false;
+  bool reader_left_ = false;
+};
+
+/// Columns of the terminal that the text without a file goes to; 0 if it goes to none.
+std::size_t output_columns(Host& host);
+
+/// Once, at the start of the process: ignores SIGPIPE, reserves closed standard streams so that no
+/// file takes their numbers, and has signals remove temporary files before they end the process.
+void prepare_process();
+
+}  // namespace biss::verbs

@@ -1,0 +1,41 @@
+// The page that shows a capture in a browser, with a capture in it: see view/README.md.
+#pragma once
+
+#include <initializer_list>
+#include <string>
+#include <string_view>
+#include <tl/expected.hpp>
+
+#include "verbs/common/host.hpp"
+#include "verbs/common/verb.hpp"
+
+namespace biss::verbs {
+
+/// `--page FILE`, to be given to read_page().
+Option add_page_option(Verb verb, std::string& path);
+
+/// The text of the page. Without a path it is share/biss/biss.html of the installation that the
+/// command belongs to, else view/dist/biss.html beside the command's build folder.
+/// \return `io`: no page is there, it cannot be read, or the file is not the page of biss
+tl::expected<std::string, VerbError> read_page(const std::string& path);
+
+/// An attribute of the element `biss-capture`: `data-NAME="VALUE"`. The value is any text.
+struct PageAttribute {
+  std::string_view name;
+  std::string_view value;
+};
+
+/// The page with an element `biss-capture`, which view/src/shell/carried.ts describes.
+/// \param content base64 of gzip, or empty
+/// \pre `page` is from read_page()
+std::string page_with_capture(std::string_view page,
+                              std::initializer_list<PageAttribute> attributes,
+                              std::string_view content);
+
+/// The page with an element `biss-report`, which view/src/core/report.ts describes: what is known of
+/// a capture of which the page has a part.
+/// \param content base64 of gzip
+/// \pre `page` is from read_page()
+std::string page_with_report(std::string_view page, std::string_view content);
+
+}  // namespace biss::verbs

@@ -1,0 +1,44 @@
+// A file that gets its name only when it is complete.
+#pragma once
+
+#include <string>
+
+namespace biss::verbs {
+
+/// A new file that replaces its target as a whole: until take_name() the target is untouched.
+///
+/// Where the file system can (O_TMPFILE), the file has no name until then, and nothing is left even
+/// when the process is killed. Elsewhere it stands beside the target as `.biss-PID-N.tmp`, and
+/// discard(), the destructor or a signal that ends the process removes it.
+class TemporaryFile {
+ public:
+  TemporaryFile() = default;
+  ~TemporaryFile() { discard(); }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+  /// Creates the file in the target's folder; its mode is that of any created file (umask).
+  /// \return a descriptor open for reading and writing, owned by this object; -1 and errno on failure
+  int create(const std::string& target);
+  /// Gives the file the target's name, replaces what has it, and closes the file. False and errno
+  /// on failure; call discard() then.
+  bool take_name();
+  /// Closes and removes the file, if there is one.
+  void discard();
+
+  bool exists() const { return descriptor_ >= 0; }
+
+ private:
+  int create_named();
+  bool link_and_rename();
+
+  std::string target_;
+  std::string name_;  // empty while the file has none
+  int descriptor_ = -1;
+};
+
+/// Ignores SIGPIPE and SIGXFSZ, so that the write fails instead. SIGINT, SIGTERM and SIGHUP remove
+/// temporary files before they end the process; one that the parent ignored stays ignored.
+void install_signal_handling();
+
+}  // namespace biss::verbs

@@ -1,0 +1,64 @@
+// What the command shows on a terminal only: how far a long run is, and how wide tables may be.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+namespace biss::verbs {
+
+class Host;
+
+/// Columns of the terminal that `descriptor` is; 0 when it is none, or its width is not known.
+std::size_t terminal_columns(int descriptor);
+
+/// One line on stderr that a long run replaces as it goes on:
+///
+///     Progress progress(host);
+///     while (…) if (progress.due()) progress.show(fmt::format("{} of {} blocks", done, all));
+///
+/// Nothing is shown when stderr is no terminal, nor in the first second. One thread at a time. The
+/// destructor removes the line.
+class Progress {
+ public:
+  explicit Progress(Host& host);
+  ~Progress();
+  Progress(const Progress&) = delete;
+  Progress& operator=(const Progress&) = delete;
+
+  /// True five times a second at most: time to call show(). Cheap enough for every block.
+  /// Throws as Host::check().
+  bool due();
+  void show(std::string_view text);
+  /// Since it exists.
+  double seconds() const;
+
+ private:
+  Host& host_;
+  std::chrono::steady_clock::time_point began_;
+  std::chrono::steady_clock::time_point next_;
+  bool wanted_;
+};
+
+/// The end of a progress line: `, 1.25 M cycles/s`, `, 210.00 MB/s`; empty where there is no rate.
+std::string rate_text(double per_second, std::string_view unit);
+/// The end of a progress line: `, 0:12 left`, `, 1:02:03 left`; empty where the time is not known, or
+/// above 100 days.
+std::string left_text(double seconds);
+
+/// How far a run is; `all` is 0 where it is not known, `before` was done when it began.
+struct ProgressCount {
+  std::uint64_t done = 0;
+  std::uint64_t all = 0;
+  std::uint64_t before = 0;
+};
+/// `312 of 1000 frames, 85.3 frames/s, 0:08 left`.
+std::string progress_text(const ProgressCount& count, std::string_view unit, double seconds);
+
+/// Removes the progress line, if there is one. To be called before anything else is written to the
+/// terminal.
+void clear_progress();
+
+}  // namespace biss::verbs

@@ -1,0 +1,272 @@
+// How a verb joins the command, Python and the page: one file, and one word in verbs/CMakeLists.txt.
+//
+//     // verbs/crc/crc.cpp
+//     namespace biss::verbs {
+//     namespace {
+//     struct CrcOptions { std::string format; std::string output; report::Format to{}; … };
+//     ExitStatus run_crc(const CrcOptions& options, Host& host) { … }
+//     }  // namespace
+//
+//     void add_crc(Command& command) {
+//       const auto options = std::make_shared<CrcOptions>();
+//       Verb verb = command.add_verb({.name = "crc",
+//                                          .purpose = "Show the frame for a position, bit by bit",
+//                                          .examples = {"biss crc -f pos26,nE,nW,crc6 12345"}},
+//                                         [options](Host& host) { return run_crc(*options, host); });
+//       verb.add_option("-f,--format", options->format, "Frame format").required();
+//       add_output_option(verb, options->output);
+//       add_to_option(verb, options->to);
+//     }
+//     }  // namespace biss::verbs
+//
+// A run that writes a table:
+//
+//     Output output(host);
+//     if (!output.open(options.output)) return output.status();
+//     const auto table = report::make_table_writer(options.to, columns, output,
+//                                                  output.table_options());
+//     while (…) if (!table->row(cells)) return output.status();      // disk full, reader left
+//     if (input_failed) {                                            // rows so far to a pipe,
+//       table->finish();                                             // no partial file
+//       output.abandon();
+//       return host.fail(ExitStatus::io, "…");
+//     }
+//     if (!table->finish() || !output.finish()) return output.status();
+//     host.print_summary(summary.text());
+//     return ExitStatus::done;
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <initializer_list>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "biss/base/units.hpp"
+#include "device/quantity.hpp"
+#include "report/table.hpp"
+#include "verbs/common/exit_status.hpp"
+#include "verbs/common/files.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/common/output.hpp"
+
+namespace biss::verbs {
+
+struct DeclaredOption;
+struct DeclaredVerb;
+struct HelpOptions;
+struct WrongWords;
+
+/// Takes the values of an option; false if a value cannot be converted. A flag has `true` or `false`.
+using SetValues = std::function<bool(const std::vector<std::string>& values)>;
+
+/// Runs a verb once its command line is known to be good. It prints its own errors, by Host::fail().
+using Run = std::function<ExitStatus(Host& host)>;
+
+/// What an option is for. A verb or the page that takes over options of another verb chooses by it.
+enum class Scope : std::uint8_t {
+  reading,  ///< which cycles there are, and what a verb says of them
+  file,     ///< how the file is read; not wanted where a part of its lines is kept in another one
+  judging,  ///< the columns `marginal` and `safety`
+  rows,     ///< which rows and columns a table has
+  command,  ///< this verb's own: its output, its threads, its port
+};
+
+/// One option of a verb. A handle: copied freely, valid as long as the Command.
+class Option {
+ public:
+  explicit Option(DeclaredOption* option) : option_(option) {}
+
+  /// What the help calls the value: FILE, KIND:RATE, …
+  Option type_name(const std::string& name);
+  Option required(bool is = true);
+  Option needs(const Option& other);
+  Option excludes(const Option& other);
+  /// Splits a value at this character into several.
+  Option delimiter(char character);
+  /// Accepts these values only.
+  Option one_of(const std::vector<std::string>& values);
+  /// The value names a file that the verb opens; the command refuses two that are the same, see
+  /// file_conflict(). `path_of` takes the path from the value, and nothing if the value has none.
+  Option file(FileUse use, std::string (*path_of)(const std::string& value) = nullptr);
+  /// That of the handle unless it is given; an argument is for this verb alone.
+  Option scope(Scope scope);
+  /// Calls `given` when the command line has the option.
+  Option on_given(std::function<void()> given);
+
+  std::string name() const;
+  Scope scope() const;
+  bool given() const;
+  /// The values on the command line, in their order.
+  const std::vector<std::string>& values() const;
+
+ private:
+  DeclaredOption* option_;
+};
+
+/// What the help says of a verb. Each example is a whole command line; the first one also stands in
+/// the help of the command.
+struct VerbText {
+  std::string name;
+  std::string purpose;
+  std::vector<std::string> examples;
+};
+
+/// A verb whose options are declared. A handle: copied freely, valid as long as the Command. Each
+/// `target` must live until the command line is parsed. An empty value of an option is wrong usage.
+class Verb {
+ public:
+  explicit Verb(DeclaredVerb* verb, std::string heading = "Options", Scope scope = Scope::reading)
+      : verb_(verb), heading_(std::move(heading)), scope_(scope) {}
+
+  /// The same verb; the help lists the options that are declared by this handle under `heading`.
+  Verb section(const std::string& heading) const { return Verb(verb_, heading, scope_); }
+  /// The same verb; the options that are declared by this handle are for this.
+  Verb scope(Scope scope) const { return Verb(verb_, heading_, scope); }
+
+  Option add_option(const std::string& name, std::string& target,
+                    const std::string& description) const;
+  Option add_option(const std::string& name, std::vector<std::string>& target,
+                    const std::string& description) const;
+  Option add_option(const std::string& name, std::vector<double>& target,
+                    const std::string& description) const;
+  Option add_option(const std::string& name, std::vector<std::uint64_t>& target,
+                    const std::string& description) const;
+  Option add_option(const std::string& name, std::int64_t& target,
+                    const std::string& description) const;
+  Option add_flag(const std::string& name, bool& target, const std::string& description) const;
+  /// `set` gets the text of the value; see wrong_value().
+  Option add_text_option(const std::string& name, std::function<void(const std::string&)> set,
+                         const std::string& description) const;
+
+  /// The same for an option that may be given several times: `set` gets the text of each value.
+  Option add_repeated_option(const std::string& name, std::function<void(const std::string&)> set,
+                             const std::string& description) const;
+
+  /// An option declared before, by its long name. Throws std::logic_error if it was not.
+  Option get_option(const std::string& name) const;
+  /// The options that the command line has.
+  std::vector<Option> given_options() const;
+  /// A verb below this one, as `merge` in `biss safety campaign merge`. Without `run` the verb above
+  /// runs; a verb without `run` that no verb is above needs one below.
+  Verb add_verb(const VerbText& text, Run run = {}) const;
+  void on_run(Run run) const;
+  void add_help_flag() const;
+  /// The command line names this verb.
+  bool parsed() const;
+  /// Calls `check` when the command line of this verb is parsed; see wrong_value().
+  void after_parsing(std::function<void()> check) const;
+
+ private:
+  Option declared(const std::string& names, const std::string& value, const std::string& meaning,
+                  bool repeats, SetValues set) const;
+
+  DeclaredVerb* verb_;
+  std::string heading_;
+  Scope scope_;
+};
+
+/// Ends the parsing of the command line: the value of option `name` is wrong usage.
+[[noreturn]] void wrong_value(const std::string& name, const std::string& why);
+
+/// An option by its long name, `--format`, and its values. A flag needs none.
+using GivenOption = std::pair<std::string, std::vector<std::string>>;
+using GivenOptions = std::vector<GivenOption>;
+
+/// The verbs, and a run of one of them. Wrong usage is one message and ExitStatus::usage; what escapes
+/// a verb as an exception, memory run out included, is one message and ExitStatus::io.
+class Command {
+ public:
+  /// \param host outlives the command; verbs run with it
+  explicit Command(Host& host);
+  ~Command();
+  Command(const Command&) = delete;
+  Command& operator=(const Command&) = delete;
+
+  /// Adds a verb; its options are declared by the handle returned.
+  Verb add_verb(const VerbText& text, Run run);
+
+  /// Runs a verb once.
+  /// \param words name the verb, as `safety analyse`; the further ones are its arguments
+  ExitStatus run(const std::vector<std::string>& words, const GivenOptions& options);
+
+  /// The same by a parser, which puts the values into the records.
+  DeclaredVerb& declared();
+  ExitStatus run_given(const WrongWords& words);
+
+ private:
+  void add_help();
+  ExitStatus check_and_run(const WrongWords& words);
+  ExitStatus print_help(const HelpOptions& options) const;
+  ExitStatus wrong_usage(const std::string& what) const;
+
+  Host& host_;
+  std::unique_ptr<DeclaredVerb> root_;
+  bool version_ = false;
+};
+
+/// A verb below a verb, as `biss eds show`. `add` declares its options and returns what runs it.
+struct GroupVerb {
+  VerbText text;
+  Run (*add)(Verb verb);
+};
+
+/// Adds `biss GROUP` with its verbs, of which the command line must name one.
+void add_verb_group(Command& command, const VerbText& group, const std::vector<GroupVerb>& verbs);
+
+/// `-o,--output FILE`, to be given to Output::open().
+Option add_output_option(Verb verb, std::string& path,
+                         const std::string& help = "Output file; standard output (-) by default");
+
+/// Without `--to` the ending of `-o` chooses one of these formats: `.csv`, `.jsonl`, `.h5`, `.vcd`. The
+/// command refuses the ending of another format of rows.
+void let_output_choose(Verb verb, const std::vector<std::string>& names,
+                       std::function<void(const std::string& name)> take);
+
+/// `--to FORMAT` of the formats allowed; `target` holds the default.
+/// \param by_output the rows go to `-o`, so let_output_choose()
+Option add_to_option(Verb verb, report::Format& target,
+                     std::initializer_list<report::Format> allowed = {report::Format::table,
+                                                                      report::Format::csv,
+                                                                      report::Format::jsonl},
+                     bool by_output = true);
+
+/// An option that takes one of some names; `target` holds the default.
+Option add_name_option(Verb verb, const std::string& name, std::string& target,
+                       const std::vector<std::string>& names, const std::string& description);
+
+/// Options with a unit. `set` is called only when the option is given, see into(); a wrong value is
+/// wrong usage, its message points at the character.
+Option add_rate_option(Verb verb, const std::string& name, std::function<void(Hertz)> set,
+                       const std::string& description);
+Option add_duration_option(Verb verb, const std::string& name, std::function<void(Picoseconds)> set,
+                           const std::string& description);
+Option add_length_option(Verb verb, const std::string& name, std::function<void(Millimetres)> set,
+                         const std::string& description);
+/// A time in a capture, which may be negative.
+Option add_time_option(Verb verb, const std::string& name, std::function<void(Picoseconds)> set,
+                       const std::string& description);
+/// One line: there is no time from --since to --until; else empty.
+std::string wrong_range(const std::optional<Picoseconds>& since,
+                        const std::optional<Picoseconds>& until);
+/// A share in thousandths, see parse_duty().
+Option add_duty_option(Verb verb, const std::string& name, std::function<void(std::uint32_t)> set,
+                       const std::string& description);
+/// Parts of a million with a sign, see parse_deviation().
+Option add_deviation_option(Verb verb, const std::string& name,
+                            std::function<void(std::int32_t)> set, const std::string& description);
+/// A count from 0 to `largest`, decimal or 0x….
+Option add_count_option(Verb verb, const std::string& name, std::function<void(std::uint64_t)> set,
+                        const std::string& description, std::uint64_t largest = UINT64_MAX);
+
+/// Puts the value into an optional<T>, or a T that holds the default; the place must live until the
+/// command line is parsed: `add_rate_option(verb, "--clock", into(options->clock), "…")`.
+template <class Target>
+auto into(Target& target) {
+  return [&target](auto value) { target = static_cast<Target>(value); };
+}
+
+}  // namespace biss::verbs

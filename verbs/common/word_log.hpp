@@ -1,0 +1,35 @@
+// A log of frames as words, one a line: `decode --words`.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "decode/cycle_reader.hpp"
+#include "verbs/common/word.hpp"
+
+namespace biss::verbs {
+
+struct WordArguments {
+  /// `-` for standard input; empty: none.
+  std::string file;
+  WordReading reading;
+  /// The option that needs a time on every line; empty: none.
+  std::string needs_times;
+};
+
+struct LoggedWord {
+  std::optional<Picoseconds> time;
+  Word word;
+};
+
+/// Reads the words; all lines have the same digits, and all or none a number in front of the word.
+/// \return or one line: the file, the line, what to do
+tl::expected<std::vector<LoggedWord>, std::string> read_word_log(const WordArguments& arguments);
+
+/// The cycle of a word; its time is 0 if the word has none.
+decode::Cycle cycle_of(const LoggedWord& logged, const WordReading& reading,
+                       const decode::CycleReader& reader, const std::optional<FrameFormat>& format);
+
+}  // namespace biss::verbs

@@ -1,0 +1,194 @@
+// `biss compare`: what differs between a link that works and one that does not.
+#include <fmt/format.h>
+
+#include <cmath>
+#include <memory>
+
+#include "report/summary.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/common/identified.hpp"
+#include "verbs/common/output.hpp"
+#include "verbs/common/verb.hpp"
+#include "verbs/compare/difference.hpp"
+
+namespace biss::verbs {
+
+namespace {
+
+using report::Cell;
+using report::Kind;
+
+struct CompareOptions {
+  CaptureArguments capture;
+  MarginArguments margin{.signal = true};
+  std::string output;
+  report::Format to = report::Format::table;
+};
+
+// A value is a number or words.
+const std::vector<report::Column>& compare_columns() {
+  static const std::vector<report::Column> all{{.name = "property", .kind = Kind::text},
+                                               {.name = "unit", .kind = Kind::text},
+                                               {.name = "good", .kind = Kind::text},
+                                               {.name = "bad", .kind = Kind::text},
+                                               {.name = "effect", .kind = Kind::real}};
+  return all;
+}
+
+// Whole numbers are written as such: 1000000 and not 1e+06.
+Cell cell_of(const std::variant<double, std::string>& value) {
+  if (const auto* words = std::get_if<std::string>(&value)) return *words;
+  const double number = std::get<double>(value);
+  const bool is_whole = std::abs(number) < 9e15 && number == std::floor(number);
+  return is_whole ? Cell(static_cast<std::int64_t>(number)) : Cell(number);
+}
+
+// One of the two captures.
+struct Side {
+  explicit Side(Host& host) : capture(host) {}
+
+  CaptureArguments arguments;
+  DecodedCapture capture;
+  std::optional<Link> link;
+};
+
+class CompareRun {
+ public:
+  CompareRun(const CompareOptions& options, Host& host) : options_(options), host_(host) {}
+
+  ExitStatus run() {
+    ExitStatus status = choose_files();
+    if (status == ExitStatus::done) status = open_both();
+    if (status == ExitStatus::done) status = read(good_);
+    if (status == ExitStatus::done) status = read(bad_);
+    if (status != ExitStatus::done) return status;
+    const bool good_asks = good_.link->evidence.cycles != 0;
+    const bool bad_asks = bad_.link->evidence.cycles != 0;
+    std::vector<Difference> found;
+    if (good_asks && bad_asks) found = differences(*good_.link, *bad_.link);
+    status = write(found);
+    if (status != ExitStatus::done) return status;
+    host_.print_summary(summary(found));
+    if (!good_asks) status = host_.fail(ExitStatus::data_failed, good_.capture.no_request());
+    if (!bad_asks) status = host_.fail(ExitStatus::data_failed, bad_.capture.no_request());
+    return status;
+  }
+
+ private:
+  ExitStatus choose_files() {
+    const auto& files = options_.capture.files;
+    if (files.size() != 2 && files.size() != 4) {
+      return host_.fail(
+          ExitStatus::usage,
+          fmt::format("compare needs two captures, GOOD and BAD, or four files with one "
+                      "line each; {} given",
+                      files.size()));
+    }
+    const auto middle = files.begin() + static_cast<std::ptrdiff_t>(files.size() / 2);
+    for (Side* side : {&good_, &bad_}) {
+      side->arguments = options_.capture;
+      side->arguments.any_lines = true;
+      side->arguments.identify = true;
+      side->arguments.identify_besides = true;
+    }
+    good_.arguments.files.assign(files.begin(), middle);
+    bad_.arguments.files.assign(middle, files.end());
+    return ExitStatus::done;
+  }
+
+  // Both are judged by one format: the one given, else that of GOOD, else that of BAD.
+  ExitStatus open_both() {
+    ExitStatus status = open(good_);
+    if (status != ExitStatus::done) return status;
+    const bool is_identified = good_.arguments.device.format.empty() && good_.capture.format();
+    if (is_identified) bad_.arguments.device.format = text_of(*good_.capture.format());
+    status = open(bad_);
+    if (status != ExitStatus::done) return status;
+    if (!good_.capture.format() && bad_.capture.format()) {
+      good_.capture.judge_by(*bad_.capture.format());
+    }
+    return ExitStatus::done;
+  }
+
+  ExitStatus open(Side& side) const {
+    const ExitStatus status = side.capture.open(side.arguments, options_.margin);
+    if (status != ExitStatus::done) return status;
+    if (side.capture.several()) {
+      return host_.fail(ExitStatus::usage,
+                        fmt::format("{} and {} are two captures; name one GOOD and one BAD",
+                                    side.arguments.files.front(), side.arguments.files.back()));
+    }
+    return side.capture.next() ? ExitStatus::done : side.capture.status();
+  }
+
+  ExitStatus read(Side& side) const {
+    side.link = read_link(side.capture, side.arguments, options_.margin);
+    return side.link ? ExitStatus::done : host_.fail(ExitStatus::io, side.capture.input().error());
+  }
+
+  ExitStatus write(const std::vector<Difference>& found) const {
+    Output output(host_);
+    if (!output.open(options_.output)) return output.status();
+    const auto writer =
+        report::make_table_writer(options_.to, compare_columns(), output, output.table_options());
+    for (const Difference& each : found) {
+      const Cell unit = each.unit.empty() ? Cell() : Cell(each.unit);
+      const Cell cells[] = {each.property, unit, cell_of(each.good), cell_of(each.bad),
+                            each.effect};
+      if (!writer->row(cells)) return output.status();
+    }
+    if (!writer->finish() || !output.finish()) return output.status();
+    return ExitStatus::done;
+  }
+
+  static void add_side(report::Summary& out, std::string_view key, const Side& side) {
+    const explain::Evidence& evidence = side.link->evidence;
+    out.entry(key, side.capture.input().name(),
+              fmt::format("{} request cycle{}, {} good", evidence.cycles,
+                          evidence.cycles == 1 ? "" : "s", evidence.good));
+  }
+
+  std::string summary(const std::vector<Difference>& found) const {
+    report::Summary out;
+    add_side(out, "good", good_);
+    add_side(out, "bad", bad_);
+    const auto& format = bad_.capture.format();
+    out.entry("format", format ? text_of(*format) : "not known: structure alone");
+    const bool judged = good_.link->evidence.cycles != 0 && bad_.link->evidence.cycles != 0;
+    if (judged) {
+      out.entry("differs", found.empty() ? "nothing" : found.front().property,
+                found.empty() ? std::string() : fmt::format("effect {:.2f}", found.front().effect));
+    }
+    const auto causes = diagnose(bad_.link->evidence, bad_.link->context);
+    if (!causes.empty()) {
+      const explain::Finding& cause = causes.front();
+      out.entry("cause", fmt::format("{} {:.2f}", name_of(cause.cause), cause.likelihood),
+                remedy_of(cause.cause));
+    }
+    return out.text();
+  }
+
+  const CompareOptions& options_;
+  Host& host_;
+  Side good_{host_};
+  Side bad_{host_};
+};
+
+}  // namespace
+
+void add_compare(Command& command) {
+  const auto options = std::make_shared<CompareOptions>();
+  Verb verb = command.add_verb(
+      {.name = "compare",
+       .purpose = "Show what differs between a link that works and one that does not",
+       .examples = {"biss compare good.vcd bad.vcd",
+                    "biss compare good.vcd bad.vcd -f resolute-26 --to jsonl"}},
+      [options](Host& host) { return CompareRun(*options, host).run(); });
+  add_pair_options(verb, options->capture);
+  verb.add_flag("--no-compensation", options->margin.no_compensation,
+                "The masters of these links sample half a period after their own edges of MA");
+  add_output_option(verb, options->output);
+  add_to_option(verb, options->to);
+}
+
+}  // namespace biss::verbs

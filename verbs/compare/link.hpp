@@ -1,0 +1,45 @@
+// What one capture shows about its link, for `biss compare`.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "decode/check.hpp"
+#include "decode/statistics.hpp"
+#include "explain/diagnose.hpp"
+#include "verbs/common/decoded_capture.hpp"
+
+namespace biss::verbs {
+
+struct Link {
+  explain::Evidence evidence;
+  explain::Context context;
+  decode::Statistics statistics;
+  /// By the limits of BiSS C, in the order of decode::Rule.
+  std::array<decode::RuleResult, decode::rule_count> rules{};
+  /// Names of MA and SLO as they were read.
+  std::string ma;
+  std::string slo;
+  /// As MarginSetup::resolution.
+  Picoseconds resolution{};
+  /// From the last edge of MA to the next request.
+  decode::Distribution rest;
+  /// By how much the shortest level of MA in a cycle is shorter than its usual length.
+  decode::Distribution jitter_ma;
+  /// By how much the changes of SLO in a frame differ in their place in a bit.
+  decode::Distribution jitter_slo;
+  /// From the sampling point to the nearest change of SLO, in thousandths of a period.
+  decode::Distribution margin;
+  /// Between two good frames in a row: counts, and counts per second.
+  decode::Distribution step;
+  decode::Distribution speed;
+};
+
+/// Reads a capture to its end. Nothing where reading failed: input().error() says why.
+/// \pre next() was true and nothing has been read since
+std::optional<Link> read_link(DecodedCapture& capture, const CaptureArguments& arguments,
+                              const MarginArguments& margin);
+
+}  // namespace biss::verbs

@@ -1,0 +1,310 @@
+// `biss convert`: a capture in another format.
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "device/quantity.hpp"
+#include "report/summary.hpp"
+#include "verbs/common/capture_input.hpp"
+#include "verbs/common/capture_output.hpp"
+#include "verbs/common/files.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/common/output.hpp"
+#include "verbs/common/terminal.hpp"
+#include "verbs/common/verb.hpp"
+#include "verbs/convert/losses.hpp"
+#include "verbs/convert/part.hpp"
+
+namespace biss::verbs {
+
+namespace {
+
+struct ConvertOptions {
+  InputArguments input;
+  std::string output;
+  std::string to;
+  std::vector<std::string> lines;
+  std::optional<Hertz> rate;
+  std::optional<Picoseconds> since;
+  std::optional<Picoseconds> until;
+  bool partial = false;
+};
+
+class ConvertRun {
+ public:
+  ConvertRun(ConvertOptions options, Host& host) : options_(std::move(options)), host_(host) {}
+
+  ExitStatus run() {
+    ExitStatus status = name_files();
+    if (status == ExitStatus::done) status = open_input();
+    if (status == ExitStatus::done) status = check_format();
+    if (status == ExitStatus::done) status = copy();
+    return status;
+  }
+
+ private:
+  // The last file is the output, unless -o names it.
+  ExitStatus name_files() {
+    std::vector<std::string>& files = options_.input.files;
+    std::string option = "-o";
+    if (options_.output.empty()) {
+      if (files.size() < 2) {
+        return host_.fail(ExitStatus::usage,
+                          "name the capture and then the file to write: biss convert IN OUT");
+      }
+      option = "OUT";
+      options_.output = files.back();
+      files.pop_back();
+    }
+    if (files.empty()) {
+      return host_.fail(ExitStatus::usage,
+                        "no capture given; name a file, or - for standard input");
+    }
+    std::vector<NamedFile> named{{option, options_.output, FileUse::write}};
+    for (const std::string& file : files) named.push_back({"IN", file, FileUse::read});
+    if (options_.output != "-") named.push_back({"standard output", "-", FileUse::write});
+    const std::string conflict = file_conflict(named, host_);
+    if (!conflict.empty()) return host_.fail(ExitStatus::usage, conflict);
+    return choose_format();
+  }
+
+  ExitStatus choose_format() {
+    std::optional<CaptureFormat> format = capture_format_of(options_.output);
+    for (std::size_t i = 0; i < capture_formats.size(); ++i) {
+      if (options_.to == capture_formats[i].name) format = static_cast<CaptureFormat>(i);
+    }
+    if (!format && options_.output == "-") {
+      return host_.fail(ExitStatus::usage,
+                        "standard output has no extension; name its format with --to");
+    }
+    if (!format) {
+      return host_.fail(
+          ExitStatus::usage,
+          fmt::format("{}: the extension names no format that is written; use .vcd, .csv, "
+                      ".sr, .dsl, .bin, or --to",
+                      options_.output));
+    }
+    format_ = *format;
+    return ExitStatus::done;
+  }
+
+  ExitStatus open_input() {
+    const std::string range = wrong_range(options_.since, options_.until);
+    if (!range.empty()) return host_.fail(ExitStatus::usage, range);
+    std::vector<CaptureFile> files;
+    for (const std::string& file : options_.input.files) files.push_back({.path = file});
+    const ExitStatus opened = input_.open(std::move(files), options_.input);
+    if (opened != ExitStatus::done) return opened;
+    auto selection =
+        select_lines(plain_names(input_.lines(), options_.input.files), options_.lines);
+    if (!selection) return host_.fail(ExitStatus::usage, selection.error());
+    if (selection->names.empty()) {
+      return host_.fail(
+          ExitStatus::data_failed,
+          fmt::format("{}: has no line of one bit; nothing to convert", input_.name()));
+    }
+    cutter_.emplace(std::move(*selection), options_.since, options_.until);
+    return ExitStatus::done;
+  }
+
+  ExitStatus check_format() {
+    const std::size_t lines = cutter_->names().size();
+    if (!is_sampled(format_)) {
+      if (options_.rate) {
+        return host_.fail(ExitStatus::usage,
+                          "--rate: this format stores changes, not samples; leave the option out");
+      }
+      if (format_ == CaptureFormat::saleae_binary && lines > 1) {
+        return host_.fail(
+            ExitStatus::usage,
+            fmt::format("Saleae's binary export has a file for each line, and this capture "
+                        "has {}; select one with --line",
+                        lines));
+      }
+      rate_ = input_.sample_rate();
+      return ExitStatus::done;
+    }
+    constexpr std::size_t most_lines = 64;
+    if (lines > most_lines) {
+      return host_.fail(
+          ExitStatus::usage,
+          fmt::format("a sample holds 64 lines, and this capture has {}; select some with "
+                      "--line",
+                      lines));
+    }
+    rate_ = options_.rate.value_or(input_.sample_rate());
+    if (rate_.count != 0) return ExitStatus::done;
+    return host_.fail(
+        ExitStatus::usage,
+        fmt::format("{}: holds changes, and the output holds samples; give their --rate",
+                    input_.name()));
+  }
+
+  ExitStatus copy() {
+    Output output(host_);
+    if (!output.open(options_.output)) return output.status();
+    CaptureOutput capture(format_, cutter_->names(), rate_, output);
+    losses_.emplace(format_, cutter_->names(), rate_);
+    const ExitStatus status = copy_edges(capture, output);
+    if (status != ExitStatus::done) return status;
+    const bool damaged = !input_.error().empty();
+    if (damaged && !options_.partial) {
+      output.abandon();
+      return host_.fail(ExitStatus::io, input_.error() + " (--partial: convert the part before)");
+    }
+    if (cutter_->is_before(input_.end_time())) {
+      output.abandon();
+      return host_.fail(ExitStatus::data_failed,
+                        fmt::format("--since: {} ends before, at {}; nothing to convert",
+                                    input_.name(), text_of(input_.end_time())));
+    }
+    if (!any_ && cutter_->past_end()) {
+      output.abandon();
+      return host_.fail(
+          ExitStatus::data_failed,
+          fmt::format("--until: {} has no level of the lines before {}; nothing to convert",
+                      input_.name(), text_of(*options_.until)));
+    }
+    if (!finish(capture)) return status_of(capture);
+    if (!output.finish()) return output.status();
+    host_.print_summary(summary());
+    return damaged ? host_.fail(ExitStatus::io, input_.error()) : ExitStatus::done;
+  }
+
+  ExitStatus copy_edges(CaptureOutput& capture, const Output& output) {
+    Progress progress(host_);
+    while (!cutter_->past_end() && !output.reader_left()) {
+      if (progress.due()) progress.show(input_.progress_text(progress.seconds()));
+      const auto block = input_.next();
+      if (block.empty()) break;
+      if (!write(cutter_->push(block), capture)) return status_of(capture);
+    }
+    if (!write(cutter_->finish(input_.end_time()), capture)) return status_of(capture);
+    return ExitStatus::done;
+  }
+
+  ExitStatus status_of(const CaptureOutput& capture) const {
+    return refused_.empty() ? capture.status() : host_.fail(ExitStatus::io, refused_);
+  }
+
+  // The time of an edge, or of the end, in the output; nothing where the output cannot have it.
+  std::optional<Picoseconds> shifted(Picoseconds time) {
+    if (shift_.count > 0 && time.count > std::numeric_limits<std::int64_t>::max() - shift_.count) {
+      refused_ = fmt::format("{}: times of more than 106 days; cut a part out of it with --since",
+                             input_.name());
+      return std::nullopt;
+    }
+    const Picoseconds moved = time + shift_;
+    if (!losses_->too_many_samples(moved)) return moved;
+    refused_ = fmt::format(
+        "{}: more than {} samples at {}; give a lower --rate, or cut a part out with --until",
+        input_.name(), most_samples, text_of(rate_));
+    return std::nullopt;
+  }
+
+  // What is before zero, or begins at --since in samples, is moved as a whole.
+  void choose_shift(Picoseconds first) {
+    if (holds_negative_times(format_)) return;
+    if (is_sampled(format_) && options_.since) {
+      shift_ = -*options_.since;
+    } else if (first < Picoseconds{}) {
+      shift_ = -first;
+    }
+  }
+
+  bool write(std::span<const wire::Edge> edges, CaptureOutput& capture) {
+    if (edges.empty()) return true;
+    if (!any_) choose_shift(edges.front().time);
+    any_ = true;
+    made_.clear();
+    for (wire::Edge edge : edges) {
+      const auto time = shifted(edge.time);
+      if (!time) return false;
+      edge.time = *time;
+      losses_->add(edge);
+      made_.push_back(edge);
+    }
+    changes_ += edges.size();
+    if (!last_) first_ = edges.front().time;
+    last_ = edges.back().time;
+    return capture.write(made_);
+  }
+
+  bool finish(CaptureOutput& capture) {
+    end_ = cutter_->end_of(input_.end_time());
+    if (!any_) choose_shift(end_);
+    const auto end = shifted(end_);
+    return end && capture.finish(*end);
+  }
+
+  std::string summary() const {
+    report::Summary out;
+    out.title(fmt::format("{}: {} changes of {} line{}",
+                          options_.output == "-" ? "standard output" : options_.output, changes_,
+                          cutter_->names().size(), cutter_->names().size() == 1 ? "" : "s"));
+    out.entry("format", text_of(format_).name,
+              is_sampled(format_) ? "samples at " + text_of(rate_) : "changes");
+    if (last_) out.entry("time", fmt::format("{} to {}", text_of(first_), text_of(end_)));
+    if (shift_ != Picoseconds{}) {
+      out.entry("moved", "every time by " + text_of(shift_), "the format begins at 0");
+    }
+    losses_->report(out, {input_.sample_rate(), input_.sample_period()}, options_.output);
+    return out.text();
+  }
+
+  ConvertOptions options_;
+  Host& host_;
+  CaptureFormat format_ = CaptureFormat::vcd;
+  CaptureInput input_{host_};
+  std::optional<PartCutter> cutter_;
+  std::optional<Losses> losses_;
+  Hertz rate_;
+  Picoseconds shift_;
+  Picoseconds first_;
+  std::optional<Picoseconds> last_;
+  Picoseconds end_;
+  bool any_ = false;
+  std::uint64_t changes_ = 0;
+  std::vector<wire::Edge> made_;
+  std::string refused_;
+};
+
+}  // namespace
+
+void add_convert(Command& command) {
+  const auto options = std::make_shared<ConvertOptions>();
+  Verb verb = command.add_verb(
+      {.name = "convert",
+       .purpose = "Write a capture in another format, or a part of it",
+       .examples = {"biss convert capture.vcd capture.sr --rate 100MHz",
+                    "biss convert ma.csv slo.csv line.vcd --line D0=MA --line D1=SLO",
+                    "biss convert capture.csv part.csv --since 1ms --until 2ms",
+                    "biss convert capture.sr - --to vcd"}},
+      [options](Host& host) { return ConvertRun(*options, host).run(); });
+  verb.add_option("FILE", options->input.files,
+                  "Captures, read as one whose times count from the same moment; the last file is "
+                  "the one to write, unless -o names it; - is standard input or output");
+  verb.add_option("-o,--output", options->output, "Output file; the last FILE by default")
+      .type_name("FILE");
+  std::vector<std::string> names;
+  for (const CaptureFormatText& text : capture_formats) names.emplace_back(text.name);
+  add_name_option(verb, "--to", options->to, names,
+                  "Output format; by default the one that the extension names");
+  verb.add_option("--line", options->lines,
+                  "Convert this line, and rename it; repeat it for several; all by default")
+      .type_name("NAME|NAME=NEW");
+  add_rate_option(verb, "--rate", into(options->rate),
+                  "Sample rate of .sr, .dsl and raw samples; by default that of the capture");
+  add_time_option(verb, "--since", into(options->since), "Begin at this time of the capture");
+  add_time_option(verb, "--until", into(options->until), "End at this time of the capture");
+  verb.add_flag("--partial", options->partial,
+                "Convert what comes before the damage in a damaged capture; the exit status is 3");
+  add_raw_options(verb, options->input.raw);
+}
+
+}  // namespace biss::verbs

@@ -1,0 +1,256 @@
+#include "verbs/decode/decode_run.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "verbs/common/host.hpp"
+#include "verbs/decode/summary.hpp"
+
+namespace biss::verbs {
+
+namespace {
+
+// What makes the limit known.
+std::string_view source_of(decode::Limit limit) {
+  switch (limit) {
+    case decode::Limit::cycle_min:
+      return "-f NAME or --cycle-min";
+    case decode::Limit::release:
+      return "-f NAME or --timeout";
+    default:
+      return "-f NAME";
+  }
+}
+
+// The rows of --only-errors: those of `--fail-on any` that a format does not explain, and faults of
+// the safety monitor.
+bool is_error(const decode::Cycle& cycle, std::optional<SafetyVerdict> verdict,
+              decode::LimitSet exceeded) {
+  return is_fault(cycle.status) || exceeded != 0 || (cycle.frame && !cycle.frame->trusted()) ||
+         (verdict && is_fault(*verdict));
+}
+
+}  // namespace
+
+ExitStatus DecodeRun::open() {
+  const std::string wrong = fail_on_.read(options_.fail_on);
+  if (!wrong.empty()) return host_.fail(ExitStatus::usage, wrong);
+  const std::string range = wrong_range(options_.since, options_.until);
+  if (!range.empty()) return host_.fail(ExitStatus::usage, range);
+  const std::string unusable = options_.motion.wrong_usage();
+  if (!unusable.empty()) return host_.fail(ExitStatus::usage, unusable);
+  CaptureArguments capture = options_.capture;
+  capture.words.needs_times = needs_times();
+  const bool is_words = !capture.words.file.empty();
+  if (is_words && fail_on_.asks_line()) {
+    return host_.fail(ExitStatus::usage,
+                      "--fail-on: words show neither limits nor margins of a line");
+  }
+  const ExitStatus opened = capture_.open(capture, options_.margin);
+  if (opened != ExitStatus::done) return opened;
+  if (options_.to == report::Format::vcd && capture_.several()) {
+    return host_.fail(ExitStatus::usage, "--to vcd: of one capture and one pair of lines only");
+  }
+  if (const auto limit = fail_on_.unknown_limit(capture_.timing())) {
+    return host_.fail(ExitStatus::usage,
+                      fmt::format("--fail-on: {} is not known for this encoder; give {}",
+                                  name_of(*limit), source_of(*limit)));
+  }
+  return ExitStatus::done;
+}
+
+// The option for which each word needs a time; empty if there is none.
+std::string DecodeRun::needs_times() const {
+  if (options_.since || options_.until) return options_.since ? "--since" : "--until";
+  if (options_.motion.velocity) return "--velocity";
+  if (options_.to == report::Format::vcd) return "--to vcd";
+  return options_.safety.given() || fail_on_.asks_safety() ? "the safety monitor" : "";
+}
+
+ExitStatus DecodeRun::run() {
+  const ExitStatus opened = open();
+  if (opened != ExitStatus::done) return opened;
+  return write_captures(
+      capture_, options_.output, TableChoice(options_.to, options_.columns),
+      [this] { return columns(); }, !options_.fail_on.empty(),
+      [this](report::TableWriter& writer, RunMessages& messages) {
+        return write_rows(writer, messages);
+      });
+}
+
+ExitStatus DecodeRun::next() { return capture_.next() ? ExitStatus::done : capture_.status(); }
+
+const std::vector<report::Column>& DecodeRun::columns() {
+  if (!table_) table_.emplace(table_of_capture());
+  return table_->columns();
+}
+
+rows::DecodeTable DecodeRun::table_of_capture() const {
+  const bool varies = capture_.several() && options_.capture.device.format.empty();
+  return rows::DecodeTable(capture_.format(), varies, options_.motion.columns(),
+                           options_.to == report::Format::vcd);
+}
+
+// The rows of all captures have the columns of the first one. A capture whose format needs others
+// is judged by its structure.
+void DecodeRun::choose_table() {
+  rows::DecodeTable own = table_of_capture();
+  const auto same_name = [](const report::Column& a, const report::Column& b) {
+    return a.name == b.name;
+  };
+  if (std::equal(own.columns().begin(), own.columns().end(), table_->columns().begin(),
+                 table_->columns().end(), same_name)) {
+    table_ = std::move(own);
+  } else {
+    capture_.judge_structure();
+  }
+}
+
+// Returns what is wrong, or nothing. The watchdog depends on the rate of requests at the beginning
+// of the capture.
+std::string DecodeRun::choose_monitor() {
+  const auto& format = capture_.format();
+  const bool asked = options_.safety.given() || fail_on_.asks_safety();
+  if (capture_.words() != nullptr && !asked) return "";
+  auto choice = verbs::choose_monitor(options_.safety, options_.capture.device.format, capture_);
+  if (!choice) return choice.error();
+  if (*choice) {
+    now_.safety.emplace(*format, (*choice)->setup);
+    now_.safety_name = std::move((*choice)->name);
+  } else if (fail_on_.asks_safety() && options_.safety.configuration != "off") {
+    return format ? "--fail-on: this format is not one of BiSS Safety"
+                  : "BiSS Safety: what is in the words is not known without -f";
+  }
+  return "";
+}
+
+// Returns what is wrong, or nothing.
+std::string DecodeRun::choose_motion() {
+  const MotionArguments& asked = options_.motion;
+  if (!asked.columns().any()) return "";
+  const auto& format = capture_.format();
+  if (!format) return "--unwrap, --scale and --velocity need the format of the frame; give -f";
+  const std::string& name = options_.capture.device.format;
+  const auto device = parse_device(name.empty() ? "none" : name);
+  auto motion = make_motion(asked, format->channel_list[0], device ? device->entry : nullptr);
+  if (!motion) return motion.error();
+  now_.motion.emplace(std::move(*motion));
+  return "";
+}
+
+ExitStatus DecodeRun::begin_rows() {
+  choose_table();
+  now_ = {};
+  std::string wrong = choose_monitor();
+  if (wrong.empty()) wrong = choose_motion();
+  if (!wrong.empty()) return host_.fail(ExitStatus::usage, wrong);
+  now_.limits.emplace(capture_.timing(), capture_.margin().resolution);
+  return ExitStatus::done;
+}
+
+bool DecodeRun::take(std::uint64_t number, const decode::Cycle& cycle,
+                     report::TableWriter& writer) {
+  // What a row says depends on the cycles before it, those before --since too.
+  const decode::LimitSet exceeded = now_.limits->judge(cycle);
+  const bool too_late = options_.until && cycle.time > *options_.until;
+  const bool wanted = !too_late && (!options_.since || cycle.time >= *options_.since);
+  if (!wanted) ++now_.outside;
+  if (too_late) return true;
+  const auto verdict = now_.safety ? now_.safety->judge(cycle, wanted) : std::nullopt;
+  const std::uint64_t uncertain = now_.motion ? now_.motion->uncertain() : 0;
+  const rows::MotionValues motion =
+      now_.motion ? take_position(number, cycle) : rows::MotionValues{};
+  if (!wanted) return true;
+  if (now_.motion) now_.uncertain += now_.motion->uncertain() - uncertain;
+  now_.statistics.add(cycle, exceeded);
+  now_.took_error = is_error(cycle, verdict, exceeded);
+  if (options_.only_errors && !now_.took_error) return true;
+  if (options_.every > 1 && now_.written++ % options_.every != 0) return true;
+  if (options_.to == report::Format::vcd && cycle.time < Picoseconds{}) {
+    now_.before_zero = true;
+    return false;
+  }
+  return writer.row(table_->cells(number, cycle, verdict, exceeded, motion, capture_.timed()));
+}
+
+std::string DecodeRun::summary() const {
+  return decode_summary(now_.statistics, capture_, safety(), now_.safety_name);
+}
+
+ExitStatus DecodeRun::end_rows(bool read, RunMessages& messages) {
+  if (now_.before_zero) {
+    return messages.fail(ExitStatus::usage,
+                         "--to vcd: the capture begins before 0; give --since 0s");
+  }
+  if (!read) {
+    messages.add_summary(summary());
+    return messages.fail(ExitStatus::io, capture_.input().error());
+  }
+  const std::string name = capture_.name();
+  if (now_.statistics.cycles() == 0 && now_.outside != 0) {
+    return messages.fail(
+        ExitStatus::data_failed,
+        fmt::format("{}: no request cycle between --since and --until; outside: {}", name,
+                    now_.outside));
+  }
+  if (!has_request()) return messages.fail(ExitStatus::data_failed, capture_.no_request());
+  messages.add_summary(summary());
+  if (now_.motion) report_motion(messages);
+  if (!capture_.format() && fail_on_.asks_format()) {
+    return messages.fail(ExitStatus::usage,
+                         fmt::format("{}: --fail-on: nE, nW and crc are not known without the "
+                                     "format of the frame; give -f",
+                                     name));
+  }
+  return fail_on_.met_by(now_.statistics, safety()) ? ExitStatus::data_failed : ExitStatus::done;
+}
+
+// Why a column of motion is empty where there is a position.
+void DecodeRun::report_motion(RunMessages& messages) const {
+  const std::string name = capture_.name();
+  const std::string why = fmt::format(
+      "a step is larger than {} counts, or too many rows have no position; give the "
+      "largest step as --max-step",
+      now_.motion->max_step());
+  if (now_.lost) {
+    messages.fail(ExitStatus::done,
+                  fmt::format("{}: unwrapped is not known from cycle {} on: {}", name, *now_.lost,
+                              now_.beyond ? "64 bits with a sign do not hold it" : why));
+  }
+  if (options_.motion.velocity && now_.uncertain != 0) {
+    messages.fail(ExitStatus::done, fmt::format("{}: velocity is not known in {} of its rows: {}",
+                                                name, now_.uncertain, why));
+  }
+}
+
+// The rows of one capture.
+ExitStatus DecodeRun::write_rows(report::TableWriter& writer, RunMessages& messages) {
+  const ExitStatus begun = begin_rows();
+  if (begun != ExitStatus::done) return begun;
+  const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
+    return take(number, cycle, writer);
+  });
+  return end_rows(read, messages);
+}
+
+rows::MotionValues DecodeRun::take_position(std::uint64_t number, const decode::Cycle& cycle) {
+  const auto position =
+      cycle.frame ? std::optional(cycle.frame->channel_list[0].position) : std::nullopt;
+  const rows::MotionValues values = now_.motion->take(cycle.time, position);
+  if (options_.motion.unwrap && !now_.lost && position && !values.unwrapped) {
+    now_.lost = number;
+    now_.beyond = !now_.motion->lost();
+  }
+  return values;
+}
+
+// Pulses are no request, and neither is a piece of one among nothing but pulses.
+bool DecodeRun::has_request() const {
+  const std::uint64_t glitches = now_.statistics.count(decode::CycleStatus::ma_glitch);
+  const std::uint64_t pieces = now_.statistics.count(decode::CycleStatus::cut_start) +
+                               now_.statistics.count(decode::CycleStatus::cut_end);
+  return now_.statistics.cycles() > glitches + (glitches != 0 ? pieces : 0);
+}
+
+}  // namespace biss::verbs

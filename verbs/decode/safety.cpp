@@ -1,0 +1,208 @@
+#include "verbs/decode/safety.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <iterator>
+
+#include "biss/frame/format_text.hpp"
+#include "biss/safety/configurations.hpp"
+#include "verbs/common/decoded_capture.hpp"
+#include "verbs/common/verb.hpp"
+
+namespace biss::verbs {
+
+namespace {
+
+SafetyChoice by_widths() { return {.setup = SafetySetup{}, .name = "by the words' widths"}; }
+
+// Setup and name of the configuration that the format implies.
+SafetyChoice implied(std::string_view format_text, const FrameFormat& format) {
+  const SafetyConfiguration* known = implied_configuration(format_text, format);
+  if (known == nullptr) return by_widths();
+  return {.setup = known->setup, .name = std::string(known->name)};
+}
+
+void put(const SafetyArguments& arguments, Picoseconds cycle, SafetySetup& setup) {
+  setup.latch = arguments.latch;
+  if (!arguments.counter.empty()) {
+    const auto name =
+        std::find(counter_mode_names.begin(), counter_mode_names.end(), arguments.counter);
+    setup.counter.mode = static_cast<CounterMode>(name - counter_mode_names.begin());
+  }
+  const auto small = [](std::uint64_t value) { return static_cast<std::uint8_t>(value); };
+  if (arguments.compare_bits) setup.comparison.compare_bits = small(*arguments.compare_bits);
+  if (arguments.tolerance) setup.comparison.tolerance_lsb = small(*arguments.tolerance);
+  if (arguments.start_frames) setup.start_frames = small(*arguments.start_frames);
+  const Picoseconds usual = arguments.any_gap ? Picoseconds{} : setup.frame_gap_min;
+  if (cycle.count != 0) {
+    // Frames sooner than the encoder permits are all `early`.
+    setup = at_cycle(setup, std::max(cycle, setup.frame_gap_min));
+    setup.cycle_min = cycle;
+  }
+  const Picoseconds most = setup.frame_gap_min;
+  if (arguments.watchdog) setup.frame_gap_max = *arguments.watchdog;
+  setup.frame_gap_min = arguments.shortest.value_or(usual);
+  if (arguments.shortest || !may_lose_period(setup)) return;
+  // The cycles of a capture vary: no longer than the watchdog needs.
+  const Picoseconds needed =
+      setup.frame_gap_max / counter_period(setup.counter.mode) + picoseconds(1);
+  if (needed <= most) setup.frame_gap_min = needed;
+}
+
+std::string counter_text(const decode::SafetyWatch& watch) {
+  const std::uint64_t to_0 = watch.rollovers_to_0();
+  const std::uint64_t to_1 = watch.rollovers_to_1();
+  if (to_0 == 0 && to_1 == 0) return "period not seen";
+  if (to_0 != 0 && to_1 != 0) {
+    return fmt::format("period unclear: {} times from 63 to 0, {} times to 1", to_0, to_1);
+  }
+  const std::uint64_t times = to_0 + to_1;
+  return fmt::format("period {}, seen {} time{}", to_0 != 0 ? 64 : 63, times,
+                     times == 1 ? "" : "s");
+}
+
+}  // namespace
+
+std::string_view message_of(SafetySetupError mistake) {
+  switch (mistake) {
+    case SafetySetupError::channels:
+      return "the frame has no two words";
+    case SafetySetupError::no_crc:
+      return "a word has no CRC";
+    case SafetySetupError::no_error_bit:
+      return "a word has no nE";
+    case SafetySetupError::no_position:
+      return "a word has no position";
+    case SafetySetupError::gray:
+      return "a word's position is in Gray code";
+    case SafetySetupError::no_counter:
+      return "the second word has no lc6";
+    case SafetySetupError::compare_bits:
+      return "--compare-bits: more than both words have";
+    case SafetySetupError::tolerance:
+      return "--tolerance: accepts every position";
+    case SafetySetupError::start_frames:
+      return "--start-frames: 2 or more";
+    case SafetySetupError::counter:
+      return "the counter's settings are out of range";
+    case SafetySetupError::budget:
+      return "the fault budget is out of range";
+    case SafetySetupError::frame_gap:
+      return "--watchdog: longer than --shortest-gap, at most 100 s, and shorter than 63 times "
+             "--shortest-gap (64 times with count_0_63)";
+    case SafetySetupError::clocks:
+      return "the clocks' tolerance is out of range";
+    case SafetySetupError::bounds:
+      return "no number of clocks before the data is within the bounds";
+    case SafetySetupError::checksum:
+      return "the CPW's CRC is not 0x43, or the SPW's is not 0x190D9";
+    case SafetySetupError::weak_comparison:
+      return "fewer than 9 bits are compared, or the tolerance is above 1";
+    case SafetySetupError::unrated:
+      return "no rating for these words and this comparison";
+    case SafetySetupError::residual:
+      return "more undetected errors an hour than residual_max_e15 permits";
+  }
+  return "";
+}
+
+bool SafetyArguments::given() const {
+  return !configuration.empty() || !counter.empty() || compare_bits || tolerance || start_frames ||
+         watchdog || shortest || latch;
+}
+
+void add_check_options(Verb verb, SafetyArguments& arguments) {
+  add_name_option(verb, "--counter", arguments.counter,
+                  {counter_mode_names.begin(), counter_mode_names.end()},
+                  "Range of the sign-of-life counter; count_1_63 by default");
+  add_count_option(verb, "--compare-bits", into(arguments.compare_bits),
+                   "Number of upper singleturn bits to compare; 0: all that both words have", 64);
+  add_count_option(
+      verb, "--tolerance", into(arguments.tolerance),
+      "Largest difference of the two words, in counts of the lowest bit compared; 1 by default",
+      255);
+  add_count_option(verb, "--start-frames", into(arguments.start_frames),
+                   "Number of good frames in a row before a frame is safe; 3 by default", 255);
+}
+
+void add_safety_options(Verb verb, SafetyArguments& arguments) {
+  verb = verb.scope(Scope::judging);
+  std::vector<std::string> names{"off"};
+  for (const SafetyConfiguration& each : safety_configurations) names.emplace_back(each.name);
+  add_name_option(verb, "--safety", arguments.configuration, names,
+                  "Configuration of the safety monitor; by default that of the format");
+  add_check_options(verb, arguments);
+  add_duration_option(verb, "--watchdog", into(arguments.watchdog),
+                      "Longest time from one good frame to the next; one and a half cycles of the "
+                      "capture by default");
+  add_duration_option(verb, "--shortest-gap", into(arguments.shortest),
+                      "Shortest time from one good frame to the next; 0: not checked. By default "
+                      "the shortest cycle of the configuration, less a 32nd, or the 63rd part of "
+                      "the watchdog time if that is longer");
+  verb.add_flag("--latch", arguments.latch,
+                "Keep a fault until the end of the capture, as a monitor in a machine does");
+}
+
+tl::expected<SafetyChoice, std::string> choose_safety(const SafetyArguments& arguments,
+                                                      std::string_view format_text,
+                                                      const FrameFormat& format,
+                                                      Picoseconds cycle) {
+  SafetyChoice choice = arguments.by_widths ? by_widths() : implied(format_text, format);
+  if (const auto* named = find_safety_configuration(arguments.configuration)) {
+    choice = {.setup = named->setup, .name = arguments.configuration};
+  }
+  put(arguments, cycle, choice.setup);
+  if (const auto mistake = check_safety(format, UnratedSafetySetup(choice.setup))) {
+    return tl::unexpected(fmt::format("BiSS Safety: {}", message_of(*mistake)));
+  }
+  return choice;
+}
+
+tl::expected<std::optional<SafetyChoice>, std::string> choose_monitor(SafetyArguments arguments,
+                                                                      std::string format_text,
+                                                                      DecodedCapture& capture) {
+  const auto& format = capture.format();
+  if (!format) {
+    if (!arguments.given()) return std::nullopt;
+    return tl::unexpected(std::string("BiSS Safety: what is in the words is not known without -f"));
+  }
+  if (arguments.configuration == "off") return std::nullopt;
+  if (!arguments.given() && !is_safety_format(*format)) return std::nullopt;
+  if (format_text.empty()) format_text = biss::format_text(*format).view();
+  // The shortest cycle of an encoder without a name is not known.
+  arguments.any_gap =
+      arguments.configuration.empty() && implied_configuration(format_text, *format) == nullptr;
+  return choose_safety(arguments, format_text, *format, capture.interval());
+}
+
+void add_safety(report::Summary& summary, const decode::SafetyWatch& watch, std::string_view name) {
+  std::string text;
+  for (std::size_t i = 0; i < safety_verdict_count; ++i) {
+    const SafetyVerdict verdict = verdict_of(i);
+    if (watch.count(verdict) == 0) continue;
+    fmt::format_to(std::back_inserter(text), "{}{} {}", text.empty() ? "" : ", ",
+                   watch.count(verdict), name_of(verdict));
+  }
+  const SafetySetup& setup = watch.setup();
+  summary.entry("safety", text,
+                fmt::format("{}; watchdog {}", name, biss::text_of(setup.frame_gap_max, 3)));
+  summary.entry("counter", counter_text(watch),
+                fmt::format("judged as {}",
+                            counter_mode_names[static_cast<std::size_t>(setup.counter.mode)]));
+  if (watch.compared() == 0) return;
+  summary.entry("comparison",
+                fmt::format("worst difference {}, {} allowed", watch.worst_difference(),
+                            setup.comparison.tolerance_lsb),
+                fmt::format("in counts of the lowest of {} bits", watch.compared_bits()));
+}
+
+std::optional<SafetyVerdict> safety_verdict_of(std::string_view name) {
+  for (std::size_t i = 0; i < safety_verdict_count; ++i) {
+    const SafetyVerdict verdict = verdict_of(i);
+    if (name_of(verdict) == name) return verdict;
+  }
+  return std::nullopt;
+}
+
+}  // namespace biss::verbs

@@ -1,0 +1,304 @@
+// `biss draw`: request cycles of a capture, or of a simulated line, as text or as an SVG image.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "decode/cycle_edges.hpp"
+#include "device/quantity.hpp"
+#include "draw/svg.hpp"
+#include "draw/text.hpp"
+#include "verbs/common/decoded_capture.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/common/identified.hpp"
+#include "verbs/common/output.hpp"
+#include "verbs/common/terminal.hpp"
+#include "verbs/common/verb.hpp"
+#include "verbs/draw/simulated.hpp"
+#include "verbs/explain/drawing.hpp"
+#include "verbs/simulate/fault_option.hpp"
+
+namespace biss::verbs {
+
+namespace {
+
+struct DrawOptions {
+  CaptureArguments capture;
+  LineOptions line;
+  std::optional<std::uint64_t> ack_clocks;
+  std::optional<std::uint64_t> cycle;
+  std::uint64_t count = 1;
+  std::optional<std::uint64_t> width;
+  std::vector<draw::Mark> marks;
+  std::string output;
+  std::string to;
+  /// Those of the simulated line alone.
+  std::vector<Option> of_line;
+  std::optional<Verb> verb;
+};
+
+constexpr std::uint64_t count_max = 100;
+constexpr std::uint64_t text_width_min = 60;
+constexpr std::size_t text_width_usual = 80;
+
+std::string drawn_time(Picoseconds time) { return text_of(time, 3); }
+
+class DrawRun {
+ public:
+  DrawRun(const DrawOptions& options, Host& host)
+      : options_(options),
+        host_(host),
+        svg_(options.to.empty() ? options.output.ends_with(".svg") : options.to == "svg") {}
+
+  ExitStatus run() {
+    if (options_.count == 0) return host_.fail(ExitStatus::usage, "--count: 1 to 100");
+    if (options_.ack_clocks == 0) return host_.fail(ExitStatus::usage, "--ack: 1 to 1000");
+    if (const std::string wrong = wrong_width(); !wrong.empty()) {
+      return host_.fail(ExitStatus::usage, wrong);
+    }
+    const CaptureArguments& capture = options_.capture;
+    const bool has_capture = !capture.files.empty() || !capture.ma.empty() || !capture.slo.empty();
+    const ExitStatus drawn = has_capture ? draw_captures() : draw_line();
+    if (drawn != ExitStatus::done) return drawn;
+    warn_of_marks();
+    Output output(host_);
+    if (!output.open(options_.output)) return output.status();
+    if (!output.write(svg_ ? draw::svg_text(panels_, svg_width()) : text())) {
+      return output.status();
+    }
+    return output.finish() ? ExitStatus::done : output.status();
+  }
+
+ private:
+  std::string wrong_width() const {
+    const std::uint64_t least = svg_ ? draw::svg_width_min : text_width_min;
+    if (!options_.width) return {};
+    if (*options_.width >= least) return {};
+    return fmt::format("--width: at least {} {}", least, svg_ ? "pixels" : "columns");
+  }
+
+  std::size_t width_or(std::size_t usual) const {
+    constexpr std::uint64_t most = std::numeric_limits<std::size_t>::max();
+    return static_cast<std::size_t>(std::min<std::uint64_t>(options_.width.value_or(usual), most));
+  }
+  std::size_t svg_width() const { return width_or(draw::svg_width_usual); }
+  std::size_t columns() const {
+    const std::size_t terminal = output_columns(host_);
+    return width_or(terminal == 0 || !options_.output.empty() ? text_width_usual : terminal);
+  }
+
+  void add_panel(draw::CycleDrawing drawing, const std::optional<FrameFormat>& format,
+                 const std::string& faults = {}) {
+    std::string title = drawing_title(drawing);
+    title.pop_back();
+    if (!faults.empty()) title += ", injected: " + faults;
+    panels_.push_back(
+        {std::move(title), draw::lay_out(std::move(drawing), format, drawn_time, options_.marks)});
+  }
+
+  void warn_of_marks() const {
+    for (const draw::Mark& mark : options_.marks) {
+      const bool shown = std::any_of(panels_.begin(), panels_.end(), [&](const draw::Panel& panel) {
+        const draw::CycleDrawing& drawing = panel.layout.drawing;
+        return mark.time >= drawing.cycle.time && mark.time <= drawing.end;
+      });
+      if (!shown) {
+        host_.warn(
+            fmt::format("--mark: {} is not within the cycles drawn; left out", text_of(mark.time)));
+      }
+    }
+  }
+
+  ExitStatus draw_line() {
+    LineOptions line = options_.line;
+    line.device = options_.capture.device;
+    if (line.device.format.empty()) {
+      return host_.fail(ExitStatus::usage,
+                        "no capture given; name a file, or give -f to draw a simulated cycle");
+    }
+    if (line.device.format == "none") {
+      return host_.fail(ExitStatus::usage, "-f none: a simulated cycle needs a format");
+    }
+    for (const Option& option : options_.verb->given_options()) {
+      if (option.scope() == Scope::file) {
+        return host_.fail(
+            ExitStatus::usage,
+            fmt::format("{}: describes a capture; name one, or leave it out", option.name()));
+      }
+    }
+    auto simulated =
+        draw_simulated(std::move(line), options_.ack_clocks, options_.cycle, options_.count);
+    if (!simulated) return host_.fail(simulated.error());
+    for (SimulatedDrawing& cycle : simulated->cycles) {
+      add_panel(std::move(cycle.drawing), simulated->format, cycle.faults);
+    }
+    return ExitStatus::done;
+  }
+
+  ExitStatus draw_captures() {
+    for (const Option& option : options_.of_line) {
+      if (option.given()) {
+        return host_.fail(
+            ExitStatus::usage,
+            fmt::format("{}: describes a simulated line; leave it out, or the capture",
+                        option.name()));
+      }
+    }
+    CaptureArguments arguments = options_.capture;
+    arguments.identify = true;
+    const ExitStatus opened = capture_.open(arguments);
+    if (opened != ExitStatus::done) return opened;
+    if (!capture_.next()) return capture_.status();
+    do {
+      const ExitStatus drawn = draw_capture();
+      if (drawn != ExitStatus::done) return drawn;
+    } while (capture_.next());
+    return capture_.status();
+  }
+
+  ExitStatus draw_capture() {
+    if (options_.capture.device.format.empty()) {
+      host_.warn(
+          capture_.format()
+              ? fmt::format("{}: drawn with the format that its frames show, -f '{}'",
+                            capture_.input().name(), text_of(*capture_.format()))
+              : fmt::format("{}: its frames show no format that is sure; bits have no names, "
+                            "give -f",
+                            capture_.input().name()));
+    }
+    const std::uint64_t first = options_.cycle.value_or(0);
+    const std::size_t before = panels_.size();
+    std::uint64_t cycles = 0;
+    decode::CycleEdgeReader reader(
+        capture_.reader(), capture_.lines().lines, [&](const decode::CycleEdges& edges) {
+          cycles = edges.number + 1;
+          if (edges.number < first || edges.number - first >= options_.count) return;
+          add_panel(draw::draw_cycle(edges, capture_.format(), capture_.timing(), capture_.margin(),
+                                     draw::DrawnExtent::cycle),
+                    capture_.format());
+        });
+    const auto done = [&] { return panels_.size() - before == options_.count; };
+    const bool whole = capture_.read_edges([&](std::span<const wire::Edge> edges) {
+      reader.push(edges);
+      return !done();
+    });
+    if (!done()) reader.finish(capture_.input().end_time());
+    if (done()) return ExitStatus::done;
+    if (!whole) return host_.fail(ExitStatus::io, capture_.input().error());
+    return host_.fail(
+        ExitStatus::data_failed,
+        fmt::format("{}: no cycle {}; the capture has {} request cycle{}, counted from 0",
+                    capture_.input().name(), std::max(first, cycles), cycles,
+                    cycles == 1 ? "" : "s"));
+  }
+
+  std::string text() const {
+    std::string text;
+    for (const draw::Panel& panel : panels_) {
+      if (!text.empty()) text += '\n';
+      text += panel.title + "\n\n" + draw::layout_text(panel.layout, columns());
+    }
+    return text;
+  }
+
+  const DrawOptions& options_;
+  Host& host_;
+  bool svg_;
+  DecodedCapture capture_{host_};
+  std::vector<draw::Panel> panels_;
+};
+
+constexpr std::size_t mark_size_max = 40;
+
+// TIME=NAME.
+draw::Mark read_mark(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  const std::string name = equals == std::string::npos ? "" : text.substr(equals + 1);
+  const bool printable =
+      std::all_of(name.begin(), name.end(), [](char c) { return c >= ' ' && c <= '~'; });
+  if (name.empty() || name.size() > mark_size_max || !printable) {
+    wrong_value("--mark", fmt::format("'{}': give TIME=NAME, the name with at most {} characters "
+                                      "of ASCII",
+                                      text, mark_size_max));
+  }
+  const std::string time = text.substr(0, equals);
+  const auto read = parse_time(time);
+  if (!read.ok()) wrong_value("--mark", quantity_error_text(Quantity::time, time, read.error()));
+  return {*read, name};
+}
+
+void add_line_options(Verb verb, DrawOptions& options) {
+  LineOptions& line = options.line;
+  options.of_line = {
+      add_rate_option(verb, "--clock", into(line.clock), "Frequency of MA; 1 MHz by default"),
+      add_duty_option(verb, "--duty", into(line.duty_per_mille),
+                      "Share of a period in which MA is high; 50% by default"),
+      add_length_option(verb, "--cable", into(line.cable),
+                        "Cable length; 10 ns of line delay per metre"),
+      add_duration_option(verb, "--jitter", into(line.jitter),
+                          "Peak edge jitter (±), both directions"),
+  };
+  Option ack = add_count_option(verb, "--ack", into(options.ack_clocks),
+                                "Clocks from ACK to START; the encoder's fewest by default", 1000);
+  ack.type_name("CLOCKS");
+  Option processing =
+      add_duration_option(verb, "--processing", into(line.processing),
+                          "Processing time, from ACK to START; the encoder's shortest by default");
+  ack.excludes(processing);
+  options.of_line.insert(
+      options.of_line.end(),
+      {ack, processing,
+       verb.add_flag("--no-compensation", line.no_compensation,
+                     "The master does not compensate the line delay; the bits are drawn as decode "
+                     "samples them"),
+       add_count_option(verb, "--position", into(line.position),
+                        "Position of the encoder; drawn from --seed by default"),
+       add_count_option(verb, "--seed", into(line.seed),
+                        "Random seed of the position, jitter and faults; 1 by default"),
+       verb.add_option("--fault", line.faults, "Inject a fault, as in biss simulate: flip@0,bit=7")
+           .type_name("KIND@CYCLE[,PLACE]")});
+}
+
+}  // namespace
+
+void add_draw(Command& command) {
+  const auto options = std::make_shared<DrawOptions>();
+  Verb verb = command.add_verb(
+      {.name = "draw",
+       .purpose = "Draw a request cycle as text or SVG: of a capture, or of a format and a timing",
+       .examples = {"biss draw capture.vcd -f resolute-26 --cycle 3",
+                    "biss draw capture.vcd -f resolute-26 --cycle 3 -o cycle.svg",
+                    "biss draw -f pos12,nE,nW,crc6 --clock 5MHz --ack 12 --cable 20m "
+                    "--position 1234 -o cycle.svg",
+                    "biss draw -f resolute-18 --fault flip@0,bit=7"}},
+      [options](Host& host) { return DrawRun(*options, host).run(); });
+  add_capture_options(verb, options->capture);
+  options->verb = verb;
+  add_count_option(verb, "--cycle", into(options->cycle),
+                   "Cycle to draw, counted from 0 as the rows of decode; 0 by default, or the "
+                   "first one of --fault")
+      .type_name("N");
+  add_count_option(verb, "--count", into(options->count), "Cycles to draw; 1 by default", count_max)
+      .type_name("K");
+  add_count_option(verb, "--width", into(options->width),
+                   "Width: columns of text, 80 or those of the terminal by default; pixels of an "
+                   "image, 960 by default",
+                   draw::svg_width_max)
+      .type_name("N");
+  verb.add_repeated_option(
+          "--mark",
+          [options](const std::string& text) { options->marks.push_back(read_mark(text)); },
+          "Mark a moment of the capture by a name: 12.5us=ready")
+      .type_name("TIME=NAME");
+  add_output_option(verb, options->output);
+  add_name_option(verb, "--to", options->to, {"text", "svg"},
+                  "Output format; by default svg where the output file ends with .svg, else text");
+  add_line_options(verb.section("Simulated line"), *options);
+}
+
+}  // namespace biss::verbs

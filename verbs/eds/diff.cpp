@@ -1,0 +1,217 @@
+// biss eds diff: two data sheets, symbol by symbol.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "biss/control/register_map.hpp"
+#include "verbs/common/verb.hpp"
+#include "verbs/eds/eds.hpp"
+#include "verbs/eds/rows.hpp"
+#include "verbs/eds/source.hpp"
+
+namespace biss::verbs {
+namespace {
+
+struct DiffOptions {
+  EdsArguments first;
+  std::string second;
+  report::Format to = report::Format::table;
+  std::string output;
+};
+
+/// The place of a value in a data sheet; rows are in this order.
+struct RowOrder {
+  unsigned part = 0;  // registers, common, profiles, further banks
+  unsigned channel_or_bank = 0;
+  unsigned address = 0;
+  auto operator<=>(const RowOrder&) const = default;
+};
+
+struct Side {
+  std::string part;
+  std::string symbol;
+  std::optional<std::uint64_t> value;
+  std::string means;
+};
+
+using Sides = std::map<RowOrder, Side>;
+
+/// A value, and the bytes that it is made of.
+struct Field {
+  Side side;
+  std::span<const std::optional<std::uint8_t>> bytes;
+
+  bool partly_known() const {
+    return side.value == std::nullopt &&
+           std::any_of(bytes.begin(), bytes.end(),
+                       [](const auto& byte) { return byte.has_value(); });
+  }
+};
+
+using Fields = std::map<RowOrder, Field>;
+
+void add_registers(Fields& fields, const dump::RegisterDump& dump) {
+  for (const RegisterField& field : register_fields) {
+    if (field.address < dump::first_direct) continue;
+    const bool number = field.bytes <= 6;
+    const unsigned step = number ? field.bytes : 1U;
+    for (unsigned at = field.address; at < field.address + unsigned{field.bytes}; at += step) {
+      const auto value = dump.direct_number(at, step);
+      Field& added = fields[{0, 0, at}];
+      added.side = {"registers", number ? std::string(field.name) : fmt::format("0x{:02X}", at),
+                    value, step == 1 || !value ? "" : fmt::format("0x{:0{}X}", *value, 2 * step)};
+      added.bytes = std::span(dump.direct()).subspan(at - dump::first_direct, step);
+    }
+  }
+}
+
+/// \pre the source outlives the fields
+Fields fields_of(const EdsSource& source) {
+  Fields fields;
+  add_registers(fields, source.dump);
+  std::set<unsigned> listed;
+  for (const EdsFieldRow& row : eds_fields(source.sheet)) {
+    listed.insert(row.bank);
+    Field& added = fields[{row.channel ? 2U : 1U, row.channel.value_or(0), row.address}];
+    added.side = {part_text(row.part, row.channel), row.symbol, row.value, row.means};
+    added.bytes = std::span(source.dump.bank(row.bank)).subspan(row.address, row.bytes);
+  }
+  for (unsigned bank = 0; bank < bank_count; ++bank) {
+    const auto whole = source.dump.whole_bank(bank);
+    const bool erased = whole && is_filled_with(*whole, 0xFF);  // as files of banks have in between
+    if (listed.contains(bank) || erased) continue;
+    for (unsigned at = 0; at < bank_bytes; ++at) {
+      const auto byte = std::span(source.dump.bank(bank)).subspan(at, 1);
+      fields[{3, bank, at}] = {
+          {fmt::format("bank {}", bank), fmt::format("0x{:02X}", at), byte.front(), {}}, byte};
+    }
+  }
+  return fields;
+}
+
+// A field that one of the two knows only partly is compared byte by byte.
+Sides sides_of(const Fields& fields, const Fields& others) {
+  Sides sides;
+  for (const auto& [place, field] : fields) {
+    const auto other = others.find(place);
+    if (!field.partly_known() && (other == others.end() || !other->second.partly_known())) {
+      if (field.side.value) sides[place] = field.side;
+      continue;
+    }
+    for (unsigned i = 0; i < field.bytes.size(); ++i) {
+      if (!field.bytes[i]) continue;
+      const unsigned address = place.address + i;
+      sides[{place.part, place.channel_or_bank, address}] = {
+          field.side.part, fmt::format("0x{:02X}", address), field.bytes[i], {}};
+    }
+  }
+  return sides;
+}
+
+// A file of banks only cannot hold registers: no difference.
+bool comparable(const RowOrder& place, const dump::RegisterDump& other) {
+  if (place.part == 0) return other.direct() != dump::DumpedBytes{};
+  return true;
+}
+
+struct Difference {
+  const Side* a = nullptr;
+  const Side* b = nullptr;
+  const Side& any() const { return a != nullptr ? *a : *b; }
+};
+
+std::vector<Difference> differences(const EdsSource& first, const EdsSource& second, const Sides& a,
+                                    const Sides& b) {
+  std::set<RowOrder> row_orders;
+  for (const auto& [place, side] : a) row_orders.insert(place);
+  for (const auto& [place, side] : b) row_orders.insert(place);
+  std::vector<Difference> found;
+  for (const RowOrder& place : row_orders) {
+    const auto in_a = a.find(place);
+    const auto in_b = b.find(place);
+    const Difference each{in_a == a.end() ? nullptr : &in_a->second,
+                          in_b == b.end() ? nullptr : &in_b->second};
+    if (each.a != nullptr && each.b != nullptr && each.a->value == each.b->value) continue;
+    if (each.a == nullptr && !comparable(place, first.dump)) continue;
+    if (each.b == nullptr && !comparable(place, second.dump)) continue;
+    found.push_back(each);
+  }
+  return found;
+}
+
+bool write_rows(const std::vector<Difference>& rows, report::Format format, Output& output) {
+  using report::Kind;
+  if (rows.empty() && format == report::Format::table) return true;
+  const std::vector<report::Column> columns = {{.name = "part"},
+                                               {.name = "symbol"},
+                                               {.name = "a", .kind = Kind::unsigned_integer},
+                                               {.name = "b", .kind = Kind::unsigned_integer},
+                                               {.name = "means_a", .heading = "a means"},
+                                               {.name = "means_b", .heading = "b means"}};
+  const auto table = report::make_table_writer(format, columns, output, output.table_options());
+  const auto value = [](const Side* side) {
+    return side == nullptr ? report::Cell() : report::Cell(side->value);
+  };
+  const auto means = [](const Side* side) {
+    return side == nullptr || side->means.empty() ? report::Cell() : report::Cell(side->means);
+  };
+  for (const Difference& row : rows) {
+    const report::Cell cells[] = {row.any().part, row.any().symbol, value(row.a),
+                                  value(row.b),   means(row.a),     means(row.b)};
+    if (!table->row(cells)) return false;
+  }
+  return table->finish();
+}
+
+ExitStatus run_diff(const DiffOptions& options, Host& host) {
+  if (options.first.file == "-" && options.second == "-") {
+    return host.fail(ExitStatus::usage, "only one of the two files can be stdin");
+  }
+  const auto first = load_eds(options.first, host);
+  if (!first) return first.error();
+  EdsArguments arguments = options.first;
+  arguments.file = options.second;
+  const auto second = load_eds(arguments, host);
+  if (!second) return second.error();
+  const Fields first_fields = fields_of(*first);
+  const Fields second_fields = fields_of(*second);
+  const Sides a = sides_of(first_fields, second_fields);
+  const Sides b = sides_of(second_fields, first_fields);
+  const auto rows = differences(*first, *second, a, b);
+  Output output(host);
+  if (!output.open(options.output)) return output.status();
+  if (!write_rows(rows, options.to, output) || !output.finish()) return output.status();
+  return rows.empty() ? ExitStatus::done : ExitStatus::data_failed;
+}
+
+}  // namespace
+
+Run add_eds_diff(Verb verb) {
+  const auto options = std::make_shared<DiffOptions>();
+  verb.add_option("A", options->first.file, "Dump of registers or description; - is standard input")
+      .required()
+      .file(FileUse::read);
+  verb.add_option("B", options->second,
+                  "Second dump or description; the exit status is 1 if they differ")
+      .required()
+      .file(FileUse::read);
+  add_count_option(verb, "--bank", into(options->first.bank),
+                   "First bank of both files; 0 by default", 255);
+  add_count_option(verb, "--eds-bank", into(options->first.eds_bank),
+                   "Bank of both common parts, instead of register 0x41", 255);
+  add_count_option(verb, "--slave", into(options->first.slave), "Read only the accesses to this ID",
+                   7);
+  add_to_option(verb, options->to);
+  add_output_option(verb, options->output);
+  return [options](Host& host) { return run_diff(*options, host); };
+}
+
+}  // namespace biss::verbs

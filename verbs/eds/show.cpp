@@ -1,0 +1,235 @@
+// biss eds show: the fields of a data sheet, and the frame that it describes.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "biss/eds/device.hpp"
+#include "biss/eds/image.hpp"
+#include "biss/frame/format_text.hpp"
+#include "report/summary.hpp"
+#include "verbs/common/format_option.hpp"
+#include "verbs/common/verb.hpp"
+#include "verbs/eds/description.hpp"
+#include "verbs/eds/eds.hpp"
+#include "verbs/eds/rows.hpp"
+#include "verbs/eds/source.hpp"
+
+namespace biss::verbs {
+namespace {
+
+struct ShowOptions {
+  EdsArguments arguments;
+  std::string to = "table";
+  bool all = false;
+  std::string output;
+};
+
+const std::vector<std::string> show_formats{"table", "csv", "jsonl", "description"};
+
+bool write_table(const EdsSource& source, const ShowOptions& options, Output& output) {
+  using report::Kind;
+  const std::vector<report::Column> columns = {
+      {.name = "part"},   {.name = "address"},
+      {.name = "symbol"}, {.name = "stored", .kind = Kind::unsigned_integer},
+      {.name = "means"},  {.name = "what"}};
+  const auto table =
+      report::make_table_writer(report::Format::table, columns, output, output.table_options());
+  for (const EdsFieldRow& field : eds_fields(source.sheet)) {
+    if (field.unused && field.value.value_or(0) == 0 && !options.all) continue;
+    const std::string part = part_text(field.part, field.channel);
+    const std::string address = fmt::format("0x{:02X}", field.address);
+    const report::Cell means = field.means.empty() ? report::Cell() : report::Cell(field.means);
+    const report::Cell cells[] = {part, address, field.symbol, field.value, means, field.meaning};
+    if (!table->row(cells)) return false;
+  }
+  return table->finish();
+}
+
+bool write_csv(const EdsSource& source, Output& output) {
+  using report::Kind;
+  const std::vector<report::Column> columns = {{.name = "part"},
+                                               {.name = "channel", .kind = Kind::unsigned_integer},
+                                               {.name = "bank", .kind = Kind::unsigned_integer},
+                                               {.name = "address", .kind = Kind::unsigned_integer},
+                                               {.name = "symbol"},
+                                               {.name = "value", .kind = Kind::unsigned_integer},
+                                               {.name = "means"}};
+  const auto table = report::make_table_writer(report::Format::csv, columns, output);
+  for (const EdsFieldRow& field : eds_fields(source.sheet)) {
+    const report::Cell cells[] = {field.part,   field.channel, field.bank, field.address,
+                                  field.symbol, field.value,   field.means};
+    if (!table->row(cells)) return false;
+  }
+  return table->finish();
+}
+
+// One object per part: the documents' symbols, then which part it is.
+bool write_object(const EdsPartRow& part, Output& output) {
+  using report::Kind;
+  std::vector<report::Column> columns{{.name = "part"}};
+  std::vector<report::Cell> cells{name_of(part.part)};
+  const auto add = [&](std::string_view name, Kind kind, report::Cell cell) {
+    columns.push_back({.name = std::string(name), .kind = kind});
+    cells.push_back(cell);
+  };
+  for (const EdsField& field : fields_of(part.part)) {
+    if (field.kind == EdsKind::reserved || field.kind == EdsKind::unnamed) continue;
+    add(field.symbol, Kind::unsigned_integer, known_value(*part.found, field));
+  }
+  add("channel", Kind::unsigned_integer, part.channel);
+  add("bank", Kind::unsigned_integer, part.found->bank);
+  std::string bytes;
+  for (const auto& byte : part.found->bytes) {
+    bytes += byte ? fmt::format("{:02X}", *byte) : std::string("--");
+  }
+  add("bytes", Kind::text, bytes);
+  const auto table = report::make_table_writer(report::Format::jsonl, columns, output);
+  return table->row(cells) && table->finish();
+}
+
+bool write_objects(const EdsSource& source, Output& output) {
+  const auto parts = eds_parts(source.sheet);
+  return std::all_of(parts.begin(), parts.end(),
+                     [&](const EdsPartRow& part) { return write_object(part, output); });
+}
+
+// Remarks that concern many fields: one line each for all symbols.
+struct Gathered {
+  std::string hypotheses;
+  std::string missing;
+};
+
+std::string remark_line(const EdsRemark& remark) {
+  const std::string where =
+      remark.part == EdsPart::common ? "" : fmt::format(" of channel {}", remark.channel);
+  std::string out = fmt::format("{}{}: {}", remark.symbol, where, text_of(remark.kind));
+  const bool both = remark.kind == EdsRemarkKind::overridden ||
+                    remark.kind == EdsRemarkKind::disagrees ||
+                    remark.kind == EdsRemarkKind::repaired;
+  if (both) out += fmt::format(" ({} stored, {} used)", remark.stored, remark.used);
+  return out;
+}
+
+std::string text_of_doubt(const EdsRemark& remark) {
+  const std::string where =
+      remark.channel == 0 ? "" : fmt::format(" of channel {}", remark.channel);
+  return fmt::format("BP_ID{}: {}", where, doubt_of({static_cast<std::uint16_t>(remark.used)}));
+}
+
+void gather(std::string& list, std::string_view symbol) {
+  if (!list.empty()) list += ", ";
+  list += symbol;
+}
+
+void add_device(report::Summary& out, const EdsDevice& device) {
+  out.entry("format", format_text(device.format).view());
+  out.entry("clock", fmt::format("at most {}", text_of(device.timing.clock_max)));
+  std::string ack = fmt::format("at most {}", text_of(device.timing.ack_max));
+  if (device.busy_s_clocks != 0) ack += fmt::format(" and {} clocks", device.busy_s_clocks);
+  out.entry("ACK", ack);
+  out.entry("timeout", text_of(device.timing.timeout));
+  if (device.timing.cycle_min.count != 0) {
+    out.entry("shortest cycle", text_of(device.timing.cycle_min));
+  }
+  if (device.control_ready) {
+    out.entry("registers", fmt::format("{} after power-on", text_of(*device.control_ready)));
+  }
+  if (device.position_ready) {
+    out.entry("positions", fmt::format("{} after power-on", text_of(*device.position_ready)));
+  }
+}
+
+// Frame format, timing, and everything doubtful about them.
+std::string eds_summary(const EdsSource& source) {
+  std::vector<std::string> lines;
+  Gathered gathered;
+  const auto take = [&](const EdsRemark& remark) {
+    if (remark.kind == EdsRemarkKind::hypothesis) return gather(gathered.hypotheses, remark.symbol);
+    const bool is_time = remark.part == EdsPart::common && find_scale(remark.symbol) != nullptr;
+    if (remark.kind == EdsRemarkKind::not_given && is_time) {
+      return gather(gathered.missing, remark.symbol);
+    }
+    lines.push_back(remark.kind == EdsRemarkKind::doubtful ? text_of_doubt(remark)
+                                                           : remark_line(remark));
+  };
+  const EdsImage image = source.stored.image();
+  const auto device = describe_device(image, source.overrides, take);
+  check_eds(source.sheet.image(), [&](const EdsFinding& finding) {
+    if (contradicts(finding)) lines.push_back(finding_line(finding_row(finding)));
+  });
+  report::Summary out;
+  if (device.ok()) {
+    add_device(out, *device);
+  } else {
+    out.entry("format", fmt::format("none: {}", text_of(device.error().cause)));
+  }
+  if (!gathered.hypotheses.empty()) {
+    lines.push_back(gathered.hypotheses + ": no source confirms the unit (?)");
+  }
+  if (!gathered.missing.empty()) {
+    lines.push_back(gathered.missing + ": not given, the widest that BiSS C allows");
+  }
+  std::string_view key = "not certain";
+  for (const std::string& line : lines) {
+    out.entry(key, line);
+    key = "";
+  }
+  return "\n" + out.text();
+}
+
+dump::RegisterDump overridden_dump(const EdsSource& source) {
+  dump::RegisterDump dump = source.dump;
+  if (source.overrides.empty()) return dump;
+  for (const EdsPartRow& part : eds_parts(source.sheet)) {
+    if (part.found->whole) dump.set_bank(part.found->bank, part.found->filled);
+  }
+  return dump;
+}
+
+ExitStatus run_show(const ShowOptions& options, Host& host) {
+  const bool description = options.to == "description";
+  // A description also holds the registers of a device without data sheet.
+  const auto loaded =
+      description ? load_eds(options.arguments, host) : load_eds_with_part(options.arguments, host);
+  if (!loaded) return loaded.error();
+  const EdsSource& source = *loaded;
+  for (const EdsPartRow& part : eds_parts(source.sheet)) {
+    if (part.found->whole) continue;
+    host.warn(fmt::format("bank {} is incomplete: its {} part is shown, but not used",
+                          part.found->bank, name_of(part.part)));
+  }
+  Output output(host);
+  if (!output.open(options.output)) return output.status();
+  bool written = false;
+  if (options.to == "table") {
+    written = write_table(source, options, output);
+  } else if (options.to == "csv") {
+    written = write_csv(source, output);
+  } else if (options.to == "jsonl") {
+    written = write_objects(source, output);
+  } else {
+    written = output.write(write_description(overridden_dump(source), source.sheet));
+  }
+  if (!written || !output.finish()) return output.status();
+  if (options.to == "table") host.print_summary(eds_summary(source));
+  return ExitStatus::done;
+}
+
+}  // namespace
+
+Run add_eds_show(Verb verb) {
+  const auto options = std::make_shared<ShowOptions>();
+  add_eds_file(verb, options->arguments.file);
+  add_eds_options(verb, options->arguments);
+  verb.add_flag("--all", options->all, "Also show reserved bytes and unused channels in the table");
+  add_name_option(verb, "--to", options->to, show_formats,
+                  "Output format; by default that of the ending of -o, else table");
+  let_output_choose(verb, show_formats, into(options->to));
+  add_output_option(verb, options->output);
+  return [options](Host& host) { return run_show(*options, host); };
+}
+
+}  // namespace biss::verbs

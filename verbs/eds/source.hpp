@@ -1,0 +1,55 @@
+// The data sheet that a verb of `biss eds` works on, from a dump of registers or a description.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "biss/eds/device.hpp"
+#include "dump/data_sheet.hpp"
+#include "dump/register_dump.hpp"
+#include "verbs/common/exit_status.hpp"
+
+namespace biss::verbs {
+
+class Host;
+
+class Verb;
+
+/// The user's arguments.
+struct EdsArguments {
+  std::string file;
+  std::optional<std::uint8_t> bank;
+  std::optional<std::uint8_t> eds_bank;
+  std::optional<std::uint8_t> slave;
+  std::optional<std::uint16_t> identifier;
+  std::vector<std::string> overrides;
+};
+
+/// Declares FILE.
+void add_eds_file(Verb verb, std::string& file, bool required = true);
+/// Declares --bank, --eds-bank, --slave, --id and --override.
+void add_eds_options(Verb verb, EdsArguments& arguments);
+
+/// The contents of a file; it may hold no part of a data sheet.
+struct EdsSource {
+  dump::RegisterDump dump;
+  /// As stored.
+  dump::DataSheet stored;
+  /// The parts that a description gives by fields; empty for other files.
+  dump::DataSheet drafted;
+  /// With the overrides; a checksum that was right is updated.
+  dump::DataSheet sheet;
+  /// Symbols are static text.
+  std::vector<EdsOverride> overrides;
+};
+
+/// Reads a file; prints one line and returns the status where it cannot.
+tl::expected<EdsSource, ExitStatus> load_eds(const EdsArguments& arguments, Host& host);
+
+/// The same; a file without any part of a data sheet is an error too (data_failed).
+tl::expected<EdsSource, ExitStatus> load_eds_with_part(const EdsArguments& arguments, Host& host);
+
+}  // namespace biss::verbs

@@ -1,0 +1,331 @@
+// `biss explain`: why the link in a capture does not work, and what to do.
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "draw/text.hpp"
+#include "explain/diagnose.hpp"
+#include "report/summary.hpp"
+#include "verbs/common/cycle_run.hpp"
+#include "verbs/common/explained.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/common/identified.hpp"
+#include "verbs/common/output.hpp"
+#include "verbs/common/terminal.hpp"
+#include "verbs/common/verb.hpp"
+#include "verbs/common/wrap.hpp"
+#include "verbs/decode/safety.hpp"
+#include "verbs/explain/drawing.hpp"
+#include "verbs/explain/finding_text.hpp"
+
+namespace biss::verbs {
+
+namespace {
+
+using explain::Finding;
+using report::Cell;
+using report::Kind;
+
+struct ExplainOptions {
+  CaptureArguments capture;
+  MarginArguments margin{.signal = true};
+  SafetyArguments safety;
+  std::optional<std::uint64_t> cycle;
+  std::string output;
+  report::Format to = report::Format::table;
+};
+
+constexpr std::size_t usual_columns = 80;
+
+const std::vector<report::Column>& finding_columns() {
+  static const std::vector<report::Column> all{{.name = "cause", .kind = Kind::text},
+                                               {.name = "likelihood", .kind = Kind::real},
+                                               {.name = "evidence", .kind = Kind::text},
+                                               {.name = "remedy", .kind = Kind::text}};
+  return all;
+}
+
+// Two places: no more is known.
+double rounded(double likelihood) {
+  return static_cast<double>(static_cast<int>(likelihood * 100 + 0.5)) / 100;
+}
+
+// Its signs of life, if it has any, are as wide as that of BiSS Safety.
+bool has_usual_counter(const FrameFormat& format) {
+  const auto channels = format.channels();
+  return std::all_of(channels.begin(), channels.end(), [](const ChannelFormat& each) {
+    return !each.life_counter.present() || each.life_counter.bits == safety_counter_bits;
+  });
+}
+
+class ExplainRun final : public CycleRun {
+ public:
+  ExplainRun(ExplainOptions options, Host& host) : CycleRun(host), options_(std::move(options)) {}
+
+  ExitStatus run() {
+    if (options_.to != report::Format::table && !options_.cycle) {
+      return write(options_.output, options_.to);
+    }
+    const ExitStatus opened = open();
+    if (opened != ExitStatus::done) return opened;
+    if (options_.to == report::Format::table) return write_text();
+    return write_captures(capture_, options_.output, options_.to, drawing_columns, true,
+                          [this](report::TableWriter& writer, RunMessages& messages) {
+                            return write_bits(writer, messages);
+                          });
+  }
+
+  ExitStatus open() override {
+    CaptureArguments arguments = options_.capture;
+    arguments.any_lines = true;
+    arguments.identify = true;
+    arguments.identify_besides = true;
+    return capture_.open(arguments, options_.margin);
+  }
+
+  std::vector<report::Column> columns() const override { return finding_columns(); }
+
+  std::optional<ExitStatus> begin(report::TableWriter&, RunMessages& messages) override {
+    const std::string wrong = prepare();
+    if (!wrong.empty()) return messages.fail(ExitStatus::usage, wrong);
+    return std::nullopt;
+  }
+
+  void take(std::uint64_t number, const decode::Cycle& cycle) override {
+    if (watch_) watch_->judge(cycle);
+    observer_->add(number, cycle);
+  }
+
+  ChangeWatcher* watcher() override { return &*observer_; }
+
+  ExitStatus end(bool whole, Picoseconds end_time, report::TableWriter& writer,
+                 RunMessages& messages) override {
+    find(end_time);
+    if (!whole && evidence_.cycles == 0) return read_status(whole, messages);
+    for (const Finding& finding : findings_) {
+      const std::string evidence = evidence_text(finding.cause, evidence_, context_);
+      const std::string remedy = remedy_text(finding.cause, evidence_, context_);
+      const Cell cells[] = {name_of(finding.cause), rounded(finding.likelihood), evidence, remedy};
+      if (!writer.row(cells)) break;
+    }
+    return read_status(whole, messages);
+  }
+
+ private:
+  // What is wrong with the options of the monitor, else empty.
+  std::string choose_watch() {
+    watch_.reset();
+    if (!options_.safety.given()) return {};
+    auto choice = choose_monitor(options_.safety, options_.capture.device.format, capture_);
+    if (!choice) return choice.error();
+    if (!*choice) return {};
+    watch_.emplace(*capture_.format(), (*choice)->setup);
+    watch_name_ = std::move((*choice)->name);
+    return {};
+  }
+
+  // Before the cycles are read. As choose_watch().
+  std::string prepare() {
+    std::string wrong = choose_watch();
+    if (!wrong.empty()) return wrong;
+    context_ = explain_context(capture_, options_.capture, options_.margin);
+    // Frames are judged by the likeliest format with a usual checksum, if none is sure.
+    const auto* finding = capture_.finding();
+    const bool moves = finding != nullptr && !finding->still;
+    if (!capture_.format() && !context_.given && moves && !context_.candidates.empty() &&
+        finding->candidates.front().confidence > 0.05) {
+      // A position at constant speed may look like a sign of life.
+      const auto plain =
+          std::find_if(context_.candidates.begin(), context_.candidates.end(), has_usual_counter);
+      const FrameFormat& likeliest =
+          plain == context_.candidates.end() ? context_.candidates.front() : *plain;
+      const CrcSpec& crc = likeliest.channel_list[0].crc;
+      const CrcSpec usual{.polynomial = default_polynomial(crc.width_bits),
+                          .width_bits = crc.width_bits};
+      if (crc.present() && crc == usual) {
+        capture_.judge_by(likeliest);
+        context_.format = capture_.format();
+        context_.assumed = true;
+      }
+    }
+    // A master refuses a checksum with an error of the encoder's maker, though `decode` reads it.
+    if (auto usual = capture_.format(); usual && !context_.given && usual->deviates()) {
+      for (ChannelFormat& channel : usual->channel_list) {
+        CrcSpec& crc = channel.crc;
+        crc.reversed = crc.without_flags = crc.with_cds = crc.of_previous = false;
+      }
+      capture_.judge_by(*usual);
+      context_.format = usual;
+    }
+    observer_.emplace(capture_, context_.reading.lines);
+    return wrong;
+  }
+
+  void find(Picoseconds end_time) {
+    evidence_ = observer_->finish(end_time);
+    observer_.reset();
+    findings_ = diagnose(evidence_, context_);
+  }
+
+  // Reads until the cycle that is asked for. Nothing when the capture has fewer cycles.
+  std::optional<draw::CycleDrawing> draw_cycle() {
+    std::optional<draw::CycleDrawing> drawing;
+    cycles_ = 0;
+    decode::CycleEdgeReader cycles(
+        capture_.reader(), choose_reading(capture_, options_.capture).lines,
+        [&](const decode::CycleEdges& edges) {
+          cycles_ = edges.number + 1;
+          if (edges.number != *options_.cycle) return;
+          drawing =
+              draw::draw_cycle(edges, capture_.format(), capture_.timing(), capture_.margin());
+        });
+    capture_.read_edges([&](std::span<const wire::Edge> edges) {
+      cycles.push(edges);
+      return !drawing;
+    });
+    if (!drawing) cycles.finish(capture_.input().end_time());
+    return drawing;
+  }
+
+  // What comes before the damage of a capture is explained too.
+  ExitStatus read_status(bool whole, RunMessages& messages) const {
+    if (!whole) return messages.fail(ExitStatus::io, capture_.input().error());
+    if (evidence_.cycles == 0) return messages.fail(ExitStatus::data_failed, capture_.no_request());
+    if (!findings_.empty()) return ExitStatus::done;
+    return messages.fail(
+        ExitStatus::data_failed,
+        fmt::format("{}: no cause was found, because no cycle is good and none shows a fault; see "
+                    "the status of each with decode",
+                    capture_.input().name()));
+  }
+
+  ExitStatus write_bits(report::TableWriter& writer, RunMessages& messages) {
+    const auto drawing = draw_cycle();
+    if (!drawing) return messages.fail(no_cycle_status(), no_cycle());
+    write_drawing(*drawing, writer);
+    return ExitStatus::done;
+  }
+
+  ExitStatus no_cycle_status() const {
+    return capture_.input().error().empty() ? ExitStatus::data_failed : ExitStatus::io;
+  }
+
+  std::string no_cycle() const {
+    if (!capture_.input().error().empty()) return capture_.input().error();
+    return fmt::format("{}: no cycle {}; the capture has {} request cycle{}, counted from 0",
+                       capture_.input().name(), *options_.cycle, cycles_, cycles_ == 1 ? "" : "s");
+  }
+
+  // For eyes: a paragraph for each cause, or the drawing.
+  ExitStatus write_text() {
+    if (!capture_.next()) return capture_.status();
+    Output output(host_);
+    if (!output.open(options_.output)) return output.status();
+    RunMessages messages;
+    ExitStatus status = ExitStatus::done;
+    do {
+      std::string text;
+      const ExitStatus one =
+          options_.cycle ? drawn_text(text, messages) : findings_text(text, messages);
+      status = std::max(status, one);
+      if (!output.write(text)) return output.status();
+    } while (status < ExitStatus::usage && capture_.next());
+    status = std::max(status, capture_.status());
+    if (status >= ExitStatus::usage) {
+      output.abandon();
+    } else if (!output.finish()) {
+      return output.status();
+    }
+    messages.print(host_);
+    return status;
+  }
+
+  std::size_t text_columns() const {
+    const std::size_t terminal = output_columns(host_);
+    return terminal == 0 || !options_.output.empty() ? usual_columns : terminal;
+  }
+
+  void append_entry(std::string& text, std::string_view label, std::string_view entry) const {
+    text += label;
+    append_wrapped(text, entry, {label.size(), label.size(), text_columns()});
+    text += '\n';
+  }
+
+  ExitStatus findings_text(std::string& text, RunMessages& messages) {
+    const std::string wrong = prepare();
+    if (!wrong.empty()) return messages.fail(ExitStatus::usage, wrong);
+    const bool whole = read_cycles();
+    find(capture_.input().end_time());
+    if (!whole && evidence_.cycles == 0) return read_status(whole, messages);
+    report::Summary head;
+    head.title(fmt::format("{}: {} request cycle{}, {} {}", capture_.input().name(),
+                           evidence_.cycles, evidence_.cycles == 1 ? "" : "s", evidence_.good,
+                           evidence_.has_format ? "good" : "unchecked"));
+    add_used_format(head, capture_, !options_.capture.device.format.empty());
+    if (watch_) add_safety(head, *watch_, watch_name_);
+    text = head.text();
+    std::size_t number = 0;
+    for (const Finding& finding : findings_) {
+      text +=
+          fmt::format("\n{}. {}  {:.2f}\n", ++number, name_of(finding.cause), finding.likelihood);
+      const std::string seen = evidence_text(finding.cause, evidence_, context_);
+      if (!seen.empty()) append_entry(text, "   seen  ", seen);
+      append_entry(text, "   do    ", remedy_text(finding.cause, evidence_, context_));
+    }
+    return read_status(whole, messages);
+  }
+
+  ExitStatus drawn_text(std::string& text, RunMessages& messages) {
+    const auto drawing = draw_cycle();
+    if (!drawing) return messages.fail(no_cycle_status(), no_cycle());
+    text = drawing_title(*drawing) + '\n' + draw::drawing_text(*drawing, text_columns());
+    return ExitStatus::done;
+  }
+
+  const ExplainOptions options_;
+  // Of the capture that is being read.
+  explain::Evidence evidence_;
+  explain::Context context_;
+  std::optional<CaptureObserver> observer_;
+  std::vector<Finding> findings_;
+  std::optional<decode::SafetyWatch> watch_;
+  std::string watch_name_;
+  std::uint64_t cycles_ = 0;
+};
+
+}  // namespace
+
+std::unique_ptr<CycleRun> explain_run(const CaptureArguments& capture, Host& host) {
+  ExplainOptions options;
+  options.capture = capture;
+  options.to = report::Format::jsonl;
+  return std::make_unique<ExplainRun>(std::move(options), host);
+}
+
+void add_explain(Command& command) {
+  const auto options = std::make_shared<ExplainOptions>();
+  Verb verb = command.add_verb(
+      {.name = "explain",
+       .purpose = "Find out why a link does not work: likely causes, evidence, and what to do",
+       .examples = {"biss explain capture.vcd -f resolute-26",
+                    "biss explain capture.vcd -f pos26,nE,nW,crc6 --cycle 12",
+                    "biss explain capture.sr -f resolute-26 --to jsonl"}},
+      [options](Host& host) { return ExplainRun(*options, host).run(); });
+  add_capture_options(verb, options->capture);
+  add_range_options(verb, options->capture);
+  add_safety_options(verb, options->safety);
+  verb.add_flag("--no-compensation", options->margin.no_compensation,
+                "The master of this link samples half a period after its own edges of MA");
+  add_count_option(verb, "--cycle", into(options->cycle),
+                   "Draw this cycle bit by bit, counted from 0 as the rows of decode")
+      .type_name("N");
+  add_output_option(verb, options->output);
+  add_to_option(verb, options->to);
+}
+
+}  // namespace biss::verbs

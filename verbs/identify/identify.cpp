@@ -1,0 +1,287 @@
+// `biss identify`: what the lines of a capture carry, and the frame format.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "decode/statistics.hpp"
+#include "device/quantity.hpp"
+#include "identify/collector.hpp"
+#include "identify/protocol.hpp"
+#include "report/summary.hpp"
+#include "rows/columns.hpp"
+#include "verbs/common/cycle_run.hpp"
+#include "verbs/common/identified.hpp"
+#include "verbs/common/verb.hpp"
+#include "verbs/identify/line_facts.hpp"
+
+namespace biss::verbs {
+
+namespace {
+
+using identify::FormatCandidate;
+using identify::FormatFinding;
+using identify::Protocol;
+using identify::ProtocolGuess;
+using report::Cell;
+using report::Kind;
+
+struct IdentifyOptions {
+  CaptureArguments capture;
+  std::string output;
+  report::Format to = report::Format::table;
+};
+
+const std::vector<report::Column>& identify_columns() {
+  static const std::vector<report::Column> all{
+      {.name = "file", .kind = Kind::text},
+      {.name = "ma", .kind = Kind::text, .heading = "MA"},
+      {.name = "slo", .kind = Kind::text, .heading = "SLO"},
+      {.name = "inverted", .kind = Kind::text},
+      rows::clock_column(),
+      rows::line_delay_column(),
+      {.name = "ack_clocks", .kind = Kind::unsigned_integer, .heading = "ACK", .unit = "clocks"},
+      {.name = "format", .kind = Kind::text},
+      {.name = "confidence", .kind = Kind::real, .places = 2},
+      {.name = "equal", .kind = Kind::text},
+      {.name = "alternatives", .kind = Kind::text, .json = true},
+      {.name = "encoders", .kind = Kind::text},
+      {.name = "protocol", .kind = Kind::text},
+      {.name = "protocol_confidence", .kind = Kind::real, .heading = "sure", .places = 2},
+      {.name = "cycles", .kind = Kind::unsigned_integer},
+      {.name = "frames", .kind = Kind::unsigned_integer},
+      {.name = "timeout", .kind = Kind::text},
+      {.name = "from_cycle", .kind = Kind::unsigned_integer},
+      {.name = "to_cycle", .kind = Kind::unsigned_integer}};
+  return all;
+}
+
+// For eyes the first nine columns; the summary has the rest.
+std::vector<report::Column> columns_for(report::Format to) {
+  constexpr std::ptrdiff_t shown = 9;
+  const auto& all = identify_columns();
+  if (to != report::Format::table) return all;
+  return {all.begin(), all.begin() + shown};
+}
+
+// Four places: no more is known.
+double rounded_down(double confidence) { return std::floor(confidence * 1e4) / 1e4; }
+
+// What was measured on one pair of lines.
+struct Line {
+  decode::Statistics statistics;
+  identify::SampleCollector samples;
+  ReleaseRule release;
+  std::vector<identify::FormatPart> parts;
+
+  void add(std::uint64_t number, const decode::Cycle& cycle) {
+    statistics.add(cycle);
+    samples.add(number, cycle);
+    release.add(cycle);
+  }
+};
+
+std::string joined(const std::vector<std::string>& texts) {
+  return fmt::format("{}", fmt::join(texts, " | "));
+}
+
+// The guesses and their odds: without the first one where that is the format.
+std::string alternatives_of(const FormatFinding& finding, report::Format to) {
+  const bool json = to == report::Format::jsonl;
+  std::vector<std::string> texts;
+  for (std::size_t i = finding.sure() != nullptr ? 1 : 0; i < finding.candidates.size(); ++i) {
+    const FormatCandidate& each = finding.candidates[i];
+    texts.push_back(
+        fmt::format(fmt::runtime(json ? "{{\"format\":\"{}\",\"odds\":{:.4f}}}" : "{} {:.4f}"),
+                    text_of(each.format), rounded_down(each.confidence)));
+  }
+  if (json) return fmt::format("[{}]", fmt::join(texts, ","));
+  return joined(texts);
+}
+
+class IdentifyRun final : public CycleRun {
+ public:
+  IdentifyRun(IdentifyOptions options, Host& host) : CycleRun(host), options_(std::move(options)) {}
+
+  ExitStatus open() override {
+    const std::string& format = options_.capture.device.format;
+    if (!format.empty() && format != "none") {
+      return host_.fail(
+          ExitStatus::usage,
+          "identify finds the format without -f: leave it out; biss explain compares a "
+          "format with the frames");
+    }
+    return capture_.open(options_.capture);
+  }
+
+  std::vector<report::Column> columns() const override { return columns_for(options_.to); }
+
+  std::optional<ExitStatus> begin(report::TableWriter& writer, RunMessages& messages) override {
+    guess_ = capture_.protocol();
+    const bool other = guess_.protocol != Protocol::biss_c &&
+                       guess_.protocol != Protocol::unknown &&
+                       guess_.protocol != Protocol::clock_alone;
+    if (capture_.has_lines() && !other) {
+      line_ = {};
+      return std::nullopt;
+    }
+    put_other(writer, guess_);
+    report::Summary summary;
+    summary.title(capture_.input().name());
+    add_protocol(summary, guess_);
+    messages.add_summary(summary.text());
+    return ExitStatus::data_failed;
+  }
+
+  void take(std::uint64_t number, const decode::Cycle& cycle) override { line_.add(number, cycle); }
+
+  // The row of one pair of lines.
+  ExitStatus end(bool read, Picoseconds, report::TableWriter& writer,
+                 RunMessages& messages) override {
+    line_.parts = identify::find_parts(line_.samples.samples());
+    if (line_.parts.empty()) line_.parts.emplace_back();
+    bool sure = true;
+    for (const identify::FormatPart& part : line_.parts) {
+      put(writer, guess_, line_, part);
+      sure = sure && part.finding.sure() != nullptr;
+    }
+    messages.add_summary(summary(guess_, line_));
+    if (!read) return messages.fail(ExitStatus::io, capture_.input().error());
+    if (line_.statistics.cycles() == 0) {
+      return messages.fail(ExitStatus::data_failed, capture_.no_request());
+    }
+    return sure ? ExitStatus::done : ExitStatus::data_failed;
+  }
+
+ private:
+  void put_other(report::TableWriter& writer, const ProtocolGuess& guess) {
+    std::vector<Cell> cells(identify_columns().size());
+    cells[0] = capture_.input().name();
+    cells[12] = name_of(guess.protocol);
+    cells[13] = guess.confidence;
+    cells.resize(columns_for(options_.to).size());
+    writer.row(cells);
+  }
+
+  void put(report::TableWriter& writer, const ProtocolGuess& guess, const Line& line,
+           const identify::FormatPart& part) {
+    const decode::Statistics& statistics = line.statistics;
+    std::vector<Cell> cells(identify_columns().size());
+    const decode::Lines& lines = capture_.lines().lines;
+    const std::string inverted = fmt::format("{}{}{}", lines.ma_inverted ? "MA" : "",
+                                             lines.ma_inverted && lines.slo_inverted ? ";" : "",
+                                             lines.slo_inverted ? "SLO" : "");
+    cells[0] = capture_.input().name();
+    cells[1] = capture_.ma_name();
+    cells[2] = capture_.slo_name();
+    if (!inverted.empty()) cells[3] = inverted;
+    if (statistics.period().count() != 0) {
+      cells[4] = rate_of(picoseconds(statistics.period().median()));
+    }
+    if (statistics.line_delay().count() != 0) {
+      cells[5] = picoseconds(statistics.line_delay().median());
+    }
+    if (statistics.ack_clocks().count() != 0) {
+      cells[6] = static_cast<std::uint64_t>(statistics.ack_clocks().median());
+    }
+    std::string format;
+    std::vector<std::string> equal;
+    std::string encoders;
+    const auto& candidates = part.finding.candidates;
+    if (!candidates.empty()) {
+      const FormatCandidate& best = candidates.front();
+      format = text_of(best.format);
+      for (const FrameFormat& each : best.equal) equal.push_back(text_of(each));
+      encoders = encoders_text(best, best.encoders.size());
+      if (part.finding.sure() != nullptr) cells[7] = format;
+      if (!part.finding.still) cells[8] = rounded_down(best.confidence);
+    }
+    const std::string equal_text = joined(equal);
+    const std::string alternatives = alternatives_of(part.finding, options_.to);
+    if (!equal.empty()) cells[9] = equal_text;
+    if (!alternatives.empty()) cells[10] = alternatives;
+    if (!encoders.empty()) cells[11] = encoders;
+    cells[12] = name_of(guess.protocol);
+    cells[13] = guess.confidence;
+    cells[14] = statistics.cycles();
+    cells[15] = statistics.good();
+    const auto rule = line.release.rule();
+    const std::string timeout = rule ? biss::text_of(*rule) : std::string();
+    if (rule) cells[16] = timeout;
+    if (line.parts.size() > 1) {
+      cells[17] = part.from_cycle;
+      cells[18] = part.to_cycle;
+    }
+    cells.resize(columns_for(options_.to).size());
+    writer.row(cells);
+  }
+
+  static void add_protocol(report::Summary& summary, const ProtocolGuess& guess) {
+    summary.entry("protocol", name_of(guess.protocol),
+                  fmt::format("confidence {:.2f}: {}", guess.confidence, guess.why));
+  }
+
+  std::string summary(const ProtocolGuess& guess, const Line& line) const {
+    report::Summary out;
+    out.title(fmt::format("{}: {} request cycles, {} with a frame", capture_.input().name(),
+                          line.statistics.cycles(), line.statistics.good()));
+    add_protocol(out, guess);
+    out.entry(
+        "lines", fmt::format("MA = {}, SLO = {}", capture_.ma_name(), capture_.slo_name()),
+        capture_.lines().look_swapped ? "exchanged? the other way round cycles can be read" : "");
+    for (const identify::FormatPart& part : line.parts) {
+      if (line.parts.size() > 1) {
+        out.entry("length", fmt::format("{} bits after CDS", part.bits),
+                  fmt::format("from cycle {} to {}", part.from_cycle, part.to_cycle));
+      }
+      add_identified(out, part.finding, true);
+      if (part.finding.candidates.empty()) continue;
+      const identify::Layout& best = part.finding.candidates.front().layout;
+      out.entry("evidence", fmt::format("{:.0f} bits", best.score),
+                fmt::format("{} independent differences, checksums right in {:.1f} % of the frames",
+                            best.channels.front().rank, 100 * best.right_share));
+    }
+    return out.text();
+  }
+
+  const IdentifyOptions options_;
+  // Of the pair of lines that is being read.
+  ProtocolGuess guess_;
+  Line line_;
+};
+
+}  // namespace
+
+std::unique_ptr<CycleRun> identify_run(const CaptureArguments& capture, Host& host) {
+  IdentifyOptions options;
+  options.capture = capture;
+  options.to = report::Format::jsonl;
+  options.capture.device.format.clear();
+  options.capture.identify = false;
+  options.capture.each = options.capture.keep_unknown = true;
+  return std::make_unique<IdentifyRun>(std::move(options), host);
+}
+
+void add_identify(Command& command) {
+  const auto options = std::make_shared<IdentifyOptions>();
+  options->capture.each = true;
+  options->capture.keep_unknown = true;
+  Verb verb = command.add_verb(
+      {.name = "identify",
+       .purpose = "Find out what the lines of a capture carry, and the frame format",
+       .examples = {"biss identify capture.vcd", "biss identify *.sr --to jsonl",
+                    "biss identify samples.bin --raw-rate 100MHz --ma D0 --slo D3"}},
+      [options](Host& host) {
+        return IdentifyRun(*options, host).write(options->output, options->to);
+      });
+  add_capture_options(verb, options->capture, true);
+  add_range_options(verb, options->capture);
+  add_output_option(verb, options->output);
+  add_to_option(verb, options->to);
+}
+
+}  // namespace biss::verbs

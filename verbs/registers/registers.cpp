@@ -1,0 +1,206 @@
+// `biss registers`: the control communication in a capture, one row per access.
+#include <fmt/format.h>
+
+#include <array>
+#include <map>
+#include <vector>
+
+#include "decode/control_listener.hpp"
+#include "decode/seen_registers.hpp"
+#include "dump/register_dump.hpp"
+#include "dump/write.hpp"
+#include "report/summary.hpp"
+#include "verbs/common/decoded_capture.hpp"
+#include "verbs/common/verb.hpp"
+#include "verbs/registers/access_rows.hpp"
+
+namespace biss::verbs {
+
+namespace {
+
+using decode::AccessOutcome;
+using decode::SeenAccess;
+
+struct RegistersOptions {
+  CaptureArguments capture;
+  std::string dump;
+  std::optional<std::uint64_t> id;
+  std::optional<std::uint8_t> bank;
+  bool fail_on_any = false;
+  std::string output;
+  report::Format to = report::Format::table;
+};
+
+// The registers of each slave as far as the traffic shows them.
+class Dumps {
+ public:
+  /// \param bank the bank of each slave at the beginning
+  explicit Dumps(std::optional<std::uint8_t> bank) : bank_(bank) {}
+
+  void take(const SeenAccess& access) {
+    if (!access.header_sent || access.kind == SeenAccess::Kind::command) return;
+    // An access of which the kind is not known does not show that there is such a slave.
+    if (access.kind == SeenAccess::Kind::unknown && !slaves_.contains(access.id)) return;
+    slaves_.try_emplace(access.id, bank_).first->second.take(access);
+  }
+  std::size_t slaves() const { return slaves_.size(); }
+  /// That slave's, or the only one's.
+  const dump::RegisterDump* find(std::optional<std::uint64_t> id) const {
+    if (!id) return slaves_.size() == 1 ? &slaves_.begin()->second.registers() : nullptr;
+    const auto at = slaves_.find(static_cast<unsigned>(*id));
+    return at == slaves_.end() ? nullptr : &at->second.registers();
+  }
+
+ private:
+  std::optional<std::uint8_t> bank_;
+  std::map<unsigned, decode::SeenRegisters> slaves_;
+};
+
+class RegistersRun {
+ public:
+  RegistersRun(const RegistersOptions& options, Host& host)
+      : options_(options), host_(host), dumps_(options.bank) {}
+
+  ExitStatus run() {
+    if (options_.dump.empty() && (options_.id || options_.bank)) {
+      return host_.fail(ExitStatus::usage,
+                        options_.id ? "--id: needs --dump" : "--bank: needs --dump");
+    }
+    const ExitStatus opened = capture_.open(options_.capture);
+    if (opened != ExitStatus::done) return opened;
+    if (!options_.dump.empty() && capture_.several()) {
+      return host_.fail(ExitStatus::usage, "--dump: of one capture and one pair of lines only");
+    }
+    const ExitStatus status =
+        write_captures(capture_, options_.output, options_.to, access_columns,
+                       options_.fail_on_any || !options_.dump.empty(),
+                       [&](report::TableWriter& writer, RunMessages& messages) {
+                         return write_rows(writer, messages);
+                       });
+    return status == ExitStatus::done && !options_.dump.empty() ? write_dump() : status;
+  }
+
+ private:
+  // The rows of one capture.
+  ExitStatus write_rows(report::TableWriter& writer, RunMessages& messages) {
+    counts_ = {};
+    accesses_ = 0;
+    bytes_and_commands_ = 0;
+    decode::ControlListener listener([&](const SeenAccess& access) {
+      dumps_.take(access);
+      ++counts_[static_cast<std::size_t>(access.outcome)];
+      ++bytes_and_commands_;
+      if (!access.continues) ++accesses_;
+      write_access(writer, access);
+    });
+    std::uint64_t cycles = 0;
+    const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
+      ++cycles;
+      listener.push(number, cycle);
+      return true;
+    });
+    listener.finish();
+    if (!read) return messages.fail(ExitStatus::io, capture_.input().error());
+    if (cycles == 0) return messages.fail(ExitStatus::data_failed, capture_.no_request());
+    messages.add_summary(summary(listener));
+    const bool failed = bytes_and_commands_ != counts_[0];
+    return options_.fail_on_any && failed ? ExitStatus::data_failed : ExitStatus::done;
+  }
+
+  std::string summary(const decode::ControlListener& listener) const {
+    report::Summary out;
+    out.title(fmt::format("{}: {} access{} ({} bytes or commands)", capture_.input().name(),
+                          accesses_, accesses_ == 1 ? "" : "es", bytes_and_commands_));
+    std::string counted;
+    for (std::size_t i = 0; i < counts_.size(); ++i) {
+      if (counts_[i] == 0) continue;
+      counted += fmt::format("{}{} {}", counted.empty() ? "" : ", ", counts_[i],
+                             name_of(static_cast<AccessOutcome>(i)));
+    }
+    if (!counted.empty()) out.entry("outcome", counted);
+    if (listener.stray_cds() != 0) {
+      out.entry("CDS", fmt::format("{} cycles with CDS = 1 and no access", listener.stray_cds()));
+    }
+    if (listener.stray_cdm() != 0) {
+      out.entry("CDM", fmt::format("{} cycles with CDM = 1 less than {} zeros after another",
+                                   listener.stray_cdm(), control_reset_zeros));
+    }
+    if (accesses_ == 0) {
+      out.entry("try", "a capture with control communication; unidirectional encoders have none");
+    }
+    return out.text();
+  }
+
+  ExitStatus write_dump() const {
+    const dump::RegisterDump* const found = dumps_.find(options_.id);
+    if (found == nullptr) {
+      return host_.fail(
+          dumps_.slaves() > 1 && !options_.id ? ExitStatus::usage : ExitStatus::data_failed,
+          dumps_.slaves() > 1 && !options_.id
+              ? "--dump: several slaves were accessed; name one with --id"
+              : "--dump: no register of this slave was accessed");
+    }
+    const bool banks_only = dump::holds_banks_only(dump::format_of(options_.dump));
+    const bool direct = found->direct() != dump::DumpedBytes{};
+    const bool lost = found->without_bank != 0;
+    if (lost) {
+      host_.warn(fmt::format("--dump: {}; --bank gives the bank at the beginning of the capture",
+                             text_without_bank(*found)));
+    }
+    if (!found->banks() && !direct) {
+      return host_.fail(ExitStatus::data_failed, lost ? "--dump: no other register was read"
+                                                      : "--dump: no register was read");
+    }
+    if (!found->banks() && banks_only) {
+      return host_.fail(
+          ExitStatus::data_failed,
+          fmt::format("--dump: no register of a {}bank was read; this format has no place "
+                      "for the registers from 0x40 on",
+                      lost ? "known " : ""));
+    }
+    Output file(host_);
+    if (!file.open(options_.dump)) return file.status();
+    const std::string text = write_as(dump::format_of(options_.dump), *found, "registers");
+    if (!file.write(text) || !file.finish()) return file.status();
+    if (banks_only && direct) host_.print_summary(text_of_banks(*found));
+    return ExitStatus::done;
+  }
+
+  const RegistersOptions& options_;
+  Host& host_;
+  DecodedCapture capture_{host_};
+  Dumps dumps_;
+  std::array<std::uint64_t, decode::access_outcome_count> counts_{};
+  // A sequential access is one access of several bytes.
+  std::uint64_t accesses_ = 0;
+  std::uint64_t bytes_and_commands_ = 0;
+};
+
+}  // namespace
+
+void add_registers(Command& command) {
+  const auto options = std::make_shared<RegistersOptions>();
+  Verb verb = command.add_verb(
+      {.name = "registers",
+       .purpose = "Read the control communication in a capture, one row per access",
+       .examples = {"biss registers capture.vcd",
+                    "biss registers capture.vcd -f pos26,nE,nW,crc6 --to jsonl",
+                    "biss registers capture.sr --dump seen.hex"}},
+      [options](Host& host) { return RegistersRun(*options, host).run(); });
+  add_capture_options(verb, options->capture);
+  verb.add_option(
+          "--dump", options->dump,
+          "Write the registers of a slave that the accesses show: as hex text, .ihex, .bin or .c")
+      .type_name("FILE")
+      .file(FileUse::write);
+  add_count_option(verb, "--id", into(options->id), "ID of the slave for --dump", 7);
+  add_count_option(verb, "--bank", into(options->bank),
+                   "Bank that is selected at the beginning of the capture, for --dump; by default "
+                   "it is known from the first access to BSEL on",
+                   255);
+  verb.add_flag("--fail", options->fail_on_any, "Exit with 1 if an access did not end with ok");
+  add_output_option(verb, options->output);
+  add_to_option(verb, options->to);
+}
+
+}  // namespace biss::verbs

@@ -1,0 +1,297 @@
+#include "verbs/report/part.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <deque>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <utility>
+
+#include "biss/frame/format_text.hpp"
+#include "decode/control_listener.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/registers/access_rows.hpp"
+#include "verbs/report/asked.hpp"
+#include "verbs/report/excerpt.hpp"
+#include "verbs/report/overview.hpp"
+#include "verbs/report/packed.hpp"
+
+namespace biss::verbs {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr std::uint64_t failed_max = 2000;
+constexpr std::uint64_t first_max = 100;
+constexpr std::uint64_t accesses_max = 2000;
+
+// The row that was written last, as a line of CSV.
+class LineRows final : public report::TableWriter {
+ public:
+  LineRows(std::span<const report::Column> columns, Overview& overview)
+      : overview_(overview),
+        writer_(report::make_table_writer(report::Format::csv, columns, sink_)) {
+    header_ = take();
+  }
+
+  bool row(std::span<const report::Cell> cells) override {
+    overview_.add(cells);
+    return writer_->row(cells);
+  }
+  bool finish() override { return writer_->finish(); }
+  std::string take() {
+    writer_->finish();
+    return sink_.take();
+  }
+  const std::string& header() const { return header_; }
+
+ private:
+  Overview& overview_;
+  report::StringSink sink_;
+  std::string header_;
+  std::unique_ptr<report::TableWriter> writer_;
+};
+
+class PartMaker final : private ChangeWatcher {
+ public:
+  PartMaker(DecodeOptions& options, DecodeRun& run, std::string_view name)
+      : options_(options), run_(run), name_(name) {}
+
+  // And asks what the verbs of the page's panels say of the whole capture: `check` with the limits of
+  // the profiles, and of the encoder that the format names.
+  ExitStatus read() {
+    DecodedCapture& capture = run_.capture();
+    const auto& format = capture.format();
+    options_.motion.velocity = format && format->channel_list[0].position_bits() != 0;
+    excerpt_.emplace(capture.lines().lines);
+    overview_.emplace(run_.columns());
+    ask();
+    for (AskedVerb& verb : asked_) verb.open(capture);
+    capture.watch(*this);
+    const ExitStatus begun = run_.begin_rows();
+    if (begun != ExitStatus::done) return begun;
+    LineRows rows(run_.columns(), *overview_);
+    header_ = rows.header();
+    const bool read = capture.read([&](std::uint64_t number, const decode::Cycle& cycle) {
+      listener_.push(number, cycle);
+      run_.take(number, cycle, rows);
+      excerpt_->add({number, cycle.time, rows.take(), run_.took_error(), choose()});
+      for (AskedVerb& verb : asked_) verb.take(number, cycle);
+      return true;
+    });
+    RunMessages messages;
+    const ExitStatus ended = run_.end_rows(read, messages);
+    listener_.finish();
+    access_rows_->finish();
+    excerpt_->finish(capture.input().end_time());
+    count_ = excerpt_->cycles().size();
+    if (ended != ExitStatus::done) messages.print(capture.host());
+    return ended;
+  }
+
+  // The lines of the part have names and a polarity of their own.
+  PageSettings part_settings(const PageSettings& given) const {
+    DecodedCapture& capture = run_.capture();
+    PageSettings settings;
+    settings.format = given.format;
+    if (settings.format.empty()) {
+      settings.format =
+          capture.format() ? std::string(format_text(*capture.format()).view()) : "none";
+    }
+    settings.ma = "MA";
+    settings.slo = "SLO";
+    settings.invert_ma = capture.lines().lines.ma_inverted;
+    settings.invert_slo = capture.lines().lines.slo_inverted;
+    for (const PageOption& option : given.further) {
+      if (option.scope != Scope::file) settings.further.push_back(option);
+    }
+    const Picoseconds resolution = capture.margin().resolution;
+    if (resolution != Picoseconds{}) {
+      settings.further.push_back(
+          {Scope::file, {"--resolution", fmt::format("{}ps", resolution.count)}});
+    }
+    return settings;
+  }
+
+  // As many cycles of the excerpt as there is room for.
+  std::string packed_part(std::size_t room) {
+    for (;;) {
+      std::string text = packed(excerpt_->vcd(count_));
+      if (text.size() <= room || count_ == 0) return text;
+      const double share = static_cast<double>(room) / static_cast<double>(text.size());
+      count_ = static_cast<std::size_t>(static_cast<double>(count_) * share * 0.97);
+    }
+  }
+
+  // Of the cycles in the part, as `biss decode --to csv` writes them.
+  std::string rows() const {
+    std::string text = header_;
+    for (std::size_t i = 0; i < count_; ++i) text += excerpt_->cycles()[i].row;
+    return text;
+  }
+
+  // But for verbs, rows and notes.
+  json report(const PageSettings& settings) const {
+    return {{"name", name_},
+            {"settings",
+             {{"format", settings.format},
+              {"ma", settings.ma},
+              {"slo", settings.slo},
+              {"invertMa", settings.invert_ma},
+              {"invertSlo", settings.invert_slo},
+              {"units", "counts"},
+              {"further", settings.further_text()}}},
+            {"cycles", overview_->rows()},
+            {"failed", failed_},
+            {"summary", plain(run_.summary())},
+            {"envelope", overview_->envelope()},
+            {"causes", overview_->causes()}};
+  }
+
+  // What the verbs say, by their names: `check` by that of its limits too.
+  tl::expected<json, VerbError> verbs() {
+    json answers = json::object();
+    for (AskedVerb& verb : asked_) {
+      auto answer = verb.answer(run_.capture().input().end_time());
+      if (!answer) return answer;
+      for (const char* text : {"out", "err"}) {
+        (*answer)[text] = plain((*answer)[text].get<std::string>());
+      }
+      answers[verb.name()] = std::move(*answer);
+    }
+    answers["registers"] = {{"status", 0}, {"out", access_text_.text()}, {"err", ""}};
+    return answers;
+  }
+
+  std::vector<std::string> notes() const {
+    std::vector<std::string> notes;
+    notes.push_back(fmt::format(
+        "This report has the waveform and the rows of {} of {} request cycles: the first "
+        "ones, and failed ones with their neighbours.",
+        count_, overview_->rows()));
+    notes.push_back(failed_shown() == failed_
+                        ? fmt::format("All {} failed cycles are in it.", failed_)
+                        : fmt::format("{} of {} failed cycles are in it, the earliest ones.",
+                                      failed_shown(), failed_));
+    if (excerpt_->lost() != 0) {
+      notes.push_back(fmt::format(
+          "{} of the cycles chosen are not in it, because they have too many edges or are "
+          "before 0.",
+          excerpt_->lost()));
+    }
+    if (accesses_ > accesses_max) {
+      notes.push_back(fmt::format("Of {} accesses to registers the first {} are in it.", accesses_,
+                                  accesses_max));
+    }
+    notes.emplace_back(
+        "Plots, causes, summary, identify, check, explain and accesses to registers are those of "
+        "the whole capture; the eye and the margins are those of the cycles in the report.");
+    return notes;
+  }
+
+ private:
+  void ask() {
+    const CaptureArguments& capture = options_.capture;
+    const auto ask = [this](std::string name, auto make) {
+      asked_.emplace_back(std::move(name), run_.capture().host(), make);
+    };
+    ask("identify", [&](Host& host) { return identify_run(capture, host); });
+    ask("explain", [&](Host& host) { return explain_run(capture, host); });
+    std::vector<std::string> limits{"biss-c", "renishaw"};
+    const std::string& format = capture.device.format;
+    const auto device = parse_device(format.empty() ? "none" : format);
+    if (device && device->timing_known()) limits.push_back(format);
+    for (const std::string& each : limits) {
+      ask("check " + each, [&](Host& host) { return check_run(capture, each, host); });
+    }
+  }
+
+  void take(std::span<const wire::Edge> edges) override { show(edges); }
+  void take(const capture::PairPiece& changes) override { show(changes); }
+  template <class Changes>
+  void show(const Changes& changes) {
+    excerpt_->take(changes);
+    for (AskedVerb& verb : asked_) {
+      if (verb.watcher() != nullptr) verb.watcher()->take(changes);
+    }
+  }
+
+  bool choose() {
+    const bool failed = run_.took_error();
+    if (!failed) return good_++ < first_max;
+    return failed_++ < failed_max;
+  }
+
+  std::uint64_t failed_shown() const {
+    const auto begin = excerpt_->cycles().begin();
+    return static_cast<std::uint64_t>(
+        std::count_if(begin, begin + static_cast<std::ptrdiff_t>(count_),
+                      [](const ExcerptCycle& cycle) { return cycle.failed; }));
+  }
+
+  // Without the folders of this machine.
+  std::string plain(std::string text) const {
+    for (const std::string& file : options_.capture.files) {
+      const std::string name = std::filesystem::path(file).filename().string();
+      if (file == name) continue;
+      for (std::size_t at = text.find(file); at != std::string::npos; at = text.find(file, at)) {
+        text.replace(at, file.size(), name);
+        at += name.size();
+      }
+    }
+    return text;
+  }
+
+  DecodeOptions& options_;
+  DecodeRun& run_;
+  std::string name_;
+  std::optional<Excerpt> excerpt_;
+  std::optional<Overview> overview_;
+  std::deque<AskedVerb> asked_;
+  std::uint64_t good_ = 0;
+  std::uint64_t failed_ = 0;
+  std::string header_;
+  // Cycles of the excerpt that are in the part.
+  std::size_t count_ = 0;
+  // As `biss registers --to jsonl` writes them.
+  report::StringSink access_text_;
+  std::unique_ptr<report::TableWriter> access_rows_ =
+      report::make_table_writer(report::Format::jsonl, access_columns(), access_text_);
+  std::uint64_t accesses_ = 0;
+  decode::ControlListener listener_{[this](const decode::SeenAccess& access) {
+    if (accesses_++ < accesses_max) write_access(*access_rows_, access);
+  }};
+};
+
+}  // namespace
+
+tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, DecodeRun& run,
+                                                      const PageSettings& settings,
+                                                      std::string_view name, std::size_t room) {
+  PartMaker maker(options, run, name);
+  const ExitStatus status = maker.read();
+  if (status != ExitStatus::done) return tl::unexpected(status);
+  CapturePart part;
+  part.settings = maker.part_settings(settings);
+  const auto verbs = maker.verbs();
+  if (!verbs) return tl::unexpected(run.capture().host().fail(verbs.error()));
+  json report = maker.report(part.settings);
+  report["verbs"] = *verbs;
+  const auto dumped = [&report] {
+    return report.dump(-1, ' ', false, json::error_handler_t::replace);
+  };
+  report["rows"] = maker.rows();
+  constexpr std::size_t notes_room = 2'000;
+  const std::size_t fixed = packed(dumped()).size() + notes_room;
+  part.capture = maker.packed_part(room - std::min(room, fixed));
+  part.notes = maker.notes();
+  report["rows"] = maker.rows();
+  report["notes"] = part.notes;
+  part.report = packed(dumped());
+  return part;
+}
+
+}  // namespace biss::verbs

@@ -1,0 +1,151 @@
+// `biss report`: the page with a capture in it, as one file.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <system_error>
+
+#include "report/summary.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/common/output.hpp"
+#include "verbs/common/page.hpp"
+#include "verbs/common/page_settings.hpp"
+#include "verbs/common/text_file.hpp"
+#include "verbs/common/verb.hpp"
+#include "verbs/decode/decode_run.hpp"
+#include "verbs/report/packed.hpp"
+#include "verbs/report/part.hpp"
+
+namespace biss::verbs {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+// A capture is in the report as a whole up to these sizes: of the file, and of its text in the page.
+constexpr std::uintmax_t whole_file_max = std::uintmax_t{16} << 20U;
+constexpr std::size_t whole_text_max = 3'300'000;
+// A report that has a part of a capture, with the page.
+constexpr std::size_t report_max = 4'900'000;
+
+struct ReportOptions {
+  DecodeOptions decode;
+  std::string output;
+  std::string page;
+};
+
+// Pages do not read zstd.
+bool is_zstd(std::string_view bytes) { return bytes.starts_with("\x28\xB5\x2F\xFD"); }
+
+class ReportRun {
+ public:
+  ReportRun(ReportOptions& options, const Verb& verb, Host& host)
+      : options_(options), verb_(verb), host_(host) {}
+
+  ExitStatus run() {
+    const std::vector<std::string>& files = options_.decode.capture.files;
+    for (const std::string& file : files) {
+      std::error_code problem;
+      if (host_.capture(file) != nullptr ||
+          (file != "-" && (!fs::exists(file, problem) || fs::is_regular_file(file, problem)))) {
+        continue;
+      }
+      return host_.fail(
+          ExitStatus::usage,
+          fmt::format("{}: a report reads a capture several times; give a file", file));
+    }
+    const auto page = read_page(options_.page);
+    if (!page) return host_.fail(page.error());
+    DecodeRun decode(options_.decode, host_);
+    ExitStatus status = decode.open();
+    if (status != ExitStatus::done) return status;
+    if (decode.capture().several()) {
+      return host_.fail(
+          ExitStatus::usage,
+          "a report has one capture and one pair of lines: give one file, or one for each "
+          "line, and name the lines with --ma and --slo");
+    }
+    status = decode.next();
+    if (status != ExitStatus::done) return status;
+    if (const auto text = whole_capture()) return write(whole_page(*page, *text));
+    const std::size_t room = report_max - std::min(report_max, page->size());
+    const auto part = part_of_capture(options_.decode, decode, page_settings(verb_.given_options()),
+                                      name(), room);
+    return part ? write(part_page(*page, *part)) : part.error();
+  }
+
+ private:
+  std::string name() const {
+    return fs::path(options_.decode.capture.files.front()).filename().string();
+  }
+
+  // The bytes of the capture as text; nothing where they are too many, or no page reads them.
+  std::optional<std::string> whole_capture() const {
+    const std::vector<std::string>& files = options_.decode.capture.files;
+    std::error_code problem;
+    if (files.size() != 1 || host_.capture(files.front()) != nullptr ||
+        fs::file_size(files.front(), problem) > whole_file_max) {
+      return std::nullopt;
+    }
+    const auto bytes = read_text_file(files.front());
+    if (!bytes || is_zstd(*bytes)) return std::nullopt;
+    std::string text = packed(*bytes);
+    return text.size() > whole_text_max ? std::nullopt : std::optional(std::move(text));
+  }
+
+  std::string whole_page(std::string_view page, std::string_view content) {
+    contains_ = "the whole capture";
+    const std::string view = page_settings(verb_.given_options()).link_text();
+    return page_with_capture(page, {{"name", name()}, {"view", view}}, content);
+  }
+
+  std::string part_page(std::string_view page, const CapturePart& part) {
+    contains_ = fmt::format("{}", fmt::join(part.notes, " "));
+    const std::string with_report = page_with_report(page, part.report);
+    return page_with_capture(with_report, {{"name", name()}, {"view", part.settings.link_text()}},
+                             part.capture);
+  }
+
+  ExitStatus write(const std::string& page) {
+    Output output(host_);
+    if (!output.open(options_.output)) return output.status();
+    if (!output.write(page) || !output.finish()) return output.status();
+    report::Summary out;
+    const bool is_file = options_.output != "-";
+    out.title(fmt::format("{}: {:.2f} MB", is_file ? options_.output : "standard output",
+                          static_cast<double>(page.size()) / 1e6));
+    out.entry("contains", contains_);
+    host_.print_summary(out.text());
+    return ExitStatus::done;
+  }
+
+  ReportOptions& options_;
+  const Verb& verb_;
+  Host& host_;
+  std::string contains_;
+};
+
+}  // namespace
+
+void add_report(Command& command) {
+  const auto options = std::make_shared<ReportOptions>();
+  const auto verb = std::make_shared<std::optional<Verb>>();
+  *verb = command.add_verb(
+      {.name = "report",
+       .purpose = "Write a page that shows a capture in any browser, as one file to be sent",
+       .examples = {"biss report capture.vcd -f resolute-26 -o report.html",
+                    "biss report ma.csv slo.csv --ma ma.csv:D0 --slo slo.csv:D1 -o report.html",
+                    "biss report samples.bin --raw-rate 100MHz --ma D0 --slo D3 -o report.html"}},
+      [options, verb](Host& host) { return ReportRun(*options, **verb, host).run(); });
+  options->decode.capture.identify = true;
+  // For the verbs that judge the same cycles.
+  options->decode.margin.signal = true;
+  add_single_capture_options(**verb, options->decode.capture);
+  add_output_option(**verb, options->output, "The page to write").required();
+  add_page_option(**verb, options->page);
+}
+
+}  // namespace biss::verbs

@@ -1,0 +1,149 @@
+// biss safety analyse: the errors that a format's checks do not detect, calculated exactly.
+#include <fmt/format.h>
+
+#include <charconv>
+#include <memory>
+#include <optional>
+#include <string>
+#include <tl/expected.hpp>
+#include <vector>
+
+#include "lab/rating.hpp"
+#include "verbs/common/format_option.hpp"
+#include "verbs/common/verb.hpp"
+#include "verbs/safety/analysis.hpp"
+#include "verbs/safety/safety.hpp"
+
+namespace biss::verbs {
+namespace {
+
+struct AnalyseOptions {
+  FormatArguments arguments;
+  QuestionOptions question;
+  std::string to = "table";
+  std::string output;
+};
+
+// A number like 1e-3, independent of the locale. Returns nothing unless it is above 0 and at most
+// `most`.
+std::optional<double> parse_positive(const std::string& text, double most) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size()) return {};
+  return value > 0 && value <= most ? std::optional(value) : std::nullopt;
+}
+
+// The rating as C++ text, with the command that prints it.
+tl::expected<std::string, std::string> rating_text(const SafetyQuestion& question) {
+  const auto comparison =
+      SafetyComparison{.compare_bits = static_cast<std::uint8_t>(question.checks.compare_bits),
+                       .tolerance_lsb = static_cast<std::uint8_t>(question.checks.tolerance_lsb),
+                       .multiturn = question.checks.compare_turns ? MultiturnRule::with_carry
+                                                                  : MultiturnRule::ignored};
+  const auto rating = lab::safety_rating(question.format, comparison);
+  if (!rating) {
+    const auto problem = lab::pair_problem(question.format, question.checks);
+    return tl::unexpected(fmt::format(
+        "no rating: {}", problem ? lab::text_of(*problem) : "the residual error is too large"));
+  }
+  const auto per_hour = static_cast<double>(static_cast<long double>(rating->residual_e24) *
+                                            1e-24L * question.frames_per_hour());
+  return fmt::format(
+      "// {}: {} upper bits compared, tolerance {}{}\n"
+      "// {:.4g} undetected errors an hour at {} frames a second and a bit error rate of {}\n"
+      "biss::SafetyRating{{0x{:X}U, {}U, 0x{:X}U}}\n",
+      format_text(question.format).view(),
+      question.checks.compare_bits == 0 ? "all" : std::to_string(question.checks.compare_bits),
+      question.checks.tolerance_lsb, question.checks.compare_turns ? "" : ", turns ignored",
+      per_hour, question.frame_rate.count, lab::rated_bit_error_rate, rating->words,
+      rating->residual_e24, rating->check);
+}
+
+ExitStatus run_analyse(const AnalyseOptions& options, Host& host) {
+  const auto device = parse_device(options.arguments.format);
+  if (!device) return host.fail(ExitStatus::usage, device.error());
+  const auto question = safety_question(device->format, options.question);
+  if (!question) return host.fail(ExitStatus::usage, question.error());
+  Output output(host);
+  if (!output.open(options.output)) return output.status();
+  if (options.to == "c") {
+    const auto rating = rating_text(*question);
+    if (!rating) return host.fail(ExitStatus::usage, rating.error());
+    return output.write(*rating) && output.finish() ? ExitStatus::done : output.status();
+  }
+  const SafetyAnalysis analysis = analyse(*question);
+  warn_of_pair(analysis, host);
+  const std::string text = options.to == "jsonl" ? analysis_jsonl(*question, analysis)
+                                                 : analysis_text(*question, analysis);
+  return output.write(text) && output.finish() ? ExitStatus::done : output.status();
+}
+
+}  // namespace
+
+tl::expected<SafetyQuestion, std::string> safety_question(const FrameFormat& format,
+                                                          const QuestionOptions& options) {
+  if (format.deviates()) {
+    return tl::unexpected(std::string("-f: a CRC with an error of the maker is not analysed"));
+  }
+  SafetyQuestion question{.format = format,
+                          .bit_error_rates = {},
+                          .frame_rate = options.frame_rate,
+                          .limit_per_hour = 0,
+                          .checks = options.checks,
+                          .gap_bits = options.gap_bits};
+  question.checks.compare_turns = !options.ignore_turns;
+  for (const std::string& text : options.rates) {
+    const auto rate = parse_positive(text, 0.5);
+    if (!rate) {
+      return tl::unexpected(fmt::format("--ber '{}': give a number above 0, up to 0.5", text));
+    }
+    question.bit_error_rates.push_back(*rate);
+  }
+  if (question.bit_error_rates.empty()) question.bit_error_rates = {1e-2, 1e-3, 1e-4};
+  const auto limit = parse_positive(options.limit, 1e12);
+  if (!limit) {
+    return tl::unexpected(fmt::format("--limit '{}': give a number above 0", options.limit));
+  }
+  question.limit_per_hour = *limit;
+  return question;
+}
+
+void warn_of_pair(const SafetyAnalysis& analysis, Host& host) {
+  if (!analysis.pair_problem) return;
+  host.warn(fmt::format("the two words are not analysed as a pair: {}",
+                        lab::text_of(*analysis.pair_problem)));
+}
+
+Run add_safety_analyse(Verb verb) {
+  const auto options = std::make_shared<AnalyseOptions>();
+  QuestionOptions& asked = options->question;
+  add_format_option(verb, options->arguments, true);
+  verb.add_option("--ber", asked.rates,
+                  "Bit error rate. May be repeated; 1e-2, 1e-3 and 1e-4 by default")
+      .type_name("P");
+  add_rate_option(verb, "--rate", into(asked.frame_rate), "Frames per second; 32kHz by default");
+  verb.add_option(
+          "--limit", asked.limit,
+          "Find the bit error rate with this many undetected errors per hour; 1e-9 by default")
+      .type_name("N");
+  add_count_option(
+      verb, "--compare", into(asked.checks.compare_bits),
+      "Number of upper singleturn bits to compare (ACC_MIN); by default all that both words have",
+      64)
+      .type_name("BITS");
+  add_count_option(
+      verb, "--tolerance", into(asked.checks.tolerance_lsb),
+      "Largest difference of the two words, in counts of the lowest bit compared; 1 by default",
+      255)
+      .type_name("LSB");
+  verb.add_flag("--ignore-turns", asked.ignore_turns, "Do not compare turns");
+  add_count_option(verb, "--gap", into(asked.gap_bits), "Length of a gap on the line; 8 by default",
+                   640)
+      .type_name("BITS");
+  add_name_option(verb, "--to", options->to, {"table", "jsonl", "c"},
+                  "Output format; c: the rating for SafetySetup; table by default");
+  add_output_option(verb, options->output);
+  return [options](Host& host) { return run_analyse(*options, host); };
+}
+
+}  // namespace biss::verbs

@@ -1,0 +1,307 @@
+// biss safety campaign: inject faults into frames and count undetected errors, with the exact theory.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "archive/hash.hpp"
+#include "lab/campaign.hpp"
+#include "verbs/common/safety_format.hpp"
+#include "verbs/common/shard_option.hpp"
+#include "verbs/common/terminal.hpp"
+#include "verbs/common/text_file.hpp"
+#include "verbs/common/verb.hpp"
+#include "verbs/safety/campaign_plan.hpp"
+#include "verbs/safety/campaign_table.hpp"
+#include "verbs/safety/experiments.hpp"
+#include "verbs/safety/interruption.hpp"
+#include "verbs/safety/safety.hpp"
+
+namespace biss::verbs {
+namespace {
+
+constexpr const char* measured_faults =
+    "flips:RATE[:DRAWN|:fitting] (up to 0.5), burst:BITS[:PLACE] (2 to 32), "
+    "gap_low:BITS[:PLACE], gap_high:BITS[:PLACE] (1 to 32)";
+constexpr const char* placed_faults =
+    "lost_bit, doubled_bit, slo_low, slo_high, inserted_low, inserted_high, false_start";
+constexpr const char* other_faults = "lost_start, cds_high, stop_high";
+
+struct CampaignOptions {
+  std::string format;
+  std::vector<std::string> faults = usual_campaign_faults();
+  CampaignRequest request;
+  lab::Shard shard;
+  std::string state;
+  Picoseconds save_every = milliseconds(5000);
+  bool plain = false;
+  std::optional<std::uint64_t> replay;
+  std::vector<std::string> parts;
+  std::optional<Verb> merge;
+  report::Format to = report::Format::table;
+  std::string output;
+};
+
+ExitStatus bad_format(const std::string& name, Host& host) {
+  return host.fail(ExitStatus::usage, safety_format_error(name));
+}
+
+tl::expected<lab::CampaignState, std::string> read_state_of(const std::string& path) {
+  const auto file = read_text_file(path);
+  if (!file) return tl::unexpected(fmt::format("{}: {}", path, file.error()));
+  auto state = lab::read_state(*file);
+  const std::size_t end = file->size() - std::min(file->size(), archive::checksum_end(0).size());
+  const std::string_view text(*file);
+  const bool whole =
+      text.substr(end) == archive::checksum_end(archive::hash_of(text.substr(0, end)));
+  if (!state || !whole) {
+    return tl::unexpected(fmt::format("{}: not a usable campaign state: {}", path,
+                                      state ? archive::checksum_wrong : state.error()));
+  }
+  return state;
+}
+
+std::string too_many_bits(const std::string& path) {
+  return fmt::format("{}: not a usable campaign state: more wrong bits than the words have", path);
+}
+
+ExitStatus print_state(const lab::CampaignFrame& frame, const lab::CampaignState& state,
+                       const CampaignOptions& options, Host& host) {
+  Output output(host);
+  if (!output.open(options.output)) return output.status();
+  const std::vector<CampaignRow> rows = campaign_rows(frame, state);
+  const bool written = write_campaign(rows, options.to, output, output.table_options());
+  return written && output.finish() ? judge_campaign(rows, host) : output.status();
+}
+
+bool save(const lab::CampaignState& state, const std::string& path, Host& host) {
+  if (path.empty()) return true;
+  Output file(host);
+  std::string text = lab::state_text(state);
+  text.resize(text.rfind('}'));
+  text += archive::checksum_end(archive::hash_of(text));
+  const bool saved = file.open(path) && file.write(text) && file.finish();
+  if (!saved) host.warn(file.error());
+  return saved;
+}
+
+// With a state file, a signal ends the run after a last save.
+ExitStatus count_blocks(const lab::CampaignFrame& frame, lab::CampaignState& state,
+                        const CampaignOptions& options, Host& host) {
+  std::optional<Interruption> interruption;
+  if (!options.state.empty()) interruption.emplace();
+  lab::ExperimentRun run{.threads = options.request.threads,
+                         .shard = options.shard,
+                         .save_seconds = static_cast<double>(options.save_every.count) * 1e-12};
+  run.save = [&] { return save(state, options.state, host); };
+  Progress progress(host);
+  const std::uint64_t before = state.frames_done();
+  run.interrupted = [&] {
+    if (progress.due()) {
+      const std::uint64_t done = state.frames_done();
+      progress.show(progress_text({.done = done, .all = state.frames_planned(), .before = before},
+                                  "frames", progress.seconds()));
+    }
+    return interruption && interruption->requested();
+  };
+  if (run_campaign(frame, state, run)) return ExitStatus::done;
+  if (interruption && interruption->requested()) {
+    host.warn(fmt::format("interrupted after {} of {} frames; the same command continues from {}",
+                          state.frames_done(), state.frames_planned(), options.state));
+    interruption->end_process();
+  }
+  return ExitStatus::io;
+}
+
+ExitStatus run_counts(const lab::CampaignFrame& frame, lab::CampaignPlan plan,
+                      const CampaignOptions& options, Host& host) {
+  if (!options.plain) add_importance(frame, plan);
+  lab::CampaignState state(plan);
+  if (!options.state.empty() && std::filesystem::exists(options.state)) {
+    auto before = read_state_of(options.state);
+    if (!before) return host.fail(ExitStatus::io, before.error());
+    if (before->plan != plan) {
+      return host.fail(ExitStatus::io,
+                       fmt::format("{}: state of another campaign (format, faults, frames or "
+                                   "seed differ); give another file",
+                                   options.state));
+    }
+    if (!fits(frame, *before)) return host.fail(ExitStatus::io, too_many_bits(options.state));
+    state = std::move(*before);
+  }
+  const ExitStatus status = count_blocks(frame, state, options, host);
+  return status == ExitStatus::done ? print_state(frame, state, options, host) : status;
+}
+
+ExitStatus run_replay(const lab::CampaignFrame& frame, const lab::CampaignPlan& plan,
+                      const CampaignOptions& options, Host& host) {
+  if (plan.faults.size() != 1) {
+    return host.fail(ExitStatus::usage, "--replay needs exactly one --fault");
+  }
+  const std::uint64_t index = *options.replay;
+  if (plan.faults[0].fitting && index >= lab::max_fitting_frames) {
+    return host.fail(ExitStatus::usage,
+                     fmt::format("--replay {}: a fitting draw has {} frames at most", index,
+                                 lab::max_fitting_frames));
+  }
+  if (index >= plan.frames) {
+    host.warn(
+        fmt::format("frame {} is not below the {} of --frames; shown as a longer campaign draws it",
+                    index, plan.frames));
+  }
+  const lab::ReplayedFrame replayed = lab::replay_frame(frame, {plan.faults[0], plan.seed}, index);
+  const SafetyJudgement judgement = frame.monitor(replayed.sent, replayed.received);
+  Output output(host);
+  if (!output.open(options.output)) return output.status();
+  using report::Kind;
+  const std::vector<report::Column> columns = {
+      {.name = "fault"},
+      {.name = "frame", .kind = Kind::unsigned_integer},
+      {.name = "position", .kind = Kind::unsigned_integer},
+      {.name = "lc", .kind = Kind::unsigned_integer},
+      {.name = "cpw_sent"},
+      {.name = "cpw_read"},
+      {.name = "spw_sent"},
+      {.name = "spw_read"},
+      {.name = "verdict"},
+      {.name = "position_read", .kind = Kind::unsigned_integer}};
+  const auto table = report::make_table_writer(options.to, columns, output, output.table_options());
+  const lab::WordPair read = frame.read(replayed.received).value_or(lab::WordPair());
+  const auto word = [](std::uint64_t bits) { return fmt::format("0x{:X}", bits); };
+  const std::string texts[] = {text_of(plan.faults[0]), word(replayed.encoded.cpw), word(read.cpw),
+                               word(replayed.encoded.spw), word(read.spw)};
+  const report::Cell read_position =
+      judgement.position ? report::Cell(control_position(frame.plan(), *judgement.position))
+                         : report::Cell();
+  const report::Cell cells[] = {texts[0],
+                                index,
+                                replayed.sent.position,
+                                unsigned{replayed.sent.life_counter},
+                                texts[1],
+                                texts[2],
+                                texts[3],
+                                texts[4],
+                                name_of(judgement.verdict),
+                                read_position};
+  if (!table->row(cells) || !table->finish() || !output.finish()) return output.status();
+  return ExitStatus::done;
+}
+
+ExitStatus run_merge(const CampaignOptions& options, Host& host) {
+  std::optional<lab::CampaignState> sum;
+  for (const std::string& path : options.parts) {
+    auto part = read_state_of(path);
+    if (!part) return host.fail(ExitStatus::io, part.error());
+    const auto frame = campaign_frame_of(part->plan.format);
+    if (!frame || campaign_rules(*frame) != part->plan.rules) {
+      return host.fail(ExitStatus::io,
+                       fmt::format("{}: made with other monitor rules than this program's", path));
+    }
+    if (!fits(*frame, *part)) return host.fail(ExitStatus::io, too_many_bits(path));
+    if (!sum) {
+      sum = std::move(*part);
+    } else if (!sum->merge(*part)) {
+      return host.fail(ExitStatus::io,
+                       fmt::format("{}: state of another campaign, or with blocks that an "
+                                   "earlier file has too",
+                                   path));
+    }
+  }
+  const auto frame = campaign_frame_of(sum->plan.format);
+  if (!options.state.empty() && !save(*sum, options.state, host)) return ExitStatus::io;
+  const ExitStatus status = print_state(*frame, *sum, options, host);
+  if (status != ExitStatus::done || sum->complete()) return status;
+  return host.fail(ExitStatus::data_failed,
+                   "parts are missing: the table does not cover the whole campaign");
+}
+
+tl::expected<lab::CampaignPlan, std::string> plan_of(const lab::CampaignFrame& frame,
+                                                     const CampaignOptions& options) {
+  lab::CampaignPlan plan{.format = options.format,
+                         .rules = campaign_rules(frame),
+                         .seed = options.request.seed,
+                         .frames = options.request.frames,
+                         .faults = {}};
+  for (const std::string& text : options.faults) {
+    if (add_campaign_fault(frame, text, plan)) continue;
+    return tl::unexpected(
+        fmt::format("'{}' is not a fault of these {} bits: {}, or one of {} with [:PLACE], or {}",
+                    text, frame.bits(), measured_faults, placed_faults, other_faults));
+  }
+  return plan;
+}
+
+ExitStatus run_safety_campaign(const CampaignOptions& options, Host& host) {
+  if (options.merge->parsed()) return run_merge(options, host);
+  if (options.format.empty()) return host.fail(ExitStatus::usage, "no --format given");
+  const auto frame = campaign_frame_of(options.format);
+  if (!frame) return bad_format(options.format, host);
+  auto plan = plan_of(*frame, options);
+  if (!plan) return host.fail(ExitStatus::usage, plan.error());
+  if (options.replay) return run_replay(*frame, *plan, options, host);
+  return run_counts(*frame, std::move(*plan), options, host);
+}
+
+}  // namespace
+
+tl::expected<lab::CampaignState, std::string> run_usual_campaign(const lab::CampaignFrame& frame,
+                                                                 const CampaignRequest& request,
+                                                                 Host& host) {
+  CampaignOptions options;
+  options.request = request;
+  auto plan = plan_of(frame, options);
+  if (!plan) return tl::unexpected(plan.error());
+  add_importance(frame, *plan);
+  lab::CampaignState state(*plan);
+  count_blocks(frame, state, options, host);
+  return state;
+}
+
+Run add_safety_campaign(Verb verb) {
+  const auto options = std::make_shared<CampaignOptions>();
+  verb.add_option(
+      "-f,--format", options->format,
+      "Safety configuration, catalogue name, frame format of a control and a safety word, or the "
+      "configuration.json of an evidence bundle");
+  verb.add_option("--fault", options->faults,
+                  fmt::format("Fault to inject: {}; {}, each with [:PLACE]; {}. May be repeated; "
+                              "all kinds by default",
+                              measured_faults, placed_faults, other_faults))
+      .type_name("KIND");
+  add_count_option(verb, "--frames", into(options->request.frames),
+                   "Frames per fault; 10 million by default", lab::max_campaign_frames);
+  add_count_option(verb, "--seed", into(options->request.seed), "Random seed; 1 by default");
+  add_count_option(verb, "--threads", into(options->request.threads),
+                   "Worker threads; by default one per core", 1024);
+  add_shard_option(verb, options->shard, "Count only the K-th of N parts");
+  verb.add_option("--state", options->state, "Save progress to this file, and continue from it")
+      .type_name("FILE")
+      .file(FileUse::read_and_write);
+  add_duration_option(verb, "--save-every", into(options->save_every),
+                      "Time between two saves of --state; 5 s by default");
+  verb.add_flag("--no-importance", options->plain,
+                "Omit the rows by importance sampling, which are for rare events");
+  add_count_option(verb, "--replay", into(options->replay),
+                   "Show one frame of a single --fault, for example a missed one",
+                   lab::max_campaign_frames - 1);
+  Verb merge = verb.add_verb(
+      {.name = "merge", .purpose = "Add up the states of several shards", .examples = {}});
+  merge.add_option("FILE", options->parts, "State files written by --state")
+      .required()
+      .file(FileUse::read);
+  merge.add_option("--state", options->state, "Write the sum to this file")
+      .type_name("FILE")
+      .file(FileUse::write);
+  for (const Verb& each : {verb, merge}) {
+    add_to_option(each, options->to);
+    add_output_option(each, options->output);
+  }
+  options->merge = merge;
+  return [options](Host& host) { return run_safety_campaign(*options, host); };
+}
+
+}  // namespace biss::verbs

@@ -1,0 +1,42 @@
+#include "verbs/simulate/recorded_line.hpp"
+
+#include <algorithm>
+
+#include "decode/times.hpp"
+#include "verbs/common/host.hpp"
+
+namespace biss::verbs {
+
+ExitStatus RecordedLine::open(const std::string& file, const std::string& ma,
+                              const std::string& slo, const RawSamples& raw, bool needs_slo) {
+  InputArguments arguments{.files = {file}, .ma = ma, .slo = slo, .raw = raw};
+  CaptureList list(host_);
+  ExitStatus opened = list.open(arguments);
+  if (opened == ExitStatus::done) opened = list.open_next(input_);
+  if (opened != ExitStatus::done) return opened;
+  const decode::CycleReader reader(std::nullopt, DeviceTiming{});
+  if (needs_slo) {
+    const auto found = input_.find_lines(arguments, reader);
+    if (!found) return found.error();
+    lines_ = found->front().lines;
+  } else {
+    const auto found = input_.find_ma(arguments, reader);
+    if (!found) return found.error();
+    lines_.ma = *found;
+  }
+  guess_clock(input_.beginning());
+  return input_.error().empty() ? ExitStatus::done : host_.fail(ExitStatus::io, input_.error());
+}
+
+void RecordedLine::guess_clock(std::span<const wire::Edge> beginning) {
+  Picoseconds shortest = period_of(biss_clock_min);
+  std::optional<Picoseconds> last;
+  for (const wire::Edge& edge : beginning) {
+    if (edge.line != lines_.ma) continue;
+    if (last) shortest = std::min(shortest, 2 * decode::elapsed(*last, edge.time));
+    last = edge.time;
+  }
+  clock_ = std::clamp(rate_of(shortest), biss_clock_min, biss_clock_max);
+}
+
+}  // namespace biss::verbs

@@ -1,0 +1,145 @@
+#include "verbs/simulate/registers.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+
+#include "biss/eds/check.hpp"
+#include "biss/eds/device.hpp"
+#include "biss/eds/profile.hpp"
+#include "biss/frame/format_text.hpp"
+#include "device/quantity.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/eds/rows.hpp"
+#include "verbs/eds/source.hpp"
+
+namespace biss::verbs {
+
+namespace {
+
+// For one encoder.
+struct Loaded {
+  sim::EncoderRegisters registers;
+  FormatArguments device;
+};
+
+bool is_map(unsigned address) { return register_field(address).access == FieldAccess::read_only; }
+
+std::vector<unsigned> sheet_banks(const dump::DataSheet& sheet) {
+  std::vector<unsigned> banks;
+  if (sheet.common) banks.push_back(sheet.common->bank);
+  for (const auto& part : sheet.profiles) {
+    if (part) banks.push_back(part->bank);
+  }
+  return banks;
+}
+
+sim::EncoderRegisters registers_of(const dump::RegisterDump& dump, const dump::DataSheet& sheet) {
+  sim::EncoderRegisters registers;
+  const std::vector<unsigned> read_only = sheet_banks(sheet);
+  for (unsigned number = 0; number < bank_count; ++number) {
+    const bool fixed = std::count(read_only.begin(), read_only.end(), number) != 0;
+    const auto protection = fixed ? RegisterProtection::read_only : RegisterProtection::read_write;
+    for (unsigned at = 0; at < bank_bytes; ++at) {
+      const auto byte = dump.bank(number)[at];
+      if (byte) registers.bank(number).put(at, {&*byte, 1}, protection);
+    }
+  }
+  for (unsigned address = reg::eds_bank; address <= dump::last_address; ++address) {
+    const auto byte = dump.direct_byte(address);
+    if (!byte) continue;
+    registers.put(address, *byte,
+                  is_map(address) ? RegisterProtection::read_only : RegisterProtection::read_write);
+  }
+  const auto banks = dump.banks();
+  const auto bsel = dump.direct_byte(reg::bsel);
+  if (bsel || (banks && banks->last != 0)) registers.put_bsel(bsel.value_or(0));
+  return registers;
+}
+
+// `ID:FILE`, ID one digit.
+bool has_id(const std::string& argument) {
+  return argument.size() > 2 && argument[1] == ':' && argument[0] >= '0' &&
+         argument[0] < '0' + static_cast<int>(control_max_slaves);
+}
+
+// From the data sheet, else from the profile identifier.
+FormatArguments device_of(const dump::RegisterDump& dump, const dump::DataSheet& sheet) {
+  FormatArguments device;
+  const auto described = describe_device(sheet.image(), {}, [](const EdsRemark&) {});
+  if (described.ok()) {
+    const DeviceTiming& timing = described->timing;
+    device.format = format_text(described->format).view();
+    device.ack_max = text_of(timing.ack_max);
+    device.timeout = text_of(timing.timeout);
+    device.clock_max = text_of(timing.clock_max);
+    if (timing.cycle_min.count != 0) device.cycle_min = text_of(timing.cycle_min);
+    return device;
+  }
+  const auto identifier = dump.direct_number(reg::bp_id, 2);
+  if (!identifier) return device;
+  const auto format = profile_format(static_cast<std::uint16_t>(*identifier));
+  if (format.ok()) device.format = format_text(*format).view();
+  return device;
+}
+
+// The highest ID is the first in the frame.
+std::string joined_format(const std::vector<std::optional<Loaded>>& loaded) {
+  std::string text;
+  for (auto encoder = loaded.rbegin(); encoder != loaded.rend(); ++encoder) {
+    if (!*encoder || (*encoder)->device.format.empty()) return {};
+    if (!text.empty()) text += '+';
+    text += (*encoder)->device.format;
+  }
+  return text;
+}
+
+}  // namespace
+
+std::string file_of_registers(const std::string& argument) {
+  return has_id(argument) ? argument.substr(2) : argument;
+}
+
+tl::expected<LoadedRegisters, ExitStatus> load_registers(const std::vector<std::string>& arguments,
+                                                         Host& host) {
+  LoadedRegisters all;
+  std::vector<std::optional<Loaded>> loaded;
+  const auto refuse = [&host](std::string_view text) {
+    return tl::unexpected(host.fail(ExitStatus::usage, text));
+  };
+  for (const std::string& argument : arguments) {
+    std::size_t id = loaded.size();
+    if (has_id(argument)) id = static_cast<std::size_t>(argument[0] - '0');
+    if (id >= control_max_slaves) {
+      return refuse("--registers: only eight encoders have an ID, 0 to 7");
+    }
+    if (id < loaded.size() && loaded[id]) {
+      return refuse(fmt::format("--registers: ID {} is given twice", id));
+    }
+    EdsArguments file;
+    file.file = file_of_registers(argument);
+    if (has_id(argument)) file.slave = static_cast<std::uint8_t>(id);
+    const auto source = load_eds(file, host);
+    if (!source) return tl::unexpected(source.error());
+    loaded.resize(std::max(loaded.size(), id + 1));
+    loaded[id] = {registers_of(source->dump, source->sheet),
+                  device_of(source->dump, source->sheet)};
+    check_eds(source->sheet.image(), [&](const EdsFinding& found) {
+      // No other registers describe a channel that the data sheet leaves out.
+      if (contradicts(found) ||
+          (found.problem == EdsProblem::channel_count && arguments.size() == 1))
+        all.contradiction = argument + ": " + finding_line(finding_row(found));
+      all.findings.push_back(argument + ": " + finding_line(finding_row(found)));
+    });
+  }
+  if (loaded.size() == 1 && loaded[0]) all.device = loaded[0]->device;
+  all.device.format = joined_format(loaded);
+  for (const auto& encoder : loaded) {
+    all.registers.push_back(encoder ? encoder->registers : sim::EncoderRegisters());
+  }
+  return all;
+}
+
+}  // namespace biss::verbs

@@ -1,0 +1,357 @@
+// `biss simulate`: a master, a cable and encoders, written as a capture with the truth beside it.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "sim/line.hpp"
+#include "verbs/common/access_option.hpp"
+#include "verbs/common/capture_output.hpp"
+#include "verbs/common/verb.hpp"
+#include "verbs/simulate/fault_option.hpp"
+#include "verbs/simulate/registers.hpp"
+#include "verbs/simulate/replay.hpp"
+#include "verbs/simulate/setup.hpp"
+#include "verbs/simulate/write.hpp"
+
+namespace biss::verbs {
+
+namespace {
+
+struct SimulateOptions {
+  LineOptions line;
+  ReplayOptions replay;
+  WriteOptions write;
+  std::vector<std::string> registers;
+  std::vector<std::string> accesses;
+};
+
+// Times in 64-bit picoseconds hold a little more.
+constexpr Picoseconds longest_capture = milliseconds(100LL * 24 * 3600 * 1000);
+
+// The registers describe what the user does not give.
+void take_described(const FormatArguments& described, FormatArguments& device) {
+  for (const auto field :
+       {&FormatArguments::format, &FormatArguments::ack_max, &FormatArguments::timeout,
+        &FormatArguments::clock_max, &FormatArguments::cycle_min}) {
+    if ((device.*field).empty()) device.*field = described.*field;
+  }
+}
+
+class SimulateRun {
+ public:
+  SimulateRun(const SimulateOptions& options, Host& host) : options_(options), host_(host) {}
+
+  ExitStatus run() {
+    const auto format = capture_format_of(options_.write.output);
+    if (is_only_read(options_.write.output)) {
+      return host_.fail(
+          ExitStatus::usage,
+          fmt::format("--output: '{}': the extension names a format that is not written; "
+                      "use .vcd, .csv, .sr, .dsl, .bin or .raw",
+                      options_.write.output));
+    }
+    if (options_.write.sample_rate && !is_sampled(format.value_or(CaptureFormat::vcd))) {
+      return host_.fail(
+          ExitStatus::usage,
+          "--sample-rate: this format stores changes, not samples; write .sr, .dsl, .bin or .raw");
+    }
+    if (options_.replay.raw.rate && options_.replay.ma_from.empty() &&
+        options_.replay.slo_from.empty()) {
+      return host_.fail(ExitStatus::usage,
+                        "--raw-rate: needs --ma-from or --slo-from; for -o use --sample-rate");
+    }
+    if (options_.replay.raw.analog.given() && options_.replay.ma_from.empty() &&
+        options_.replay.slo_from.empty()) {
+      return host_.fail(ExitStatus::usage,
+                        "--threshold and --differential: need --ma-from or --slo-from");
+    }
+    LineOptions line = options_.line;
+    if (const ExitStatus status = load_control(line); status != ExitStatus::done) return status;
+    if (line.device.format.empty()) {
+      return host_.fail(ExitStatus::usage,
+                        "give --format, or --registers with a profile identifier for each encoder");
+    }
+    if (!options_.replay.ma_from.empty()) return replay_ma(replay_options(), line, host_);
+    if (!options_.replay.slo_from.empty()) return replay_slo(replay_options(), line, host_);
+    const auto setup = line_setup(line);
+    if (!setup) return host_.fail(ExitStatus::usage, setup.error());
+    if (const std::string wrong = check_run(*setup); !wrong.empty()) {
+      return host_.fail(ExitStatus::usage, wrong);
+    }
+    WriteOptions write = options_.write;
+    if (const std::string wrong = put_then(line, *setup, write); !wrong.empty()) {
+      return host_.fail(ExitStatus::usage, "--then: " + wrong);
+    }
+    return write_line(*setup, write, host_);
+  }
+
+ private:
+  ExitStatus load_control(LineOptions& line) const {
+    auto loaded = load_registers(options_.registers, host_);
+    if (!loaded) return loaded.error();
+    line.registers = std::move(loaded->registers);
+    if (line.device.format.empty()) {
+      for (const std::string& finding : loaded->findings) host_.warn("--registers: " + finding);
+      if (!loaded->contradiction.empty()) {
+        return host_.fail(
+            ExitStatus::data_failed,
+            fmt::format("--registers: the data sheet contradicts itself; give --format ({})",
+                        loaded->contradiction));
+      }
+      take_described(loaded->device, line.device);
+      line.slaves = std::max<std::uint64_t>(line.slaves, line.registers.size());
+    }
+    auto accesses = read_accesses(options_.accesses);
+    if (!accesses) return host_.fail(accesses.error());
+    line.accesses = std::move(*accesses);
+    if (!line.accesses.empty() || options_.write.outcomes.empty()) return ExitStatus::done;
+    return host_.fail(ExitStatus::usage, "--outcomes: needs --access");
+  }
+
+  // The line after a change of the format, or why there is none.
+  std::string put_then(const LineOptions& first, const sim::LineSetup& setup,
+                       WriteOptions& write) const {
+    if (first.then.empty()) return {};
+    const std::size_t at = first.then.rfind('@');
+    const auto cycle = parse_count(first.then.substr(std::min(at + 1, first.then.size())));
+    if (at == std::string::npos || !cycle.ok() || *cycle == 0) {
+      return fmt::format("'{}' is not FORMAT@CYCLE", first.then);
+    }
+    const std::uint64_t cycles = write.cycles.value_or(usual_cycles);
+    if (*cycle >= cycles) {
+      return fmt::format("no cycle {}; the last one is {}", *cycle, cycles - 1);
+    }
+    if (setup.has_control() || write.configure) return "not with registers or accesses";
+    LineOptions second = first;
+    second.device.format = first.then.substr(0, at);
+    const auto changed = line_setup(second);
+    if (!changed) return changed.error();
+    if (changed->format.channel_count != setup.format.channel_count) {
+      return fmt::format("as many channels as before, {}", setup.format.channel_count);
+    }
+    write.then = *changed;
+    write.then_cycle = *cycle;
+    return check_run(*changed);
+  }
+
+  // Whether the line, the faults and the accesses fit into this many cycles.
+  std::string check_run(const sim::LineSetup& setup) const {
+    if (std::string wrong = wrong_start(setup); !wrong.empty()) return wrong;
+    const sim::NominalCycle nominal = sim::Line(setup).nominal();
+    const std::uint64_t least = least_cycles(setup.accesses);
+    const std::uint64_t cycles = options_.write.cycles.value_or(std::max(usual_cycles, least));
+    const std::int64_t most = longest_capture.count / nominal.interval.count;
+    if (cycles > static_cast<std::uint64_t>(most)) {
+      return fmt::format("--cycles: a capture holds 100 days, which are {} cycles at this rate",
+                         most);
+    }
+    if (cycles < least) {
+      return fmt::format(
+          "--cycles: the accesses take at least {}; without --cycles the run is as long as they "
+          "need",
+          least);
+    }
+    const auto checked = check_faults(setup.faults, nominal, cycles);
+    return checked ? "" : checked.error();
+  }
+
+  ReplayOptions replay_options() const {
+    ReplayOptions replay = options_.replay;
+    replay.sample_rate = options_.write.sample_rate;
+    replay.output = options_.write.output;
+    replay.truth = options_.write.truth;
+    return replay;
+  }
+
+  const SimulateOptions& options_;
+  Host& host_;
+};
+
+void add_line_options(Verb all, LineOptions& line) {
+  Verb verb = all.section("Line");
+  add_format_option(verb, line.device, false);
+  add_rate_option(verb, "--clock", into(line.clock), "Frequency of MA; 1 MHz by default");
+  add_deviation_option(verb, "--clock-error", into(line.clock_error_ppm),
+                       "Deviation of the master's oscillator: 200ppm, -0.5%");
+  add_duty_option(verb, "--duty", into(line.duty_per_mille),
+                  "Share of a period in which MA is high; 50% by default");
+  add_length_option(verb, "--cable", into(line.cable),
+                    "Cable length; 10 ns of line delay per metre");
+  add_duration_option(verb, "--ma-delay", into(line.ma_delay),
+                      "Delay of MA to the encoder; half of the cable's by default");
+  add_duration_option(verb, "--slo-delay", into(line.slo_delay),
+                      "Delay of SLO to the master; half of the cable's by default");
+  add_duration_option(
+      verb, "--internal-delay", into(line.internal_delay),
+      "Delay from MA to SLO in the encoder; by default the longest of this encoder");
+  add_duration_option(verb, "--jitter", into(line.jitter), "Peak edge jitter (±), both directions");
+  add_duration_option(verb, "--ma-jitter", into(line.ma_jitter), "Peak edge jitter (±) of MA only");
+  add_duration_option(verb, "--slo-jitter", into(line.slo_jitter),
+                      "Peak edge jitter (±) of SLO only");
+  add_duration_option(verb, "--processing", into(line.processing),
+                      "Processing time, from ACK to START; the encoder's shortest by default");
+  add_count_option(
+      verb, "--slaves", into(line.slaves),
+      "Encoders in a daisy chain; 1 by default. Each has one data channel, and the last one has "
+      "all further channels",
+      max_channels);
+  add_rate_option(verb, "--rate", into(line.rate),
+                  "Requests per second; the highest that the encoder allows by default");
+  verb.add_flag("--no-compensation", line.no_compensation,
+                "Sample half a period after the master's own edge, without the line delay");
+  add_timing_options(verb, line.device);
+  verb = all.section("Motion");
+  verb.add_option("--motion", line.motion,
+                  "Kind of motion: constant, ramp (the default), sine, random or max")
+      .type_name("KIND");
+  add_name_option(verb, "--counter", line.counter, {"count_1_63", "count_0_63"},
+                  "Range of the sign of life; count_1_63 by default");
+  verb.add_option("--counter-start", line.counter_start,
+                  "First sign of life after power-up, one value for all channels or one for each; "
+                  "1 by default")
+      .delimiter(',')
+      .type_name("N,...");
+  verb.add_option("--drift", line.drift,
+                  "Drift of the other words of an encoder against its first word, in counts per "
+                  "cycle")
+      .type_name("COUNTS");
+  add_count_option(verb, "--seed", into(line.seed),
+                   "Random seed of positions, jitter and faults; 1 by default");
+  verb = all.section("Faults");
+  add_duration_option(
+      verb, "--pause", into(line.pause),
+      "Length of the pauses of MA within a frame, for --pause-every and for --fault "
+      "ma_pause; MA is high");
+  add_count_option(verb, "--pause-every", into(line.pause_clocks),
+                   "Pause MA after this many clocks, as an SPI port does after 8", 65'535);
+  verb.add_option("--then", line.then,
+                  "Another format from this cycle on, for an encoder whose frames change")
+      .type_name("FORMAT@CYCLE");
+  verb.add_option("--fault", line.faults,
+                  "Inject a fault into this share of the cycles or, with @CYCLE, into one cycle; "
+                  ",bit=N or ,clock=N selects the place in it: " +
+                      fault_kinds_text())
+      .type_name("KIND:RATE|KIND@CYCLE[,PLACE]");
+}
+
+void add_control_options(Verb verb, SimulateOptions& options) {
+  verb.add_option("--registers", options.registers,
+                  "Dump with the registers of the next encoder, beginning at the far end of the "
+                  "chain, or of the one with this ID; without -f it also gives the format")
+      .type_name("[ID:]FILE")
+      .file(FileUse::read, file_of_registers);
+  verb.add_option("--register-busy", options.line.register_busy,
+                  "Busy time per byte, in frames or as a time")
+      .type_name("N|TIME");
+  verb.add_option(
+          "--access", options.accesses,
+          "Read registers, write registers or send a command, in addition to the requests for "
+          "positions: read:0x42,2, 1/write:0x48=01FF, 0/command:channels, read:0@500 (not "
+          "before cycle 500), or the accesses in a file, one per line")
+      .type_name("[ID/]ACCESS|@FILE")
+      .file(FileUse::read, file_of_accesses);
+  add_count_option(verb, "--retries", into(options.line.retries),
+                   "Number of times to repeat a failed access; 0 by default", 255);
+  verb.add_option("--outcomes", options.write.outcomes,
+                  "Write the outcomes of the accesses as CSV, or as JSON lines to FILE.jsonl")
+      .type_name("FILE")
+      .file(FileUse::write);
+  verb.add_flag("--configure", options.write.configure,
+                "Configure the master from the encoders' registers before it reads positions");
+}
+
+// The recorded side has no options; giving them is a mistake.
+void add_replay_options(Verb verb, ReplayOptions& replay) {
+  Option ma_from = verb.add_option(
+      "--ma-from", replay.ma_from,
+      "Answer the requests in this capture: write its MA and the simulated SLO. For a master that "
+      "waits for START, feed that SLO to it, record its MA again, and repeat");
+  Option slo_from =
+      verb.add_option("--slo-from", replay.slo_from,
+                      "Read the encoder in this capture: write its SLO and the simulated MA");
+  ma_from.type_name("FILE").file(FileUse::read).excludes(slo_from);
+  slo_from.type_name("FILE").file(FileUse::read);
+  for (const char* name : {"--rate", "--cycles", "--fault", "--pause", "--pause-every", "--then",
+                           "--jitter", "--ma-jitter", "--slo-jitter", "--at-slave", "--clock-error",
+                           "--duty", "--access", "--retries", "--outcomes", "--configure"}) {
+    ma_from.excludes(verb.get_option(name));
+    slo_from.excludes(verb.get_option(name));
+  }
+  for (const char* name :
+       {"--clock", "--no-compensation", "--slaves", "--counter", "--counter-start", "--drift"}) {
+    ma_from.excludes(verb.get_option(name));
+  }
+  for (const char* name : {"--cable", "--ma-delay", "--slo-delay", "--internal-delay",
+                           "--processing", "--motion", "--seed", "--truth", "--registers",
+                           "--register-busy", "--counter", "--counter-start", "--drift"}) {
+    slo_from.excludes(verb.get_option(name));
+  }
+  verb.add_option("--positions", replay.positions,
+                  "Positions of the answers of --ma-from, one per line; after the last one the "
+                  "list starts again")
+      .type_name("FILE")
+      .file(FileUse::read)
+      .needs(ma_from)
+      .excludes(verb.get_option("--motion"));
+  verb.add_option("--rerun", replay.rerun,
+                  "Command that runs the master again with the output as its SLO, and writes the "
+                  "capture of --ma-from again; run until every request is answered up to STOP")
+      .type_name("COMMAND")
+      .needs(ma_from);
+  verb.add_option("--ma", replay.ma, "Line of the capture that is MA").type_name("NAME");
+  verb.add_option("--slo", replay.slo, "Line of the capture that is SLO")
+      .type_name("NAME")
+      .needs(slo_from);
+  add_raw_options(verb, replay.raw);
+  verb.add_option("--readings", replay.readings,
+                  "Write the readings of --slo-from as CSV, with the columns of decode")
+      .type_name("FILE")
+      .file(FileUse::write)
+      .needs(slo_from);
+}
+
+void add_output_options(Verb verb, WriteOptions& write, LineOptions& line) {
+  add_output_option(verb, write.output, "Output file; - is standard output").required();
+  add_count_option(verb, "--cycles", into(write.cycles),
+                   "Request cycles; 100 by default, or as many as --access takes", 100'000'000);
+  add_rate_option(
+      verb, "--sample-rate", into(write.sample_rate),
+      "Samples per second of .sr, .bin and .raw; by default the lowest of 1, 2, 5, 10 … "
+      "that is at least eight times the clock");
+  verb.add_flag("--at-slave", line.at_slave, "Also record MA and SLO at the encoder");
+  verb.add_option("--truth", write.truth,
+                  "Write what the encoder meant to send, and the faults, as CSV")
+      .type_name("FILE")
+      .file(FileUse::write);
+}
+
+}  // namespace
+
+void add_simulate(Command& command) {
+  const auto options = std::make_shared<SimulateOptions>();
+  Verb verb = command.add_verb(
+      {.name = "simulate",
+       .purpose = "Simulate a master that reads an encoder, and write the capture",
+       .examples =
+           {"biss simulate -f resolute-26 --clock 10MHz --cable 50m -o line.vcd",
+            "biss simulate -f resolute-18 --fault flip:0.1 --fault cut@40,bit=5 -o line.csv "
+            "--truth truth.csv",
+            "biss simulate -f resolute-26 --clock 10MHz --sample-rate 200MHz -o line.sr",
+            "biss simulate --registers encoder.hex --access read:0x78,8 --outcomes - "
+            "-o line.vcd",
+            "biss simulate -f pos26,nE,nW,crc6 --ma-from master.vcd -o answered.vcd",
+            "biss simulate -f pos26,nE,nW,crc6 --ma-from master.vcd --rerun 'vvp bench.vvp' "
+            "--positions positions.txt -o answered.csv"}},
+      [options](Host& host) { return SimulateRun(*options, host).run(); });
+  add_line_options(verb, options->line);
+  add_control_options(verb.section("Registers"), *options);
+  add_output_options(verb.section("Output"), options->write, options->line);
+  add_replay_options(verb.section("Replay"), options->replay);
+  verb.get_option("--clock").on_given([options] { options->replay.own_clock = true; });
+}
+
+}  // namespace biss::verbs

@@ -1,0 +1,42 @@
+// Runs the simulated line and writes the capture, the truth and the outcomes.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "biss/base/units.hpp"
+#include "sim/line_setup.hpp"
+#include "verbs/common/exit_status.hpp"
+
+namespace biss::verbs {
+
+class Host;
+
+inline constexpr std::uint64_t usual_cycles = 100;
+
+struct WriteOptions {
+  std::string output;
+  std::optional<Hertz> sample_rate;
+  /// Empty: usual_cycles, or more where the accesses take more.
+  std::optional<std::uint64_t> cycles;
+  /// Files; empty: none.
+  std::string truth;
+  /// A row per access, `cycle,time_ns,id,access,address,name,data,outcome` as `biss registers` has
+  /// them, and `cycles`. `cycle` and `time_ns` are those of the master's first step, zeros before
+  /// the control frame included; `cycles` is how many it took. `data` is what was read, or written
+  /// with a good echo. `outcome` is `ok`, the one cause, or `unfinished` where the run ended first.
+  /// A command has a row for each slave that it addresses; a broadcast has one without ID.
+  std::string outcomes;
+  /// The master reads format and timing from the encoders' registers first.
+  bool configure = false;
+  /// The line from this cycle on, with another format of as many channels.
+  std::optional<sim::LineSetup> then{};
+  std::uint64_t then_cycle = 0;
+};
+
+/// Returns data_failed where the master could not configure itself; the capture then holds its
+/// requests.
+ExitStatus write_line(const sim::LineSetup& setup, const WriteOptions& options, Host& host);
+
+}  // namespace biss::verbs
