@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <string_view>
 #include <vector>
 
@@ -59,13 +60,19 @@ std::string empty_option(int argc, const char* const* argv) {
 
 verbs::ExitStatus run_command_line(verbs::Command& command, int argc, const char* const* argv) {
   verbs::DeclaredVerb& verbs = command.declared();
+  const auto is_first = [&](const verbs::DeclaredVerb& verb) { return verb.text.name == argv[1]; };
+  if (argc > 1 && argv[1][0] != '-' &&
+      std::none_of(verbs.verbs.begin(), verbs.verbs.end(), is_first)) {
+    return command.run_given({.further = {argv[1]}});
+  }
   CLI::App app("", "biss");
+  bool extra = false;
   declare(app, verbs);
   verbs::WrongWords wrong{.empty_option = empty_option(argc, argv)};
   try {
     app.parse(argc, argv);
   } catch (const CLI::ExtrasError&) {
-    // They are further words, below.
+    extra = true;
   } catch (const CLI::ParseError& error) {
     const std::string text = error.what();
     wrong.missing_value = text.substr(0, text.find(':')) + " needs a value";
@@ -74,6 +81,7 @@ verbs::ExitStatus run_command_line(verbs::Command& command, int argc, const char
   const CLI::App* chosen = &app;
   while (!chosen->get_subcommands().empty()) chosen = chosen->get_subcommands().front();
   wrong.further = chosen->remaining();
+  if (extra && wrong.further.empty()) wrong.further = app.remaining(true);
   std::erase(wrong.further, "--");
   return command.run_given(wrong);
 }

@@ -183,12 +183,13 @@ std::vector<std::string> names_of(const std::vector<const DeclaredVerb*>& verbs)
 std::string usage_text(const DeclaredVerb& verb, const WrongWords& words, const std::string& text) {
   if (words.further.empty()) return verb.needs_verb() ? "no verb given" : text;
   const std::string& extra = words.further.front();
-  if (!extra.starts_with('-')) {
+  const std::string name = extra.substr(0, extra.find('='));
+  const std::string meant = nearest(name, option_names(verb));
+  // The name of an option is an argument after `--`.
+  if (!extra.starts_with('-') || meant == name) {
     return verb.verbs.empty() ? fmt::format("unexpected argument '{}'", extra)
                               : unknown_verb_text(extra, verb_names(verb));
   }
-  const std::string name = extra.substr(0, extra.find('='));
-  const std::string meant = nearest(name, option_names(verb));
   return meant.empty() ? fmt::format("unknown option '{}'", name)
                        : fmt::format("unknown option '{}'; did you mean '{}'?", name, meant);
 }
