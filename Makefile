@@ -49,12 +49,14 @@ test:  ## the checks of every change: both compilers, sanitizers, microcontrolle
 	@scripts/test quick
 
 .PHONY: test-long
-test-long:  ## besides: exhaustive sweeps, campaigns, all tests under sanitizers, Cortex-M0, the page
+test-long:  ## besides: exhaustive sweeps, campaigns, all rooms under sanitizers, Cortex-M0, the page
 	@scripts/install-packages build test fuzz firmware coverage long wasm view embedded python viewers
 	@scripts/test long
 
 .PHONY: test-release
 test-release:  ## what takes hours: 10^7 executions of each fuzz target, mutants, 10^9 frames, foreign lines
+	@scripts/install-packages build test fuzz long
+	@scripts/test release
 	@$(MAKE) --no-print-directory fuzz fuzz-compare mutants safety-sequences foreign-lines
 
 .PHONY: test-viewers
