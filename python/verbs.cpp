@@ -11,6 +11,20 @@
 namespace biss::python {
 namespace {
 
+class KeptRows final : public report::RowStore<Values> {
+ public:
+  KeptRows(std::span<const report::Column> columns, std::vector<StoredColumn>& into)
+      : RowStore(columns), into_(into) {}
+
+  bool finish() override {
+    into_ = take_columns();
+    return true;
+  }
+
+ private:
+  std::vector<StoredColumn>& into_;
+};
+
 // What a verb prints and reads is in memory, and its rows if they are asked for.
 class VerbHost final : public verbs::MemoryHost {
  public:
@@ -22,7 +36,7 @@ class VerbHost final : public verbs::MemoryHost {
 
   std::unique_ptr<report::TableWriter> keep_rows(std::span<const report::Column> columns) override {
     if (!keeps_columns_) return nullptr;
-    return std::make_unique<ColumnStore>(columns, result_.columns);
+    return std::make_unique<KeptRows>(columns, result_.columns);
   }
 
   void end(verbs::ExitStatus status) {

@@ -8,12 +8,18 @@
 #include <vector>
 
 #include "biss/base/units.hpp"
-#include "python/column_store.hpp"
+#include "capture/buffer.hpp"
+#include "report/row_store.hpp"
 #include "verbs/common/exit_status.hpp"
 #include "verbs/common/host.hpp"
 #include "verbs/common/verb.hpp"
 
 namespace biss::python {
+
+/// Memory that NumPy takes over as it is.
+template <class T>
+using Values = std::vector<T, capture::Unfilled<T>>;
+using StoredColumn = report::StoredColumn<Values>;
 
 /// What a verb has said.
 struct VerbResult {

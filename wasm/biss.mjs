@@ -157,14 +157,14 @@ class Session {
     if (kind === 'bits') return { kind, present, values: new BigUint64Array(0), texts: [] };
     const Type = { real: Float64Array, time: BigInt64Array, signed: BigInt64Array }[kind];
     const values = this.#memory.array(Type ?? BigUint64Array, at, count);
-    const texts = kind === 'text' ? this.#texts() : kind === 'flag' ? ['0', '1'] : [];
+    const texts = kind === 'text' ? this.#texts(index) : kind === 'flag' ? ['0', '1'] : [];
     return { kind, present, values, texts };
   }
 
-  #texts() {
+  #texts(column) {
     const texts = [];
     for (;;) {
-      const text = this.#memory.text(this.#core._biss_column_text(this.#session, texts.length));
+      const text = this.#memory.text(this.#core._biss_column_text(this.#session, column, texts.length));
       if (text === undefined) return texts;
       texts.push(text);
     }

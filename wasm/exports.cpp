@@ -5,6 +5,7 @@
 #include <memory>
 #include <new>
 #include <string>
+#include <vector>
 
 #include "biss/frame/status.hpp"
 #include "biss/safety/verdict.hpp"
@@ -17,13 +18,13 @@
 
 namespace {
 
-using biss::wasm::ColumnValues;
 using biss::wasm::LineView;
 using biss::wasm::Session;
 
 std::string text;
 LineView view;
-ColumnValues column;
+std::vector<std::uint64_t> values;
+std::vector<std::uint8_t> present;
 
 const char* keep(std::string kept) {
   text = std::move(kept);
@@ -94,23 +95,28 @@ EMSCRIPTEN_KEEPALIVE double biss_row_count(const Session* session) {
 }
 
 EMSCRIPTEN_KEEPALIVE const char* biss_rows(const Session* session, double from, double to) {
-  return keep(session->rows().text(biss::report::Format::csv, static_cast<std::uint64_t>(from),
-                                   static_cast<std::uint64_t>(to)));
+  return keep(session->rows().text(biss::report::Format::csv, static_cast<std::size_t>(from),
+                                   static_cast<std::size_t>(to)));
 }
 
-// The values, and by biss_present() which of them are there.
+// The values, and by biss_present() which of them are there. Bits are not values.
 EMSCRIPTEN_KEEPALIVE const std::uint64_t* biss_column(const Session* session, int index,
                                                       double from, double to) {
-  session->rows().read(static_cast<std::size_t>(index), static_cast<std::uint64_t>(from),
-                       static_cast<std::uint64_t>(to), column);
-  return column.values.data();
+  const auto& stored = session->rows().columns()[static_cast<std::size_t>(index)];
+  values.clear();
+  present.clear();
+  for (auto row = static_cast<std::size_t>(from); row < static_cast<std::size_t>(to); ++row) {
+    present.push_back(stored.is_absent(row) ? 0 : 1);
+    if (stored.column.kind != biss::report::Kind::bits) values.push_back(stored.number(row));
+  }
+  return values.data();
 }
 
-EMSCRIPTEN_KEEPALIVE const std::uint8_t* biss_present() { return column.present.data(); }
+EMSCRIPTEN_KEEPALIVE const std::uint8_t* biss_present() { return present.data(); }
 
-// A text of text columns; null beyond the last one.
-EMSCRIPTEN_KEEPALIVE const char* biss_column_text(const Session* session, int number) {
-  const auto& texts = session->rows().texts();
+// A text of a text column; null beyond the last one.
+EMSCRIPTEN_KEEPALIVE const char* biss_column_text(const Session* session, int index, int number) {
+  const auto& texts = session->rows().columns()[static_cast<std::size_t>(index)].texts;
   const auto at = static_cast<std::size_t>(number);
   return at < texts.size() ? texts[at].c_str() : nullptr;
 }

@@ -173,7 +173,8 @@ std::string Session::about() {
 
 std::string Session::columns_text() const {
   json columns = json::array();
-  for (const report::Column& column : rows_->columns()) {
+  for (const auto& stored : rows_->columns()) {
+    const report::Column& column = stored.column;
     columns.push_back({{"name", column.name},
                        {"kind", report::kind_names[static_cast<std::size_t>(column.kind)]},
                        {"heading", column.heading.empty() ? column.name : column.heading},
@@ -187,19 +188,24 @@ std::string Session::columns_text() const {
   return dumped(columns);
 }
 
+Picoseconds Session::time_of(std::uint64_t row) const {
+  const std::uint64_t time = rows_->column("time_ns").number(static_cast<std::size_t>(row));
+  return picoseconds(static_cast<std::int64_t>(time));
+}
+
 std::optional<std::string> Session::cycle(std::uint64_t row, std::optional<std::uint64_t> number) {
   // Cycles around it show the clock.
   constexpr std::uint64_t around = 2;
   const std::uint64_t last = rows_->rows() - 1;
-  const Picoseconds time = rows_->time(row);
-  const Picoseconds before = rows_->time(row - std::min(row, around));
+  const Picoseconds time = time_of(row);
+  const Picoseconds before = time_of(row - std::min(row, around));
   const bool to_end = last - row <= around;
   verbs::DecodedCapture& capture = run_->capture();
   const Picoseconds end = capture.input().end_time();
   const Picoseconds wanted = row <= around ? before - milliseconds(1) : before - picoseconds(1);
   const Picoseconds from = std::max({wanted, ma_.some_before(time), slo_.some_before(time)});
-  const Picoseconds to = to_end ? end : rows_->time(row + around + 1);
-  if (!number) number = rows_->number(rows_->column("cycle"), row);
+  const Picoseconds to = to_end ? end : time_of(row + around + 1);
+  if (!number) number = rows_->column("cycle").number(static_cast<std::size_t>(row));
   std::optional<json> found;
   decode::CycleEdgeReader cycles(
       capture.reader(), capture.lines().lines, [&](const decode::CycleEdges& edges) {
@@ -213,14 +219,14 @@ std::optional<std::string> Session::cycle(std::uint64_t row, std::optional<std::
 }
 
 std::string Session::accesses(std::uint64_t first, std::uint64_t end) const {
-  const std::size_t cycle = accesses_.column("cycle");
-  const std::size_t cycles = accesses_.column("cycles");
+  const auto& cycle = accesses_.column("cycle");
+  const auto& cycles = accesses_.column("cycles");
   // In the order of cycles, and one after the other; a command to several slaves has several rows.
   const auto from_cycle = [&](std::uint64_t wanted) {
-    std::uint64_t low = 0;
-    for (std::uint64_t high = accesses_.rows(); low < high;) {
-      const std::uint64_t middle = low + (high - low) / 2;
-      if (accesses_.number(cycle, middle) < wanted) {
+    std::size_t low = 0;
+    for (std::size_t high = accesses_.rows(); low < high;) {
+      const std::size_t middle = low + (high - low) / 2;
+      if (cycle.number(middle) < wanted) {
         low = middle + 1;
       } else {
         high = middle;
@@ -228,11 +234,8 @@ std::string Session::accesses(std::uint64_t first, std::uint64_t end) const {
     }
     return low;
   };
-  std::uint64_t from = from_cycle(first);
-  while (from > 0 &&
-         accesses_.number(cycle, from - 1) + accesses_.number(cycles, from - 1) > first) {
-    --from;
-  }
+  std::size_t from = from_cycle(first);
+  while (from > 0 && cycle.number(from - 1) + cycles.number(from - 1) > first) --from;
   return accesses_.text(report::Format::jsonl, from, std::max(from, from_cycle(end)));
 }
 

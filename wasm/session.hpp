@@ -2,18 +2,24 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 
 #include "decode/control_listener.hpp"
+#include "report/row_store.hpp"
 #include "verbs/decode/decode_run.hpp"
 #include "wasm/command.hpp"
 #include "wasm/line_store.hpp"
-#include "wasm/row_store.hpp"
 
 namespace biss::wasm {
+
+template <class T>
+using Blocks = std::deque<T>;
+/// They grow without a copy of all.
+using Rows = report::RowStore<Blocks>;
 
 /// A capture as `biss decode` reads it. Messages are those of the command, on stderr.
 ///
@@ -41,7 +47,7 @@ class Session final : private verbs::ChangeWatcher {
   std::string about();
   /// The columns, as a JSON array.
   std::string columns_text() const;
-  const RowStore& rows() const { return *rows_; }
+  const Rows& rows() const { return *rows_; }
   /// \param ma of MA, otherwise of SLO; as the capture shows it
   const LineStore& line(bool ma) const { return ma ? ma_ : slo_; }
   /// As the command prints it.
@@ -56,6 +62,7 @@ class Session final : private verbs::ChangeWatcher {
   std::optional<std::string> cycle(std::uint64_t row, std::optional<std::uint64_t> number);
 
  private:
+  Picoseconds time_of(std::uint64_t row) const;
   verbs::ExitStatus begin();
   void take(std::span<const wire::Edge> edges) override;
   void take(const capture::PairPiece& changes) override;
@@ -64,8 +71,8 @@ class Session final : private verbs::ChangeWatcher {
   verbs::ProcessHost host_;
   verbs::DecodeOptions options_;
   std::unique_ptr<verbs::DecodeRun> run_;
-  std::optional<RowStore> rows_;
-  RowStore accesses_;
+  std::optional<Rows> rows_;
+  Rows accesses_;
   decode::ControlListener listener_;
   LineStore ma_;
   LineStore slo_;
