@@ -11,6 +11,7 @@
 #include "biss/crc/engines.hpp"
 #include "biss/frame/codec.hpp"
 #include "identify/coding.hpp"
+#include "identify/log_gamma.hpp"
 
 namespace biss::identify {
 
@@ -515,7 +516,7 @@ class LayoutSearch {
       wrong += std::popcount(sample.bits.view().word(at, now) ^ near->bits.view().word(at, now));
     }
     const double choice =
-        std::lgamma(bits + 1.0) - std::lgamma(wrong + 1.0) - std::lgamma(bits - wrong + 1.0);
+        log_gamma(bits + 1.0) - log_gamma(wrong + 1.0) - log_gamma(bits - wrong + 1.0);
     return std::min<double>(bits, choice / std::log(2.0) + std::log2(bits + 1.0));
   }
 

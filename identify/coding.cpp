@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "biss/base/bits.hpp"
+#include "identify/log_gamma.hpp"
 
 namespace biss::identify {
 
@@ -22,7 +23,7 @@ struct Curve {
 constexpr std::array<Curve, Timeline::predictors> curves{
     {{0, 0}, {1, 0}, {2, 1}, {3, 2}, {5, 1}, {16, 1}, {9, 2}}};
 
-double log2_gamma(double x) { return std::lgamma(x) / std::log(2.0); }
+double log2_gamma(double x) { return log_gamma(x) / std::log(2.0); }
 
 std::int64_t as_signed(std::uint64_t value, unsigned bits) {
   if (bits == 0) return 0;

@@ -1,5 +1,7 @@
 #include "lab/statistics.hpp"
 
+#include <math.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -20,10 +22,16 @@ double deviate(long double probability) {
   return low;
 }
 
+// std::lgamma() writes a global variable, which two threads must not.
+long double log_factorial(std::uint64_t n) {
+  int sign = 0;
+  return ::lgammal_r(static_cast<long double>(n) + 1, &sign);
+}
+
 // P(at least `count`) by Poisson's distribution.
 long double at_least(std::uint64_t count, long double mean) {
-  long double term = std::exp(static_cast<long double>(count) * std::log(mean) - mean -
-                              std::lgamma(static_cast<long double>(count) + 1));
+  long double term =
+      std::exp(static_cast<long double>(count) * std::log(mean) - mean - log_factorial(count));
   long double sum = 0;
   for (std::uint64_t n = count; term > sum * 1e-20L; ++n) {
     sum += term;

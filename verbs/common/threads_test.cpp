@@ -50,6 +50,9 @@ TEST(Threads, VerbsAtOnce_SayWhatEachSaysAlone) {
   }
   requests.push_back({{"simulate"}, {format, {"--cycles", {"20"}}, {"--output", {"-"}}}});
   requests.push_back({{"plan"}, {format}});
+  const GivenOption safety{"--format", {"fs-36-28"}};
+  requests.push_back({{"safety", "campaign"}, {safety, {"--frames", {"20000"}}}});
+  requests.push_back({{"safety", "analyse"}, {safety}});
   requests.push_back({{"encoders"}, {}});
 
   std::vector<std::string> alone;

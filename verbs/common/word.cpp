@@ -9,6 +9,7 @@
 #include "biss/frame/codec.hpp"
 #include "biss/frame/decode.hpp"
 #include "dump/text.hpp"
+#include "identify/log_gamma.hpp"
 
 namespace biss::verbs {
 namespace {
@@ -263,8 +264,8 @@ class Search {
     const std::string count = words == 1 ? "" : fmt::format(" ({} of {})", good, words);
     names_.push_back(options_of(place) + count);
     const auto [n, k] = std::pair(static_cast<double>(words), static_cast<double>(good));
-    chance_ = std::exp(std::lgamma(n + 1) - std::lgamma(k + 1) - std::lgamma(n - k + 1) -
-                       k * checksum_bits_ * std::log(2.0));
+    chance_ = std::exp(identify::log_gamma(n + 1) - identify::log_gamma(k + 1) -
+                       identify::log_gamma(n - k + 1) - k * checksum_bits_ * std::log(2.0));
   }
 
   const WordReading& given_;
