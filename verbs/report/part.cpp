@@ -126,6 +126,9 @@ class PartMaker final : private ChangeWatcher {
     }
   }
 
+  /// Cycles in the part.
+  std::size_t count() const { return count_; }
+
   // Of the cycles in the part, as `biss decode --to csv` writes them.
   std::string rows() const {
     std::string text = header_;
@@ -280,17 +283,16 @@ tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, De
   if (!verbs) return tl::unexpected(run.capture().host().fail(verbs.error()));
   json report = maker.report(part.settings);
   report["verbs"] = *verbs;
-  const auto dumped = [&report] {
-    return report.dump(-1, ' ', false, json::error_handler_t::replace);
+  const auto pack = [&] {
+    part.notes = maker.notes();
+    report["rows"] = maker.rows();
+    report["notes"] = part.notes;
+    part.report = packed(report.dump(-1, ' ', false, json::error_handler_t::replace));
   };
-  report["rows"] = maker.rows();
-  constexpr std::size_t notes_room = 2'000;
-  const std::size_t fixed = packed(dumped()).size() + notes_room;
-  part.capture = maker.packed_part(room - std::min(room, fixed));
-  part.notes = maker.notes();
-  report["rows"] = maker.rows();
-  report["notes"] = part.notes;
-  part.report = packed(dumped());
+  pack();
+  const std::size_t chosen = maker.count();
+  part.capture = maker.packed_part(room - std::min(room, part.report.size()));
+  if (maker.count() != chosen) pack();
   return part;
 }
 
