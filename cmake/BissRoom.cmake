@@ -7,10 +7,10 @@ add_library(biss_flags INTERFACE)
 target_compile_features(biss_flags INTERFACE cxx_std_20)
 target_compile_options(biss_flags INTERFACE -Wall -Wextra -Wconversion -Wsign-conversion -Wshadow
                                             -Werror)
-# GCC 12 sees overlapping copies and accesses past the end in assignments of std::string (GCC bugs
+# GCC 12 sees overlapping copies and accesses past the end in std::string and std::vector (GCC bugs
 # 105651 and 105329).
 target_compile_options(biss_flags INTERFACE
-                       $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict;-Wno-array-bounds;-Wno-stringop-overflow>)
+                       $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict;-Wno-array-bounds;-Wno-stringop-overflow;-Wno-stringop-overread>)
 if(BISS_COVERAGE)
   target_compile_options(biss_flags INTERFACE -fprofile-instr-generate -fcoverage-mapping)
   target_link_options(biss_flags INTERFACE -fprofile-instr-generate)
