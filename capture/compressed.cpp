@@ -1,10 +1,8 @@
 #include "capture/compressed.hpp"
 
 #include <zlib.h>
-#ifndef BISS_WITHOUT_ZSTD
 #include <zstd.h>
 #include <zstd_errors.h>
-#endif
 
 #include <algorithm>
 #include <limits>
@@ -133,7 +131,6 @@ class GzipBytes final : public CompressedBytes {
   bool holds_output_ = false;
 };
 
-#ifndef BISS_WITHOUT_ZSTD
 class ZstdBytes final : public CompressedBytes {
  public:
   explicit ZstdBytes(std::unique_ptr<ByteSource> bytes)
@@ -183,7 +180,6 @@ class ZstdBytes final : public CompressedBytes {
   bool between_frames_ = false;
   bool holds_output_ = false;
 };
-#endif
 
 }  // namespace
 
@@ -205,15 +201,7 @@ std::string_view without_compression(std::string_view path) {
 
 std::unique_ptr<ByteSource> decompressed(std::unique_ptr<ByteSource> bytes,
                                          Compression compression) {
-  if (compression == Compression::zstd) {
-#ifdef BISS_WITHOUT_ZSTD
-    return failed_bytes({.cause = CaptureCause::unknown_format,
-                         .expected = "a file that is not compressed by zstd, which this build does "
-                                     "not read (decompress it with zstd -d first)"});
-#else
-    return std::make_unique<ZstdBytes>(std::move(bytes));
-#endif
-  }
+  if (compression == Compression::zstd) return std::make_unique<ZstdBytes>(std::move(bytes));
   return std::make_unique<GzipBytes>(std::move(bytes));
 }
 
