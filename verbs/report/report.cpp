@@ -37,9 +37,6 @@ struct ReportOptions {
   std::string page;
 };
 
-// Pages do not read zstd.
-bool is_zstd(std::string_view bytes) { return bytes.starts_with("\x28\xB5\x2F\xFD"); }
-
 class ReportRun {
  public:
   ReportRun(ReportOptions& options, const Verb& verb, Host& host)
@@ -82,7 +79,7 @@ class ReportRun {
     return fs::path(options_.decode.capture.files.front()).filename().string();
   }
 
-  // The bytes of the capture as text; nothing where they are too many, or no page reads them.
+  // The bytes of the capture as text; nothing where they are too many.
   std::optional<std::string> whole_capture() const {
     const std::vector<std::string>& files = options_.decode.capture.files;
     std::error_code problem;
@@ -91,7 +88,7 @@ class ReportRun {
       return std::nullopt;
     }
     const auto bytes = read_text_file(files.front());
-    if (!bytes || is_zstd(*bytes)) return std::nullopt;
+    if (!bytes) return std::nullopt;
     std::string text = packed(*bytes);
     return text.size() > whole_text_max ? std::nullopt : std::optional(std::move(text));
   }
