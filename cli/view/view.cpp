@@ -35,8 +35,6 @@ struct ViewOptions {
   MarginArguments margin;
   SafetyArguments safety;
   MotionArguments motion;
-  std::optional<Picoseconds> since;
-  std::optional<Picoseconds> until;
   bool follow = false;
   bool no_open = false;
   std::uint16_t port = 0;
@@ -140,8 +138,7 @@ void add_page_options(Verb verb, ViewOptions& options) {
   verb.scope(Scope::judging)
       .add_flag("--no-compensation", options.margin.no_compensation,
                 "The master of this link samples half a period after its own edges of MA");
-  add_time_option(verb, "--since", into(options.since), "Skip cycles that begin before this time");
-  add_time_option(verb, "--until", into(options.until), "Skip cycles that begin after this time");
+  add_range_options(verb, options.capture);
   add_motion_options(verb.section("Motion"), options.motion);
 }
 

@@ -87,7 +87,6 @@ void set_given(const DeclaredVerb& verb) {
     if (!option.is_flag() && contains(option.given, std::string())) {
       wrong_value(option.name(), empty_value);
     }
-    if (option.on_given) option.on_given();
     if (!option.repeats && option.given.size() > 1) {
       throw WrongUsage(option.name() + " is given more than once");
     }
@@ -165,11 +164,6 @@ Option Option::scope(Scope scope) {
 }
 
 Scope Option::scope() const { return option_->scope; }
-
-Option Option::on_given(std::function<void()> given) {
-  option_->on_given = std::move(given);
-  return *this;
-}
 
 std::string Option::name() const { return option_->name(); }
 

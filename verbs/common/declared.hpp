@@ -32,7 +32,6 @@ struct DeclaredOption {
   std::vector<const DeclaredOption*> excludes{};
   std::optional<FileUse> file{};
   std::string (*path_of)(const std::string& value) = nullptr;
-  std::function<void()> on_given{};
   std::vector<std::string> given{};
 
   bool is_flag() const { return value.empty(); }

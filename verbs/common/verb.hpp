@@ -94,8 +94,6 @@ class Option {
   Option file(FileUse use, std::string (*path_of)(const std::string& value) = nullptr);
   /// That of the handle unless it is given; an argument is for this verb alone.
   Option scope(Scope scope);
-  /// Calls `given` when the command line has the option.
-  Option on_given(std::function<void()> given);
 
   std::string name() const;
   Scope scope() const;

@@ -351,7 +351,8 @@ void add_simulate(Command& command) {
   add_control_options(verb.section("Registers"), *options);
   add_output_options(verb.section("Output"), options->write, options->line);
   add_replay_options(verb.section("Replay"), options->replay);
-  verb.get_option("--clock").on_given([options] { options->replay.own_clock = true; });
+  verb.after_parsing(
+      [options, clock = verb.get_option("--clock")] { options->replay.own_clock = clock.given(); });
 }
 
 }  // namespace biss::verbs
