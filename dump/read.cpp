@@ -1,9 +1,6 @@
 #include "dump/read.hpp"
 
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <iostream>
 #include <utility>
 
 #include "dump/readers.hpp"
@@ -99,17 +96,6 @@ DumpResult read_binary(std::istream& stream, std::string head, const DumpOptions
     return tl::unexpected(DumpError{DumpCause::not_whole_banks});
   }
   return dump;
-}
-
-DumpResult read_dump_file(const std::string& path, const DumpOptions& options) {
-  if (path == "-") return read_dump(std::cin, read_head(std::cin), options);
-  std::error_code ignored;
-  if (std::filesystem::is_directory(path, ignored)) {
-    return tl::unexpected(DumpError{DumpCause::is_directory});
-  }
-  std::ifstream file(path, std::ios::binary);
-  if (!file) return tl::unexpected(DumpError{DumpCause::cannot_open});
-  return read_dump(file, read_head(file), options);
 }
 
 }  // namespace biss::dump

@@ -1,6 +1,6 @@
 // Files to a RegisterDump. The content shows which format a file has; docs/eds.md describes them.
 //
-//   const auto dump = biss::dump::read_dump_file("registers.hex", {});
+//   const auto dump = biss::dump::read_dump(stream, biss::dump::read_head(stream), {});
 //   if (!dump) … biss::dump::dump_error_text(dump.error()) …
 #pragma once
 
@@ -39,14 +39,10 @@ std::string read_head(std::istream& stream);
 /// binary.
 std::optional<DumpFormat> recognise(std::string_view head);
 
-/// Reads the rest of the stream after `head`, in bounded memory. Fails with any DumpCause but
-/// cannot_open and is_directory.
+/// Reads the rest of the stream after `head`, in bounded memory. Fails with any DumpCause.
 DumpResult read_dump(std::istream& stream, std::string head, const DumpOptions& options);
 
 /// The same for banks of 64 bytes one after the other, whatever their bytes look like.
 DumpResult read_binary(std::istream& stream, std::string head, const DumpOptions& options);
-
-/// Reads a file, `-` for standard input.
-DumpResult read_dump_file(const std::string& path, const DumpOptions& options);
 
 }  // namespace biss::dump

@@ -17,9 +17,7 @@ struct CauseText {
   const char* text;
 };
 
-constexpr std::array<CauseText, 14> causes{{
-    {"cannot_open", "cannot be opened"},
-    {"is_directory", "is a folder"},
+constexpr auto causes = std::to_array<CauseText>({
     {"read_failed", "read error"},
     {"empty", "is empty"},
     {"unknown_format", "is text, but not a dump of registers"},
@@ -32,7 +30,7 @@ constexpr std::array<CauseText, 14> causes{{
     {"several_slaves", "accesses to several slaves"},
     {"nothing_read", "no access that returned a byte"},
     {"truncated", "ends too early"},
-}};
+});
 
 // By DumpFormat.
 constexpr std::array<const char*, 5> format_names{"binary banks of 64 bytes", "hex text",

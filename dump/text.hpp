@@ -27,8 +27,6 @@ inline constexpr std::string_view known_formats =
 
 /// Why a dump cannot be read: one enumerator per cause.
 enum class DumpCause : std::uint8_t {
-  cannot_open,      ///< missing, no permission
-  is_directory,     ///< the path names a folder
   read_failed,      ///< the system reports a read error
   empty,            ///< no byte, or only white space and comments
   unknown_format,   ///< text in none of the formats
