@@ -60,6 +60,13 @@ std::string unknown_verb_text(const std::string& name, const std::vector<std::st
                        : fmt::format("unknown verb '{}'; did you mean '{}'?", name, meant);
 }
 
+// Of an earlier run.
+void forget_given(DeclaredVerb& verb) {
+  verb.parsed = false;
+  for (DeclaredOption& option : verb.options) option.given.clear();
+  for (DeclaredVerb& below : verb.verbs) forget_given(below);
+}
+
 DeclaredOption* option_of(DeclaredVerb& verb, const std::string& name) {
   const auto found = std::find_if(verb.options.begin(), verb.options.end(),
                                   [&](const DeclaredOption& each) { return each.name() == name; });
@@ -256,6 +263,7 @@ void Command::add_help() {
 
 DeclaredVerb& Command::declared() {
   add_help();
+  forget_given(*root_);
   return *root_;
 }
 
