@@ -56,7 +56,7 @@ struct CaptureEdges {
   Values<std::uint8_t> slo;
 };
 
-/// Reads the capture of the request as `biss decode`, and finds MA and SLO in it. A line that
+/// Reads the capture that the words name as for `biss decode`, and finds MA and SLO in it. A line that
 /// is inverted is inverted back. Fails with `data_failed` also where a level is neither 0 nor 1.
 CaptureEdges read_edges(const std::vector<std::string>& words, const verbs::GivenOptions& options,
                         const VerbSetup& setup);

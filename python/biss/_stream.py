@@ -9,7 +9,7 @@ import numpy as np
 
 from . import _core
 from ._errors import UsageError, error_of
-from ._options import bits_of, number_of, given_of
+from ._options import bits_of, given_of, number_of
 
 
 class Field(NamedTuple):

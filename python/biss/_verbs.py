@@ -13,7 +13,7 @@ import numpy as np
 from . import _core
 from ._columns import Columns
 from ._errors import UsageError, error_of
-from ._options import number_of, given_of
+from ._options import given_of, number_of
 
 
 class Capture:
