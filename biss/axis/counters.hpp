@@ -12,8 +12,8 @@
 
 namespace biss {
 
-/// A counter for each cause of an enumeration: FrameError, SafetyVerdict. Its index is a cause, never
-/// a number, so that it cannot lie outside: the values of SafetyVerdict are not 0, 1, 2, …
+/// A counter for each cause of an enumeration: FrameError, SafetyVerdict. The index is a cause and
+/// not a number, because the values of SafetyVerdict are not 0, 1, 2, …
 ///
 /// index_of() of the enumeration numbers the causes, and returns their number for a value that is no
 /// cause. All such values share one further counter.
@@ -35,7 +35,7 @@ class CauseCounts {
   std::array<std::uint32_t, size + 1> counts_{};
 };
 
-/// What the cycles of one encoder brought.
+/// The results of one encoder's cycles, counted.
 struct CycleCounts {
   /// Cycles with an answer or a cause.
   std::uint32_t cycles = 0;
@@ -45,7 +45,7 @@ struct CycleCounts {
   std::uint32_t late = 0;
   /// Requests whose transfer never reported its end.
   std::uint32_t unanswered = 0;
-  /// Reports of an end for which no request waited. They are ignored.
+  /// Reported ends of transfers without a waiting request. They are ignored.
   std::uint32_t unexpected = 0;
   CauseCounts<FrameError> causes{};
 };

@@ -1,8 +1,9 @@
-// Fresh data: the bytes of a transfer belong to its request, or they are none.
+// Fresh data: the bytes of a transfer belong to its request, or they do not count as data.
 //
 // A peripheral can report the end of a transfer in which nothing was received: the DMA channel is
-// dead, or the cache still has the old bytes. The buffer then shows the frame before, with a good
-// CRC. So each request has a buffer of ones, and ones are no frame: the cause is no_response.
+// dead, or the cache still has the old bytes. The buffer then contains the previous frame, with a
+// good CRC. Therefore each request starts with a buffer of ones. If it still has only ones, the
+// cause is no_response.
 #pragma once
 
 #include <algorithm>
@@ -24,7 +25,7 @@ template <std::size_t max_bytes>
 class FreshBuffer {
  public:
   constexpr FreshBuffer() = default;
-  // A transfer writes to its buffer, and not to that of a copy.
+  // A running transfer writes to this object's buffer; a copy would never receive the bytes.
   FreshBuffer(const FreshBuffer&) = delete;
   FreshBuffer& operator=(const FreshBuffer&) = delete;
 

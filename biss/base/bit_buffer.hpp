@@ -15,7 +15,7 @@ namespace biss {
 
 namespace bits_detail {
 
-// Not constexpr: the compiler names it where append() gets more bits than a word has.
+// Not constexpr: the compiler prints this name if append() gets more than 64 bits.
 inline void a_word_has_at_most_64_bits() {}
 
 }  // namespace bits_detail

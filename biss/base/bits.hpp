@@ -20,8 +20,9 @@ constexpr std::uint64_t low_mask(unsigned bits) {
 
 namespace bits_detail {
 
-// Shifts by a number from memory that may have had a fault: some bits, and nothing worse. Where
-// registers have 64 bits, the mask costs nothing; where they have 32, such a shift has no mask.
+// Limits a distance from memory that may have had a fault, so that the shift gives wrong bits at
+// worst. With registers of 64 bits the mask costs nothing; with registers of 32 bits there is no
+// mask.
 constexpr unsigned shift_of(std::size_t distance) {
   return static_cast<unsigned>(sizeof(std::size_t) < 8 ? distance : distance & 63U);
 }
@@ -78,7 +79,7 @@ class BitView {
     return load_short(bytes_, stored) << at;
   }
 
-  /// The same where at least 8 bytes are stored.
+  /// Like window(), if at least 8 bytes are stored.
   [[gnu::always_inline]] constexpr std::uint64_t window_of_many(std::size_t index) const {
     const std::size_t at = first_bit_ + index;
     // Near the end read the last 8 bytes instead of stepping over it.
@@ -112,8 +113,9 @@ class BitView {
     return size_bits_;
   }
 
-  /// The first bits, the first one topmost: 64, or all, but for up to 7 of a short view that begins
-  /// within a byte. The bits after them are undefined. Zeros where fewer than 4 bytes are stored.
+  /// The first 64 bits, or all bits of a shorter view, the first one topmost. A short view that
+  /// begins within a byte may lack up to 7 of its bits. The bits after them are undefined. The
+  /// result is 0 if fewer than 4 bytes are stored.
   [[gnu::always_inline]] constexpr std::uint64_t head() const {
     if (size_bits_ < 64) return short_head(bytes_, first_bit_, size_bits_);
     const std::uint8_t* const p = bytes_ + (first_bit_ >> 3U);
@@ -123,9 +125,9 @@ class BitView {
   /// The bits of head() that a view of fewer than 64 bits can have.
   constexpr std::size_t head_bits() const { return 64U - (first_bit_ & 7U); }
 
-  /// head() and find_one_after_head() where registers have 32 bits: at least 25 bits, and 32 where
-  /// the view begins with a byte; the search continues after those of the first 4 bytes. Its result
-  /// is size_bits() or more when there is none.
+  /// head() and find_one_after_head() for registers of 32 bits. The head has at least 25 bits, and
+  /// 32 if the view begins at the start of a byte. The search starts after the first 4 bytes. If
+  /// there is no 1, it returns size_bits() or more.
   [[gnu::always_inline]] constexpr std::uint32_t narrow_head() const {
     const std::uint8_t* const p = bytes_ + (first_bit_ >> 3U);
     if (stored_bytes() - (first_bit_ >> 3U) < 4) return 0;
@@ -147,8 +149,8 @@ class BitView {
     return narrow_find(true, static_cast<std::size_t>(end - bytes_) * 8U - first_bit_);
   }
 
-  /// find(true, head_bits()), without branches within the next 16 bytes: the length of an ACK cannot
-  /// be predicted, and 64-bit words are cheap where mispredicted branches are not.
+  /// find(true, head_bits()), without branches within the next 16 bytes: the length of an ACK
+  /// cannot be predicted, and operations on 64-bit words cost less than mispredicted branches.
   [[gnu::always_inline]] constexpr std::size_t find_one_after_head() const {
     const std::uint8_t* const p = bytes_ + (first_bit_ >> 3U);
     const std::size_t stored = stored_bytes() - (first_bit_ >> 3U);
@@ -165,7 +167,7 @@ class BitView {
     return std::min(at - (first_bit_ & 7U), size_bits_);
   }
 
-  /// All bits after the first 64, on top of each other in any order: 0 where is_low_from(64).
+  /// All bits after the first 64, combined with OR in any order: 0 if is_low_from(64).
   /// \pre the view is whole bytes
   [[gnu::always_inline]] constexpr std::uint64_t ones_after_8_bytes() const {
     const std::uint8_t* const p = bytes_ + (first_bit_ >> 3U);
@@ -179,7 +181,7 @@ class BitView {
     return stored <= 40 ? ones : ones | ones_far(p, stored - 16U);
   }
 
-  /// Whether all bits from `index` on are 0; true where there are none.
+  /// Whether all bits from `index` on are 0; true if there are no such bits.
   [[gnu::always_inline]] constexpr bool is_low_from(std::size_t index) const {
     if (index >= size_bits_) return true;
     const std::size_t at = first_bit_ + index;
@@ -267,8 +269,8 @@ class BitView {
     return ones == 0;
   }
 
-  // In `size` bytes (at least 1), but for `skip` bits at the front and `pad` bits at the end. Only
-  // whether a byte is 0 matters, so the order of four does not.
+  // Whether `size` bytes (at least 1) are low, without `skip` bits at the front and `pad` bits at
+  // the end. The order of the bytes in a word does not matter.
   static constexpr bool is_low_by_bytes(const std::uint8_t* at, std::size_t skip, std::size_t size,
                                         unsigned pad) {
     const std::uint8_t* const last = at + (size - 1U);
@@ -287,7 +289,8 @@ class BitView {
     return true;
   }
 
-  // The words from byte 24 to byte `end` on top of each other. Not inlined: such views are rare.
+  // The words from byte 24 to byte `end` combined with OR. Not inlined, because views of this
+  // length are rare.
   [[gnu::noinline]] static constexpr std::uint64_t ones_far(const std::uint8_t* p,
                                                             std::size_t end) {
     std::uint64_t ones = 0;
@@ -295,8 +298,8 @@ class BitView {
     return ones;
   }
 
-  // The first 1 of `size` bytes, from byte `at` on, which is at least 8; size * 8 where there is none.
-  // Not inlined, and without the view, which stays in registers.
+  // The first 1 of `size` bytes from byte `at` (at least 8) on; size * 8 if there is none. Not
+  // inlined. The view is not an argument, so that it stays in registers.
   [[gnu::noinline]] static constexpr std::size_t find_one_far(const std::uint8_t* p, std::size_t at,
                                                               std::size_t size) {
     for (; at + 8U <= size; at += 8) {
@@ -325,8 +328,8 @@ class BitView {
     return static_cast<std::uint64_t>(std::countl_zero(word | 1U));
   }
 
-  // head() of fewer than 64 bits: two halves that overlap, of up to 8 bytes. Not inlined, and without
-  // the view, which stays in registers.
+  // head() of fewer than 64 bits: two halves that overlap, of up to 8 bytes. Not inlined. The view
+  // is not an argument, so that it stays in registers.
   [[gnu::noinline]] static constexpr std::uint64_t short_head(const std::uint8_t* p,
                                                               std::size_t first_bit,
                                                               std::size_t size_bits) {
@@ -353,7 +356,7 @@ class BitView {
     return load_by_bytes(p);
   }
 
-  // The same bytes in any order, where only the presence of ones matters.
+  // Loads bytes in any order, for tests in which only the presence of ones matters.
   [[gnu::always_inline]] static constexpr std::uint64_t load_any_order(const std::uint8_t* p) {
     if constexpr (loads_words) {
       if (!std::is_constant_evaluated()) return load_as_stored(p);
@@ -361,7 +364,7 @@ class BitView {
     return load_by_bytes(p);
   }
 
-  // Compilers make one load of this, too, but not where several are combined.
+  // Compilers turn this into one load, too, but not if several calls are combined.
   [[gnu::always_inline]] static constexpr std::uint64_t load_by_bytes(const std::uint8_t* p) {
     return (std::uint64_t{p[0]} << 56U) | (std::uint64_t{p[1]} << 48U) |
            (std::uint64_t{p[2]} << 40U) | (std::uint64_t{p[3]} << 32U) |

@@ -1,4 +1,4 @@
-// What the compiler needs for any header of the core: C++20, said in one sentence where it is not.
+// Every header of the core needs C++20. An older language gives one clear error message.
 #pragma once
 
 #if __cplusplus < 202002L

@@ -1,4 +1,4 @@
-// Result: a value, or the one cause why there is none. No exceptions, no error codes among the
+// Result: a value, or the one cause why there is no value. No exceptions, no error codes among the
 // values.
 #pragma once
 
@@ -24,7 +24,8 @@ namespace result_detail {
 
 struct Nothing {};
 
-// Not constexpr: the compiler names it where the wrong side is read while compiling.
+// Not constexpr: the compiler prints this name if a constant expression reads the value of a failed
+// result.
 inline void this_result_holds_an_error_and_no_value() {}
 inline void this_result_holds_a_value_and_no_error() {}
 
@@ -45,7 +46,8 @@ class [[nodiscard]] Result {
   constexpr Result(T&& value) : value_(std::move(value)), no_error_(), ok_(true) {}
   constexpr Result(Failure<E> failed) : no_value_(), error_(failed.error), ok_(false) {}
 
-  /// The same without a copy of what is no value, so that a compiler can keep the value in registers.
+  /// Assigns the error without a copy of the value, so that a compiler can keep the value in
+  /// registers.
   constexpr Result& operator=(Failure<E> failed) {
     if (std::is_constant_evaluated()) return *this = Result(failed);
     error_ = failed.error;

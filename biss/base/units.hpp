@@ -1,6 +1,6 @@
 // Time, rate and length as types, so that a delay cannot be passed as a count of clocks. A bare
-// number is none of them: the constructors are explicit, and none is an aggregate that the number
-// of a braced list could initialise. A fraction does not compile: it would be dropped.
+// number does not convert: the constructors are explicit, and none of the types is an aggregate. A
+// number with a fraction does not compile, because the fraction would be lost.
 #pragma once
 
 #include <compare>

@@ -1,5 +1,5 @@
-// Times of a clock that wraps around at the limits of its type: one that runs for longer than the
-// 106 days to which Picoseconds count.
+// Times of a clock that wraps around at the limits of its type: a clock that runs for more than 106
+// days, the range of Picoseconds.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +8,8 @@
 
 namespace biss {
 
-/// From `from` to `to`, which are less than 106 days apart. Negative where `to` is before `from`.
+/// The time from `from` to `to`, which are less than 106 days apart. Negative if `to` is before
+/// `from`.
 constexpr Picoseconds wrapping_elapsed(Picoseconds from, Picoseconds to) {
   const auto apart = static_cast<std::uint64_t>(to.count) - static_cast<std::uint64_t>(from.count);
   return Picoseconds{static_cast<std::int64_t>(apart)};

@@ -1,4 +1,4 @@
-// What a configuration asks for, finds out, and fails with.
+// The options, the results and the causes of failure of automatic configuration.
 #pragma once
 
 #include <array>
@@ -67,8 +67,8 @@ enum class ConfigureError : std::uint8_t {
   eds_unreadable,  ///< as no_profile; there is an EDS, and an access to it failed: `control` is the
                    ///< cause; without it, the maker uses BSEL for something else
   eds_contradiction,  ///< an EDS that describes no frame: `eds` is the cause; or one that contradicts
-  ///< itself or the registers: `problem` and `field` say where; with `field` alone,
-  ///< it names slaves that do not exist, or more channels than slaves
+  ///< itself or the registers: `problem` and `field` are the place; `field` alone: the EDS names
+  ///< slaves that do not exist, or more channels than slaves
   no_channel,         ///< no slave has a data channel
   too_many_channels,  ///< more than eight
   channels_stay_off,  ///< they were deactivated and could not be activated again
@@ -91,9 +91,9 @@ constexpr std::string_view name_of(ConfigureError error) {
 struct ConfigureFault {
   ConfigureError cause{};
   ConfigureStep step{};
-  /// The ID of the slave concerned; 0 where all are.
+  /// The ID of the slave concerned; 0 if all slaves are concerned.
   std::uint8_t slave = 0;
-  /// How the access failed, where one did.
+  /// The cause of the failed access, if an access failed.
   std::optional<ControlError> control{};
   std::optional<ProfileError> profile{};
   std::optional<EdsDeviceCause> eds{};
@@ -104,7 +104,7 @@ struct ConfigureFault {
   constexpr bool operator==(const ConfigureFault&) const = default;
 };
 
-/// What a failed configuration may have left changed.
+/// The changes that a failed configuration may have left in the device.
 struct Unrestored {
   /// Bit k: BSEL of the slave with ID k.
   std::uint8_t banks = 0;
@@ -120,7 +120,8 @@ inline constexpr Hertz common_clock_min = kilohertz(250);
 inline constexpr Hertz common_clock_max = megahertz(1);
 inline constexpr Picoseconds common_cycle = microseconds(250);
 
-/// The source of a value, the weakest first. Of several slaves, the weakest source counts.
+/// The source of a value, the weakest first. If slaves have different sources, the weakest one
+/// counts.
 enum class ValueSource : std::uint8_t {
   defaults,    ///< no source: the limits of every BiSS C device
   hypothesis,  ///< the electronic data sheet, in a unit that no source confirms
@@ -137,7 +138,8 @@ constexpr std::string_view name_of(ValueSource source) {
   return names[static_cast<std::size_t>(source)];
 }
 
-/// What one slave says about itself; nothing where it does not.
+/// The description of one slave from its own registers; a value is empty if the slave does not have
+/// it.
 struct SlaveDescription {
   std::optional<DeviceIdentity> identity{};
   std::optional<std::uint32_t> serial{};
@@ -145,11 +147,11 @@ struct SlaveDescription {
   std::optional<std::uint16_t> profile{};
   /// Register 0x41.
   std::uint8_t eds_bank = 0;
-  /// The source of its channel; `eds` also where another slave of the device holds the EDS.
+  /// The source of its channel; `eds` also if another slave of the device holds the EDS.
   ValueSource source = ValueSource::defaults;
   /// The EDS is present but unused: its checksum is wrong or it could not be read.
   bool eds_unused = false;
-  /// What check_eds() finds in the EDS that it holds; none of it contradicts().
+  /// How many findings check_eds() has about the EDS that the slave holds; none is a contradiction.
   std::uint8_t eds_findings = 0;
 };
 
@@ -159,8 +161,8 @@ struct Configuration {
   FrameFormat format{};
   /// The timing of the whole line: the limits of its weakest device.
   DeviceTiming timing{};
-  /// The clocks by which START may be later than the devices are ready: their "busy_s", and one for
-  /// each ID after the first.
+  /// START may be this number of clocks later than the moment when the devices are ready: their
+  /// "busy_s", and one clock for each ID after the first.
   std::uint8_t start_delay_clocks = 0;
   ValueSource format_source = ValueSource::eds;
   ValueSource clock_source = ValueSource::eds;
@@ -201,20 +203,20 @@ struct ConfigureOptions {
   Picoseconds init_rest = biss_static_timeout_max;
   /// The options of each access, with its number of retries.
   ControlOptions control{.retries = 3};
-  /// The highest clock of a device that states none: what every slave accepts.
+  /// The highest clock of a device that states none. Every slave accepts the default.
   Hertz unstated_clock_max = common_clock_max;
   /// A chain of eight with all data sheets needs about 80 000 requests, 20 s.
   std::uint32_t max_requests = 200'000;
-  /// What no document defines about EDS and profiles.
+  /// Options for points of EDS and profiles that no document defines.
   EdsDeviceOptions eds{};
-  /// Gets every finding of check_eds(), those that contradicts() too. Null: they are only counted.
+  /// Takes every finding of check_eds(), contradictions included. Null: findings are only counted.
   EdsFindingTaker findings{};
 };
 
 /// The next request to make.
 struct ConfigureRequest {
   RequestKind kind = RequestKind::reduced;
-  /// CDM where answer() returns no other.
+  /// CDM of this request, unless answer() returns another value.
   bool cdm = false;
   /// The earliest time of the request.
   Picoseconds at{std::numeric_limits<std::int64_t>::min()};

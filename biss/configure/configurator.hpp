@@ -45,7 +45,7 @@ namespace biss::configure_detail {
 
 // ---- The query of one slave: its identity, its profile, its EDS
 
-/// Whether this maker's devices follow the map at this address, as far as is known.
+/// Whether this maker's devices follow the register map at this address; true for unknown makers.
 constexpr bool follows_map(const std::optional<DeviceIdentity>& identity, unsigned address) {
   if (!identity) return true;
   const auto maker = manufacturer_name(identity->manufacturer);
@@ -55,8 +55,8 @@ constexpr bool follows_map(const std::optional<DeviceIdentity>& identity, unsign
   return true;
 }
 
-/// One access after the other, on a session of the owner. What a slave does not have is skipped;
-/// BSEL is restored in any case. Not to be moved while it runs: the session writes into it.
+/// One access after the other, on a session of the owner. Registers that a slave does not have are
+/// skipped. BSEL is always restored. Do not move a query that runs: the session writes into it.
 class SlaveQuery {
  public:
   /// Asks for everything but the EDS.
@@ -137,10 +137,10 @@ class SlaveQuery {
   /// BSEL may not have its original value.
   constexpr bool bank_dirty() const { return bank_dirty_; }
   constexpr bool has_eds() const { return has_common_; }
-  /// Why the EDS, or a part of it, is unused.
+  /// The cause why the EDS, or a part of it, is unused.
   constexpr std::optional<ConfigureFault> eds_fault() const { return eds_fault_; }
   constexpr CommonPart common() const { return parse_common_part(common_); }
-  /// What was read of the EDS; valid until the next begin(). \pre has_eds()
+  /// The bytes read from the EDS; valid until the next begin(). \pre has_eds()
   constexpr EdsImage image() const {
     EdsImage image{.common = &common_, .eds_bank = description_.eds_bank};
     for (std::size_t i = 0; i < max_channels; ++i) {
@@ -165,8 +165,8 @@ class SlaveQuery {
     return static_cast<std::uint16_t>(std::uint32_t{buffer_[0]} << 8U | buffer_[1]);
   }
 
-  // A clear refusal; an old device without W inversion refuses by never sending the start bit,
-  // neither for a read nor for a write.
+  // Whether the slave refused the access. An old device without W inversion refuses by never
+  // sending the start bit, for a read and for a write.
   static constexpr bool is_absent(ControlError error) {
     return error == ControlError::refused || error == ControlError::refused_or_not_addressed ||
            error == ControlError::busy_too_long || error == ControlError::start_missing ||
@@ -278,9 +278,9 @@ class SlaveQuery {
   std::span<std::uint8_t> to_{};
   std::array<std::uint8_t, bank_bytes> buffer_{};
 
-  std::uint8_t found_bank_ = 0;   // BSEL as it was
-  std::uint8_t bank_ = 0;         // BSEL as it is
-  std::uint8_t wanted_bank_ = 0;  // BSEL as it is to be
+  std::uint8_t found_bank_ = 0;   // BSEL before the query
+  std::uint8_t bank_ = 0;         // BSEL now
+  std::uint8_t wanted_bank_ = 0;  // BSEL that the next access needs
   bool bank_dirty_ = false;
   bool has_common_ = false;
   std::size_t channel_ = 0;
@@ -291,7 +291,7 @@ class SlaveQuery {
 
 // ---- The answers of the slaves, merged to one format and one timing for the line
 
-/// What an EDS says about the IDs `first` … `first + ids - 1`.
+/// The description by an EDS of the IDs `first` … `first + ids - 1`.
 struct LineDevice {
   std::uint8_t first = 0;
   std::uint8_t ids = 1;
@@ -314,9 +314,9 @@ constexpr DeviceTiming unstated_timing(Hertz clock_max) {
 
 class LineBuilder {
  public:
-  /// Adds a slave of which no EDS is used. An EDS that describes this ID, added before or after,
-  /// has precedence.
-  /// \param eds_fault why its EDS is not used, where it has one
+  /// Adds a slave whose EDS is missing or unused. An EDS that describes this ID has precedence, in
+  /// any order of the calls.
+  /// \param eds_fault the cause why its EDS is unused, if it has one
   constexpr void add_profile(std::uint8_t slave, const SlaveDescription& description,
                              const std::optional<ConfigureFault>& eds_fault,
                              const ProfileOptions& options) {
@@ -398,7 +398,7 @@ class LineBuilder {
     bool present = false;  // the slave sends a channel
     ValueSource source = ValueSource::defaults;
     ChannelFormat channel{};
-    ConfigureFault fault{};  // where it is not known
+    ConfigureFault fault{};  // the place of the cause
   };
 
   constexpr void merge(const DeviceTiming& other) {
@@ -469,7 +469,7 @@ constexpr Result<LineDevice, ConfigureFault> eds_device(
   LineDevice line;
   line.first = static_cast<std::uint8_t>(common.first_slave(holder));
   line.ids = common.sl_num;
-  // Channel i belongs to the i-th slave where each has one.
+  // Channel i belongs to the i-th slave if each slave has one channel.
   for (std::size_t i = 0; i < common.dc_num && i < max_channels; ++i) {
     const std::size_t slave = common.dc_num == 1 ? holder : line.first + i;
     if (slave >= slaves.size() || (common.dc_num != 1 && common.dc_num != common.sl_num)) break;
@@ -513,8 +513,7 @@ constexpr Result<LineDevice, ConfigureFault> eds_device(
 
 namespace biss {
 
-/// Ends after at most max_requests, whatever the answers are. Not to be copied: its session writes
-/// into it.
+/// Ends after at most max_requests, for any answers. Do not copy it: its session writes into it.
 class Configurator {
  public:
   constexpr explicit Configurator(const ConfigureOptions& options = {})
@@ -535,7 +534,7 @@ class Configurator {
   constexpr const ConfigureRequest& request() const { return request_; }
 
   /// Takes the answer to the request. \pre !done()
-  /// \param cds `missing` for the kind `reduced`, and where no valid CDS came
+  /// \param cds `missing` for the kind `reduced`, and if no valid CDS came
   /// \return the CDM that ends this request
   constexpr bool answer(Picoseconds now, CdsBit cds) {
     ++requests_;

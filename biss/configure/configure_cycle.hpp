@@ -1,5 +1,5 @@
-// Automatic configuration with a RequestCycle: drives MA, takes SLO, and ends with what is needed
-// to read the encoder.
+// Automatic configuration with a RequestCycle: drives MA, takes SLO, and returns the format and the
+// timing that are needed to read the encoder.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The device that a text stands for: the one place that knows names, profiles and formats.
+// The device that a text names. All names, profiles and formats are looked up here.
 #pragma once
 
 #include <cstddef>
@@ -21,11 +21,11 @@ struct Device {
   DeviceTiming timing;
   /// Null unless the text is a name of the catalogue. Lives as long as the program.
   const CatalogueEntry* entry = nullptr;
-  /// Null unless the text is the name of a safety configuration and not one of the catalogue. Lives
-  /// as long as the program.
+  /// Null unless the text is the name of a safety configuration and not a name of the catalogue.
+  /// Lives as long as the program.
   const SafetyConfiguration* configuration = nullptr;
 
-  /// Whether the name stands for a device, so that its timing is more than the limits of BiSS C.
+  /// Whether the text names a device with a timing of its own, not only the limits of BiSS C.
   constexpr bool timing_known() const {
     return entry != nullptr ||
            (configuration != nullptr && configuration->timing != DeviceTiming{});
@@ -46,7 +46,7 @@ struct DeviceTextError {
   DeviceMistake mistake{};
   FormatTextError item{};
   ProfileError profile{};
-  /// As far as it is a number.
+  /// The profile identifier, if the text is a number.
   ProfileIdentifier identifier{};
 };
 

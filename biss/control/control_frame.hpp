@@ -50,7 +50,7 @@ inline constexpr unsigned header_crc = 12;
 inline constexpr unsigned header_end = 16;
 inline constexpr unsigned read = 16;        // R
 inline constexpr unsigned write = 17;       // W
-inline constexpr unsigned byte_start = 18;  // S of the first byte; later where the slave is busy
+inline constexpr unsigned byte_start = 18;  // S of the first byte; later if the slave is busy
 inline constexpr unsigned ida = 16;         // IDA0 … IDA7 on CDS
 inline constexpr unsigned ex_addressed = 24;
 inline constexpr unsigned ex_broadcast = 17;
@@ -59,8 +59,8 @@ inline constexpr unsigned ex_broadcast = 17;
 /// A byte's bits: S, DATA7 … DATA0, CRC3 … CRC0, P.
 inline constexpr unsigned control_byte_bits = 14;
 
-/// The BiSS frames of an access: the 14 zeros before it, and the last CDS after it where one is
-/// needed; no slave is busy.
+/// The BiSS frames of an access: the 14 zeros before it, and the last CDS after it if one is
+/// needed, without busy slaves.
 constexpr std::uint32_t register_access_frames(std::size_t bytes) {
   return control_reset_zeros + control_bit::byte_start +
          control_byte_bits * static_cast<std::uint32_t>(bytes) + 1;
@@ -75,21 +75,22 @@ static_assert(register_access_frames(1) == 47 && register_access_frames(64) == 9
 /// The four commands. Their meaning depends on whether slaves are addressed or all are meant. All
 /// are optional for slaves.
 enum class ControlCommand : std::uint8_t {
-  channels = 0b00,  ///< addressed: activate data channels; broadcast: deactivate those of all
-  control = 0b01,  ///< addressed: deactivate control communication; broadcast: activate that of all
-  bypass = 0b10,   ///< bus couplers: addressed to standard operation; broadcast to feedback
-  user = 0b11,     ///< addressed: the device's own; broadcast: reserved
+  channels = 0b00,  ///< addressed: activate data channels; broadcast: deactivate all data channels
+  control = 0b01,   ///< addressed: deactivate control communication; broadcast: activate it in all
+                    ///< slaves
+  bypass = 0b10,    ///< bus couplers: addressed to standard operation; broadcast to feedback
+  user = 0b11,      ///< addressed: the device's own; broadcast: reserved
 };
 
-/// What a master does with a register.
+/// The direction of an access to a register.
 enum class RegisterAccess : std::uint8_t { read, write };
 
-/// What follows the start bit, in line order from the top: CTS, then ten bits of addressing. These
-/// are the 11 bits that the header's CRC covers.
+/// The 11 bits after the start bit, in line order from the top: CTS, then ten bits of addressing.
+/// The header's CRC covers these bits.
 constexpr std::uint16_t register_header(unsigned slave, unsigned address) {
   return static_cast<std::uint16_t>(0x400U | (slave & 7U) << 7U | (address & 0x7FU));
 }
-/// \param slaves bit k stands for the slave with ID k; 0: broadcast. IDS0 is sent first.
+/// \param slaves bit k is the slave with ID k; 0: broadcast. IDS0 is sent first.
 constexpr std::uint16_t command_header(std::uint8_t slaves, ControlCommand command) {
   unsigned ids = 0;
   for (unsigned k = 0; k < control_max_slaves; ++k) ids = ids << 1U | (slaves >> k & 1U);
@@ -135,14 +136,14 @@ static_assert(header_crc(register_header(0, 0x00)) == 0x6 &&
 
 // ---- A control frame's header as received: the 15 bits after the start bit
 
-/// What a header requests.
+/// The request of a header.
 struct ControlHeader {
   /// CTS = 1. False: a command.
   bool register_access = false;
   /// Register access: ID and address.
   std::uint8_t slave = 0;
   std::uint8_t address = 0;
-  /// Command: bit k stands for the slave with ID k (IDS0 came first on the line); 0: broadcast.
+  /// Command: bit k is the slave with ID k (IDS0 came first on the line); 0: broadcast.
   std::uint8_t slaves = 0;
   ControlCommand command = ControlCommand::channels;
 

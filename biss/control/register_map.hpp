@@ -18,7 +18,7 @@ namespace biss {
 /// Addresses of the map.
 namespace reg {
 inline constexpr std::uint8_t bank = 0x00;      ///< 64 bytes of the bank that BSEL chooses
-inline constexpr std::uint8_t bsel = 0x40;      ///< bank select; refused where there is one bank
+inline constexpr std::uint8_t bsel = 0x40;      ///< bank select; refused if there is only one bank
 inline constexpr std::uint8_t eds_bank = 0x41;  ///< bank of the EDS
 inline constexpr std::uint8_t bp_id = 0x42;     ///< profile identifier, 2 bytes
 inline constexpr std::uint8_t dev_sn = 0x44;    ///< serial number, 4 bytes
@@ -31,8 +31,8 @@ inline constexpr std::uint8_t mfr_id = 0x7E;    ///< manufacturer ID, 2 bytes; m
 inline constexpr std::size_t bank_bytes = 64;
 inline constexpr std::size_t bank_count = 256;
 
-/// The access to a field, where the device follows the map. A device may protect any register,
-/// which looks as if it were absent.
+/// The access to a field of a device that follows the map. A device may protect any register; the
+/// register then seems to be absent.
 enum class FieldAccess : std::uint8_t {
   device,           ///< depends on the device
   read_only,        ///< writing is refused
@@ -96,7 +96,7 @@ struct DeviceRegisters {
   std::uint8_t eds_bank = 0;
   /// 0: none.
   std::uint16_t profile = 0;
-  /// Nothing where the device has none.
+  /// Empty if the device has no serial number.
   std::optional<std::uint32_t> serial;
 };
 
@@ -131,11 +131,11 @@ constexpr DeviceIdentity device_identity(std::span<const std::uint8_t, 8> bytes)
           .manufacturer = static_cast<std::uint16_t>(from_big_endian(bytes.subspan<6, 2>()))};
 }
 
-/// What EDS_BANK indicates.
+/// The meaning of EDS_BANK.
 enum class EdsPresence : std::uint8_t {
   none,      ///< 0x00
   present,   ///< in this bank
-  doubtful,  ///< 0xFF: a bank by the protocol, "none" on iC-MU; none where the checksum fails
+  doubtful,  ///< 0xFF: a bank by the protocol, "none" on iC-MU; no EDS if the checksum fails
 };
 
 constexpr EdsPresence eds_presence(std::uint8_t eds_bank) {

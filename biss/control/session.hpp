@@ -29,13 +29,13 @@ namespace biss {
 
 // ---- How an access ends
 
-/// The one cause why an access did not complete. Where the protocol cannot distinguish two causes,
-/// the name says so.
+/// The one cause why an access did not complete. If the protocol cannot distinguish two causes,
+/// they share one enumerator.
 enum class ControlError : std::uint8_t {
-  bad_request,    ///< asked for what no control frame can say; nothing was sent
+  bad_request,    ///< no control frame can express the request; nothing was sent
   no_answer,      ///< IDL0 stayed 0: no slave took an ID
   no_such_slave,  ///< fewer slaves took an ID than the one addressed
-  id_pattern,     ///< IDL has a gap, or a 1 after it where 0 is due
+  id_pattern,     ///< IDL has a gap, or a 1 after it instead of a 0
   refused,        ///< read: protected or absent (the protocol has one answer for both)
   not_addressed,  ///< read: the slave is present but acts as not addressed (header damaged)
   refused_or_not_addressed,  ///< write: refused, or not_addressed: the answer is the same
@@ -43,10 +43,10 @@ enum class ControlError : std::uint8_t {
   busy_too_long,     ///< no start bit in time; an old device without W inversion refuses like this
   start_missing,     ///< write: S of the first byte was not echoed, which may not be delayed
   data_crc,          ///< read: the byte and its CRC do not fit
-  echo,              ///< write: the echo differs from what was sent; what was written is unknown
+  echo,              ///< write: the echo differs from the byte sent; the byte written is unknown
   next_unavailable,  ///< sequential: P = 1 before the last byte; those before are done
-  not_accepted,      ///< command: not enough of the addressed slaves accept it, or none received
-                     ///< it (header damaged); dropped by EX = 0
+  not_accepted,      ///< command: not enough of the addressed slaves accept it, or no slave
+                     ///< received it (header damaged); the master cancelled it by EX = 0
   ida_pattern,       ///< command: a slave that is not addressed accepts; dropped by EX = 0
   frame_lost,        ///< a frame of the access brought no CDS
   cancelled,         ///< by the master itself
@@ -76,9 +76,8 @@ constexpr std::string_view name_of(ControlError error) {
   return names[static_cast<std::size_t>(error)];
 }
 
-/// Whether damage on the line can be the cause, so that the same access may succeed when it is
-/// tried again. A clear refusal (refused, next_unavailable) is not repeated, nor is what the master
-/// did itself.
+/// Whether damage on the line can be the cause, so that a retry may succeed. A clear refusal
+/// (refused, next_unavailable) is not repeated, nor is an error of the master itself.
 constexpr bool worth_retrying(ControlError error) {
   switch (error) {
     case ControlError::bad_request:
@@ -91,7 +90,7 @@ constexpr bool worth_retrying(ControlError error) {
   }
 }
 
-// ---- What a session gets and returns
+// ---- The setup and the outcome of a session
 
 /// The CDS of a BiSS frame.
 enum class CdsBit : std::uint8_t {
@@ -104,27 +103,28 @@ enum class CdsBit : std::uint8_t {
 enum class ExecuteIf : std::uint8_t {
   all_accept,   ///< all of them accept, and no other slave
   any_accepts,  ///< at least one of them accepts, and no other slave
-  always,       ///< whatever they answer, as long as one of them is present
+  always,       ///< for any answers, if one of them is present
 };
 
 struct ControlOptions {
-  /// The longest time by which a slave may delay S of a byte, from the frame in which S could have
-  /// come. 0: no delay. S in the first frame after it still counts: the slave may have been ready
-  /// in time.
+  /// The longest time by which a slave may delay S of a byte, counted from the first frame in which
+  /// S can come. 0: no delay. S in the first frame after it still counts: the slave may have been
+  /// ready in time.
   Picoseconds busy_max = register_busy_max;
-  /// How often a failed access is tried again where worth_retrying() says so; a broadcast never is.
-  /// A sequential access continues with the first byte that is not done. A byte of a write whose
-  /// echo was wrong may then be written twice: leave this 0 for registers where that matters.
+  /// How often a failed access is tried again if worth_retrying(); a broadcast is never repeated. A
+  /// sequential access continues with the first byte that is not done. A byte of a write whose echo
+  /// was wrong may then be written twice: use 0 if that matters for a register.
   std::uint8_t retries = 0;
 };
 
 /// The state of an access: how it ended, or how far it is.
 struct ControlOutcome {
-  /// The longest time by which a slave delayed S of a byte; 0 where it never did. An S whose 1 was
-  /// damaged on CDS looks like a delay, too. What is read then is always detected as wrong. A byte
-  /// that is written after another one is not: master and slave differ by a bit, and the echo
-  /// agrees for half of all values although nothing was written. Read back what was written with a
-  /// delay, or write such registers in separate accesses, where the protocol allows no delay.
+  /// The longest time by which a slave delayed S of a byte; 0 if no slave did. If the 1 of S was
+  /// damaged on CDS, this looks like a delay, too. An error in a byte read is then always detected.
+  /// An error in a byte that is written after another one is not: master and slave differ by a bit,
+  /// and the echo agrees for half of all values although nothing was written. Read back the bytes
+  /// written with a delay, or write each register in an access of its own: the protocol allows no
+  /// delay of the first byte.
   Picoseconds longest_busy{};
   /// Frames since the access began, including this one.
   std::uint32_t frames = 0;
@@ -144,12 +144,12 @@ struct ControlOutcome {
   std::optional<ControlError> retried;
 };
 
-// ---- What the CDS bits of a control frame mean, without data
+// ---- The CDS bits of a control frame, without data
 
-/// The number of slaves that took an ID, from 0 on without a gap: 0…8, and 9 where there are more
+/// The number of slaves that took an ID, from 0 on without a gap: 0…8, and 9 for more slaves
 /// (IDL8).
 /// \param cds the CDS bits 0…15 of a control frame, bit 0 topmost: IDL0 … IDL8 and seven zeros
-/// \return nothing where no slaves can have sent this
+/// \return empty if no number of slaves can have sent these bits
 constexpr std::optional<unsigned> slaves_counted(std::uint16_t cds) {
   const std::uint32_t zeros = ~std::uint32_t{cds} & 0xFFFFU;
   if ((zeros & (zeros + 1U)) != 0 || zeros < 0x7FU) return std::nullopt;
@@ -166,7 +166,7 @@ constexpr std::uint8_t slaves_accepting(std::uint8_t cds) {
   return static_cast<std::uint8_t>(ida);
 }
 
-/// Why R and W as received on CDS end the access; nothing where they do not.
+/// The cause why R and W, as received on CDS, end the access; empty if they do not.
 constexpr std::optional<ControlError> access_denied(RegisterAccess access, bool r, bool w) {
   if (access == RegisterAccess::read) {
     if (r && !w) return std::nullopt;
@@ -182,8 +182,7 @@ constexpr std::optional<ControlError> access_denied(RegisterAccess access, bool 
 
 enum class ControlKind : std::uint8_t { read, write, addressed, broadcast };
 
-/// One access, made by the four functions below. `possible` is true where a control frame can
-/// request it.
+/// One access, made by the four functions below. `possible`: a control frame can request it.
 struct ControlRequest {
   ControlKind kind = ControlKind::read;
   ExecuteIf execute_if = ExecuteIf::all_accept;
@@ -296,15 +295,15 @@ constexpr ControlRequest broadcast_request(ControlCommand command) {
   return {.kind = ControlKind::broadcast, .possible = true, .header = command_header(0, command)};
 }
 
-/// One access at a time. Every access ends, whatever CDS does, as long as time advances: a try
-/// takes the frames that it needs, at most 14 lost ones before its start bit, and busy_max for each
-/// byte.
+/// One access at a time. Every access ends for any CDS if time advances: a try takes the frames
+/// that it needs, at most 14 lost ones before its start bit, and busy_max for each byte.
 class ControlSession {
  public:
   constexpr explicit ControlSession(const ControlOptions& options = {}) : options_(options) {}
 
   /// Begins to read `to.size()` registers (1…64) from `address` on, the last one at most 127. `to`
-  /// must live until done(). What no control frame can request ends immediately, with bad_request.
+  /// must live until done(). A request that no control frame can express ends immediately, with
+  /// bad_request.
   /// \pre done()
   /// \param slave ID, 0…7
   constexpr void read(unsigned slave, unsigned address, std::span<std::uint8_t> to) {
@@ -356,13 +355,13 @@ class ControlSession {
 
   enum class Phase : std::uint8_t {
     idle,
-    lead,         // zeros until there are 14 of them
-    frame,        // header and what follows it, bit k_ of word_
+    lead,         // 14 zeros
+    frame,        // header and the bits after it, bit k_ of word_
     write_start,  // S of a write's first byte is due on CDS
     start,        // S of any other byte is due
     busy,         // S is late since busy_since_
     byte,         // DATA, CRC and P, bit k_ of word_
-    next,         // P is due, which says whether another byte may follow
+    next,         // P is due: whether another byte may follow
   };
 
   constexpr bool needs_no_cds() const { return request_.kind == Kind::broadcast; }

@@ -1,5 +1,6 @@
 // Four engines that compute the same checksum. The bitwise one is the reference; the tests compare
-// the others with it. They trade memory for time. All take the data right-aligned in a 64-bit word.
+// the others with it. The faster ones need more memory. All take the data right-aligned in a 64-bit
+// word.
 #pragma once
 
 #include <array>
@@ -49,9 +50,9 @@ constexpr std::uint64_t with_start(const CrcSpec& spec, std::uint64_t data, unsi
 /// The reference: bit by bit, no table.
 ///
 /// All engines are called the same way: `engine(data, bits)` is the CRC of the lowest `bits` (1…64)
-/// of `data`, most significant bit first, as transmitted (inverted where the spec says so). Bits of
-/// `data` above `bits` must be 0. An engine without a checksum gives 0. Engines are plain data and
-/// may be constexpr.
+/// of `data`, most significant bit first, as transmitted (inverted if the spec is inverted). Bits
+/// of `data` above `bits` must be 0. An engine without a checksum gives 0. Engines are plain data
+/// and may be constexpr.
 class CrcBitwise {
  public:
   constexpr CrcBitwise() = default;
@@ -193,7 +194,7 @@ class CrcSliced {
   }
 
   CrcSpec spec_;
-  // Data of up to this many bits needs the low slices only; 0 where there is a start value.
+  // Data of up to this many bits needs the low slices only; 0 if there is a start value.
   std::uint8_t low_bits_ = 0;
   std::array<std::array<std::uint16_t, 256>, slices> table_{};
 };

@@ -1,5 +1,5 @@
-// A channel's CRC where data and CRC have a known place in a 64-bit word: the received one is checked
-// without taking either out.
+// The CRC of a channel whose data and CRC have a known place in a 64-bit word. The CRC is checked
+// without extracting data or CRC.
 #pragma once
 
 #include <algorithm>
@@ -31,7 +31,7 @@ class PlacedCrc {
     // In bounds, also after a fault of the memory.
     return engine_(data, std::clamp(unsigned{data_bits_}, 1U, 64U));
   }
-  /// Whether data and CRC in `word` agree; true where there is no CRC.
+  /// Whether data and CRC in `word` agree; true without a CRC.
   /// \pre the data and the CRC have at most 63 bits
   [[gnu::always_inline]] constexpr bool is_right(std::uint64_t word) const {
     const unsigned width = spec().width_bits;
@@ -74,7 +74,7 @@ class PlacedCrc<CrcSliced> {
   static constexpr unsigned slices = 8;
   using Remainders = std::array<std::uint16_t, 64>;
 
-  // Of each bit of the word, bit 0 the lowest; 0 for those outside of data and CRC.
+  // The remainder of each bit of the word, bit 0 the lowest; 0 for bits outside of data and CRC.
   constexpr Remainders remainders(unsigned first_bit, unsigned end_bit) const {
     Remainders of{};
     std::uint32_t reg = 1;

@@ -16,9 +16,9 @@ struct CrcSpec {
   std::uint8_t width_bits = 0;
   /// Sent with every bit inverted, as BiSS does (protocol description D2).
   bool inverted : 1 = true;
-  /// Errors of an encoder's maker: the lowest bit is sent first; nE and nW are left out; CDS is
-  /// covered too, before the data; it is the CRC of the frame before. The engines do not know them:
-  /// FrameCodec::crc() applies all but the last one.
+  /// Deviations of some encoders: the lowest bit is sent first; nE and nW are left out; CDS is
+  /// covered too, before the data; the CRC belongs to the previous frame. The engines ignore them;
+  /// FrameCodec::crc() applies all except the last one.
   bool reversed : 1 = false;
   bool without_flags : 1 = false;
   bool with_cds : 1 = false;
@@ -43,9 +43,9 @@ constexpr bool is_full_form(std::uint32_t polynomial, unsigned width_bits) {
          (polynomial & 1U) != 0;
 }
 
-/// The polynomial a BiSS master uses when only the width is given; 0 where there is none.
-/// Widths 3 to 8 and 16: Microchip's description of the iC-Haus master core; 0x43 and 0x190D9 also
-/// Renishaw's data sheets.
+/// The polynomial a BiSS master uses when only the width is given; 0 if there is none. Widths 3 to
+/// 8 and 16: Microchip's description of the iC-Haus master core; 0x43 and 0x190D9 also Renishaw's
+/// data sheets.
 constexpr std::uint32_t default_polynomial(unsigned width_bits) {
   switch (width_bits) {
     case 3:

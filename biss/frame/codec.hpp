@@ -14,7 +14,7 @@
 
 namespace biss::frame_detail {
 
-// True where 64-bit words are cheap and mispredicted branches are not.
+// True if 64-bit words are cheap and mispredicted branches are expensive.
 inline constexpr bool selects = sizeof(std::size_t) >= 8;
 
 constexpr std::uint64_t gray_to_binary(std::uint64_t value) {
@@ -114,7 +114,7 @@ constexpr bool fits_window(const ChannelFormat& channel) {
 }
 
 constexpr bool fits_windows(const FrameFormat& format) {
-  // The engines check a word, and do not know the errors of a maker.
+  // The engines check a word without the deviations of a maker.
   if (format.deviates()) return false;
   for (const ChannelFormat& channel : format.channels()) {
     if (!fits_window(channel)) return false;
@@ -128,13 +128,13 @@ constexpr bool is_one_word(const FrameFormat& format) {
 }
 
 // The last zero of ACK that leaves room for `clocks` from START on in a word, as a bit of the word;
-// no bit where they are too many.
+// 0 if there are too many.
 constexpr std::uint64_t last_ack_of(std::size_t clocks, std::size_t word_bits = 64) {
   return clocks < word_bits ? std::uint64_t{1} << (64U - word_bits + clocks) : ~std::uint64_t{0};
 }
 
-// A channel in a word: the top bit is the one before the channel (CDS, before the first one), then
-// data and CRC, then, after the last channel, STOP.
+// A channel in a word: the top bit is the one before the channel (CDS for the first channel), then
+// data and CRC, then STOP for the last channel.
 class WordPlan {
  public:
   constexpr WordPlan() = default;
@@ -164,7 +164,7 @@ class WordPlan {
   }
   // The bits after the channel.
   constexpr std::uint64_t rest(std::uint64_t word) const { return word & rest_mask_; }
-  // STOP is 0, and so is CDS where the format requires it.
+  // STOP is 0, and so is CDS if the format requires it.
   constexpr bool is_low(std::uint64_t word) const { return (word & must_be_low_) == 0; }
 
   // The data, right-aligned.
@@ -275,7 +275,7 @@ class FrameCodec {
 
   constexpr const FrameFormat& format() const { return format_; }
   constexpr unsigned payload_bits() const { return payload_bits_; }
-  /// What the engine of channel k computes: the CRC of its format.
+  /// The CRC of channel k, as its engine computes it.
   constexpr const CrcSpec& engine_spec(std::size_t k) const { return engines_[k].spec(); }
   /// CRC of channel k's data word, as transmitted in a frame with this CDS; with
   /// CrcSpec::of_previous, in the frame after it. \pre the channel has a CRC
@@ -289,11 +289,11 @@ class FrameCodec {
   constexpr bool one_word() const { return one_word_ != 0; }
   // From START to STOP.
   constexpr std::size_t clocks() const { return clocks_; }
-  // As frame_detail::last_ack_of(); no bit where the format is not decoded where the caller is.
+  // The value of frame_detail::last_ack_of(); 0 if the format is not decoded inline.
   constexpr std::uint64_t last_ack() const { return last_ack_; }
   static constexpr bool may_fit_windows = true;
   static constexpr bool may_be_one_word = true;
-  // Only where fits_windows().
+  // Only if fits_windows().
   constexpr const frame_detail::WordPlan& plan(std::size_t k) const { return plans_[k]; }
   constexpr const PlacedCrc<Crc>& engine(std::size_t k) const { return engines_[k]; }
 

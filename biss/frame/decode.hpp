@@ -10,9 +10,9 @@
 //   read_found       one word                                  after START, format of one word
 //   read_payload     channel by channel                        after START, any other format
 //
-// decode_here() chooses between the first two. Where that gives no frame, decode_apart() tries the
-// third and then decode_in_steps(): START is searched, and read_after_start() chooses between the last
-// two. A processor of 32 bits (`selects` is false) goes to decode_in_steps() at once.
+// decode_here() chooses between the first two. If that gives no frame, decode_apart() tries the
+// third and then decode_in_steps(): START is searched, and read_after_start() chooses between the
+// last two. A processor of 32 bits (`selects` is false) goes to decode_in_steps() at once.
 #pragma once
 
 #include <algorithm>
@@ -34,8 +34,8 @@ namespace biss::frame_detail {
 
 // ---- The channels after CDS
 
-// Channel k, whose first bit is at `at`; `at` moves to the next channel. False: the CRC is wrong, or
-// is that of the frame before.
+// Channel k, whose first bit is at `at`; `at` moves to the next channel. False: the CRC is wrong,
+// or belongs to the previous frame.
 template <class Crc, class Frame>
 [[gnu::always_inline]] constexpr bool read_channel(const BitView& bits, std::size_t& at,
                                                    const ChannelFormat& channel, const Crc& crc,
@@ -52,8 +52,8 @@ template <class Crc, class Frame>
   return true;
 }
 
-// Several channels that are known while compiling: each is read with its own numbers, instead of
-// all with what is loaded from memory.
+// Several channels that are known while compiling: each is read with its own constants instead of
+// values from memory.
 template <class Codec>
 inline constexpr bool has_fixed_channels = false;
 template <class Codec>
@@ -71,7 +71,7 @@ template <std::size_t K, class Codec>
   return right;
 }
 
-// All channels. Returns the first one whose CRC is wrong, or their number.
+// All channels. Returns the first channel with a wrong CRC, or the number of channels.
 template <class Codec, std::size_t... K>
 [[gnu::always_inline]] constexpr std::size_t read_fixed_channels(const BitView& bits,
                                                                  std::size_t at, const Codec& codec,
@@ -82,7 +82,8 @@ template <class Codec, std::size_t... K>
   return read;
 }
 
-// All channels from their first bit on. Returns the first one whose CRC is wrong, or their number.
+// All channels from their first bit on. Returns the first channel with a wrong CRC, or the number
+// of channels.
 template <class Codec>
 [[gnu::always_inline]] constexpr std::size_t read_channels(const BitView& bits, std::size_t at,
                                                            const Codec& codec,
@@ -163,9 +164,9 @@ struct QuickBounds {
         any_ack(bounds.ack_min_clocks <= 1 && bounds.ack_max_clocks >= 64 ? 1 : 0) {}
 };
 
-// Finds START within the bounds, with `clocks` of the line from START on. It branches only on what
-// stays the same from frame to frame, as far as ACK is about as long as in the frame before. False:
-// not found, or no such frame; search_start() then finds the cause.
+// Finds START within the bounds, with `clocks` of the line from START on. Its branches go the same
+// way from frame to frame if ACK keeps about the same length. False: not found, or no such frame;
+// search_start() then finds the cause.
 [[gnu::always_inline]] constexpr bool find_quick(const BitView& bits, const FrameBounds& bounds,
                                                  const QuickBounds& quick, std::size_t clocks,
                                                  std::uint64_t last_ack, QuickStart& found) {
@@ -200,7 +201,7 @@ constexpr FrameStart start_of(const QuickStart& found) {
           static_cast<std::uint16_t>(found.ack_clocks())};
 }
 
-// The index of ACK where zeros precede the leading ones; 0: not within the bounds.
+// The index of ACK if zeros precede the leading ones; 0: not within the bounds.
 [[gnu::noinline, gnu::cold]] constexpr std::size_t late_ack(BitView bits, FrameBounds bounds) {
   const std::size_t ones = bits.find(true, 0);
   if (ones > bounds.late_max_clocks) return 0;
@@ -271,7 +272,7 @@ constexpr Result<FrameStart, FrameFault> find_start(const BitView& bits,
 
 namespace frame_detail {
 
-// A channel from its word. False: the CRC is wrong, or STOP is 1, or CDS where it must be 0.
+// A channel from its word. False: the CRC is wrong, STOP is 1, or CDS is 1 although it must be 0.
 template <class Codec>
 [[gnu::always_inline]] constexpr bool read_word(std::uint64_t word, const Codec& codec,
                                                 std::size_t k, Channel& channel) {
@@ -317,8 +318,8 @@ template <class Codec, std::size_t... K>
   return (read_one_of_few<K>(bits, at, word, codec, frame) && ...);
 }
 
-// Every channel of a good frame, STOP included, whose bits are all there. `word` begins with CDS, at
-// `cds_at`. False: some check fails; read_payload() then finds the cause.
+// Every channel of a good and complete frame, STOP included. `word` begins with CDS, at `cds_at`.
+// False: a check fails; read_payload() then finds the cause.
 template <class Codec>
 [[gnu::always_inline]] constexpr bool read_words(const BitView& bits, std::size_t cds_at,
                                                  std::uint64_t word, const Codec& codec,
@@ -352,8 +353,8 @@ template <class Codec>
   return true;
 }
 
-// Like decode_frame() for a good frame with STOP of a format that fits windows, whose start
-// `accepts` accepts; false for all others.
+// Like decode_frame() for a good frame with STOP of a format that fits windows, if `accepts`
+// returns true for its start; false for all others.
 template <class Codec, class Accepts>
 [[gnu::always_inline]] constexpr bool decode_words(const BitView& bits, const Codec& codec,
                                                    const FrameBounds& bounds,
@@ -411,13 +412,13 @@ constexpr std::optional<FrameFault> read_after_start(const BitView& bits, const 
   return read_payload(bits, start, codec, frame);
 }
 
-// Not inlined: it finds the cause where find_narrow() finds nothing.
+// Not inlined: it finds the cause if find_narrow() finds nothing.
 [[gnu::noinline]] constexpr Result<FrameStart, FrameFault> search_start_apart(
     BitView bits, const FrameBounds& bounds) {
   return search_start(bits, bounds);
 }
 
-// Like find_quick() where registers have 32 bits: START alone.
+// Like find_quick() for registers of 32 bits: START alone.
 [[gnu::always_inline]] constexpr bool find_narrow(const BitView& bits, const FrameBounds& bounds,
                                                   FrameStart& found) {
   const std::uint32_t head = bits.narrow_head();
@@ -486,7 +487,7 @@ template <class Frame>
   to.ack_clocks = from.ack_clocks;
 }
 
-// What is decoded where the caller is: a format that is one word, or one with few channels.
+// Decoded inline: a format of one word, or of few channels.
 template <class Codec, class Accepts>
 [[gnu::always_inline]] constexpr bool decode_here(const BitView& bits, const Codec& codec,
                                                   const FrameBounds& bounds,
@@ -511,7 +512,7 @@ template <class Codec>
 constexpr Result<typename Codec::Frame, FrameFault> decode_payload(const BitView& bits,
                                                                    const FrameStart& start,
                                                                    const Codec& codec) {
-  // The one object that is returned, so that it is built where the caller wants it.
+  // The one object that is returned, so that it is built in the caller's memory.
   frame_detail::Outcome<Codec> result = frame_detail::empty_frame<typename Codec::Frame>;
   const auto fault = frame_detail::read_after_start(bits, start, codec, result.value());
   if (fault) result = failure(*fault);
@@ -525,7 +526,7 @@ template <class Codec>
 [[gnu::always_inline]] constexpr Result<typename Codec::Frame, FrameFault> decode_frame(
     const BitView& bits, const Codec& codec,
     const FrameBounds& bounds = frame_detail::widest_bounds) {
-  // The one object that is returned, so that it is built where the caller wants it.
+  // The one object that is returned, so that it is built in the caller's memory.
   frame_detail::Outcome<Codec> result = frame_detail::empty_frame<typename Codec::Frame>;
   if constexpr (frame_detail::selects) {
     const frame_detail::QuickBounds quick(bounds);

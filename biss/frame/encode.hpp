@@ -1,4 +1,4 @@
-// Encodes a frame to bits: what an encoder sends on SLO.
+// Encodes a frame to bits: the bits that an encoder sends on SLO.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ enum class EncodeError : std::uint8_t {
   life_counter_too_large,
   ack_range,       ///< ACK of 0 clocks, or more than 40 µs at 10 MHz hold
   lead_range,      ///< more leading ones than the longest line delay makes
-  needs_previous,  ///< the format's CRC is that of the frame before (CrcSpec::of_previous)
+  needs_previous,  ///< the format's CRC belongs to the previous frame (CrcSpec::of_previous)
 };
 
 /// The bits from the first clock to STOP at the longest ACK and the longest line delay.
@@ -28,9 +28,10 @@ inline constexpr std::size_t max_frame_bits =
 using FrameBits = BitBuffer<max_frame_bits>;
 
 /// SLO once per MA clock: `frame.lead_clocks` ones, `frame.ack_clocks` zeros, START, `frame.cds`,
-/// each channel with its CRC, STOP. decode_frame() of these bits returns the same frame where there
-/// is a leading one (a line that begins with ACK is `not_ready`) and the format allows its CDS.
-/// \return the bits, or why the values do not fit
+/// each channel with its CRC, STOP. decode_frame() of these bits returns the same frame if there is
+/// a leading one (a line that begins with ACK is `not_ready`) and the format allows the value of
+/// CDS.
+/// \return the bits, or the cause why the values do not fit
 template <std::size_t Channels, class Codec>
 constexpr Result<FrameBits, EncodeError> encode_frame(const BasicFrame<Channels>& frame,
                                                       const Codec& codec) {
@@ -43,7 +44,7 @@ constexpr Result<FrameBits, EncodeError> encode_frame(const BasicFrame<Channels>
     return failure(EncodeError::ack_range);
   }
   if (frame.lead_clocks > FrameBounds{}.lead_max_clocks) return failure(EncodeError::lead_range);
-  // The one object that is returned, so that it is built where the caller wants it.
+  // The one object that is returned, so that it is built in the caller's memory.
   Result<FrameBits, EncodeError> result = FrameBits();
   FrameBits& bits = result.value();
   bits.append_run(true, frame.lead_clocks);

@@ -78,8 +78,8 @@ class FixedCodec {
   static constexpr auto engines_ = frame_detail::engines_of<Crc, Format.channel_count>(Format);
 };
 
-/// One channel of `Format`, for use where its place is known and nothing has to be searched: after
-/// a peripheral that finds START itself, or in a buffer whose ACK never changes.
+/// One channel of `Format`, for a channel at a known place: after a peripheral that finds START
+/// itself, or in a buffer whose ACK never changes.
 ///
 ///   constexpr auto format = frame_format("pos24,nE,nW,crc6");
 ///   using Encoder = FixedChannel<format.channel_list[0]>;

@@ -119,7 +119,7 @@ struct FrameFormat {
     }
     return false;
   }
-  /// A checksum is that of the frame before, so that a frame alone cannot be checked.
+  /// A checksum belongs to the previous frame, so that a frame alone cannot be checked.
   constexpr bool needs_previous() const {
     for (const ChannelFormat& channel : channels()) {
       if (channel.crc.of_previous) return true;

@@ -25,7 +25,7 @@ namespace biss {
 
 // ---- Mistakes in the text
 
-/// What can be wrong with the text of a frame format.
+/// The mistakes in the text of a frame format.
 enum class FormatMistake : std::uint8_t {
   empty,
   unknown_item,
@@ -54,8 +54,7 @@ enum class FormatMistake : std::uint8_t {
 
 inline constexpr std::size_t format_mistake_count = 23;
 
-/// The mistake, and the index of the character where it is (the text's length when something is
-/// missing at the end).
+/// The mistake, and the index of its character (the text's length if the end is missing).
 struct FormatTextError {
   FormatMistake mistake{};
   std::size_t at = 0;
@@ -336,7 +335,7 @@ class FormatParser {
     return true;
   }
 
-  // The colon before a number, not that of a suffix.
+  // The colon before a number, not the colon of a suffix.
   constexpr bool take_number_colon() {
     for (const std::string_view suffix :
          {":plain", ":reversed", ":no-flags", ":cds", ":previous"}) {
@@ -370,7 +369,7 @@ constexpr Result<FrameFormat, FormatTextError> parse_format(std::string_view tex
 
 namespace frame_detail {
 
-// Never defined: the compiler names it, and the mistake, where a format's text is wrong.
+// Never defined: the compiler prints its name and the mistake if the text of a format is wrong.
 template <FormatMistake Mistake>
 void this_format_text_is_wrong();
 
@@ -459,8 +458,8 @@ constexpr void append_channel(FormatText& text, const ChannelFormat& channel) {
 
 }  // namespace frame_detail
 
-/// The canonical text: adjacent padding is one item; polynomial and start value appear only where
-/// they are not the usual ones. parse_format() of it gives the same format.
+/// The canonical text: adjacent padding is one item; polynomial and start value appear only if they
+/// are not the usual ones. parse_format() of this text gives the same format.
 constexpr FormatText format_text(const FrameFormat& format) {
   FormatText text;
   bool first = true;

@@ -1,4 +1,4 @@
-// The values of a frame, and where there is none, the cause.
+// The values of a frame, or the cause why there is no frame.
 #pragma once
 
 #include <array>
@@ -65,7 +65,7 @@ struct FrameFault {
   constexpr bool operator==(const FrameFault&) const = default;
 };
 
-/// The bounds of what precedes the data. The defaults are the widest that BiSS C allows at 10 MHz.
+/// The bounds of leading ones and ACK. The defaults are the widest that BiSS C allows at 10 MHz.
 struct FrameBounds {
   /// Ones before ACK as sampled: at least the LAT clock, at most LAT and 40 µs of line delay (D2).
   std::uint16_t lead_min_clocks = 1;
@@ -73,8 +73,8 @@ struct FrameBounds {
   /// Zeros of ACK: at least one clock, at most 40 µs of processing time (D2).
   std::uint16_t ack_min_clocks = 1;
   std::uint16_t ack_max_clocks = 400;
-  /// Zeros that may replace the first leading ones, and count with them: where an encoder is ready
-  /// after a fixed time, SLO may still be seen low from the previous cycle.
+  /// Zeros that may replace the first leading ones, and count with them: if an encoder is ready
+  /// after a fixed time, SLO may still be low from the previous cycle.
   std::uint16_t late_max_clocks = 0;
 
   constexpr bool operator==(const FrameBounds&) const = default;

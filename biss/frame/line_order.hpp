@@ -30,7 +30,7 @@ struct LineField {
   bool lsb = false;
 
   constexpr bool is_flag() const { return kind == FieldKind::error || kind == FieldKind::warning; }
-  /// What it means in a frame; a flag and padding as on the line.
+  /// The value in a frame; a flag and padding as on the line.
   constexpr std::uint64_t value(const ChannelFormat& format, const Channel& channel,
                                 std::uint64_t data) const {
     switch (kind) {

@@ -1,5 +1,5 @@
-// The result of a transmission: the causes why there is no frame, and what only a capture shows. Their
-// words for people are in device/words.cpp.
+// The result of a transmission: the causes why there is no frame, and the statuses that only a
+// capture shows. device/words.cpp explains them to users.
 #pragma once
 
 #include <array>
@@ -17,8 +17,8 @@ enum class FrameError : std::uint8_t {
   no_start,        ///< ACK began and no START ever came
   ack_range,       ///< START came earlier or later than the ACK bounds allow
   truncated,       ///< the clock stopped before the last CRC bit
-  cds,             ///< CDS was 1 and the format says it must be 0
-  crc,             ///< a channel's checksum is wrong, or is that of the frame before
+  cds,             ///< CDS was 1 and must be 0 in this format
+  crc,             ///< a channel's checksum is wrong, or belongs to the previous frame
   stop_bit,        ///< the bit after the last CRC bit was not 0
 };
 
@@ -35,12 +35,12 @@ enum class CycleStatus : std::uint8_t {
   cds,
   crc,
   stop_bit,
-  // What only a capture can show.
+  // Only in captures.
   cut_start,      ///< the capture begins inside this cycle
   cut_end,        ///< the capture ends inside this cycle
   ma_glitch,      ///< fewer than two rising edges of MA: a pulse, not a request
   ma_clock,       ///< an edge of MA is missing or too many: bits cannot be counted
-  unknown_level,  ///< MA or SLO was neither 0 nor 1 where it mattered
+  unknown_level,  ///< MA or SLO was neither 0 nor 1 at an edge or a sample that matters
   unchecked,      ///< the structure is right; without a format nothing else can be checked
 };
 

@@ -8,7 +8,8 @@
 //
 // The delay d is measured in each request. Samples are numbered from ACK, so d may be any number of
 // periods: samples continue at their spacing while MA is ahead by d. START determines which clock
-// makes STOP. MA stops with that clock, or after CDS where more bits are on their way than remain.
+// makes STOP. MA stops with that clock, or after CDS if more bits are already on their way than
+// remain.
 #pragma once
 
 #include <algorithm>
@@ -34,9 +35,9 @@ namespace biss {
 
 // ---- MA of one request
 
-/// MA of one request: falls immediately, or rises first where CDM was held low; runs until
-/// stop_at() says where to end; rests at the level of CDM. Each edge is timed from the one before
-/// it, so an edge made late delays all that follow and no clock is shortened.
+/// MA of one request: falls immediately, or rises first if CDM was held low; runs until the edge
+/// that stop_at() sets; rests at the level of CDM. Each edge is timed from the previous one, so a
+/// late edge delays all later edges and no clock is shortened.
 class MaClock {
  public:
   /// \pre low_time is above 0 and below period
@@ -51,7 +52,7 @@ class MaClock {
   /// Rising edges since begin(), without release().
   constexpr std::uint32_t rises() const { return rises_; }
 
-  /// MA falls; where it is low it rises, and falls `rest` later. \pre not running()
+  /// MA falls; if it is low, it rises first and falls `rest` later. \pre not running()
   constexpr void begin(Picoseconds now, bool cdm, Picoseconds rest) {
     const bool held = !level_;
     release(now);
@@ -74,7 +75,7 @@ class MaClock {
     }
   }
 
-  /// MA stops with that rising edge, or as soon as possible when that edge is over; for CDM 1 it
+  /// MA stops with that rising edge, or as soon as possible if that edge has passed; for CDM 1 it
   /// falls once more.
   constexpr void stop_at(std::uint32_t rise) {
     last_rise_ = rise;
@@ -97,7 +98,7 @@ class MaClock {
     if (!running()) release(now);
   }
 
-  /// MA rises where CDM kept it low; this is no clock. \pre not running()
+  /// MA rises if CDM kept it low; this edge does not count as a clock. \pre not running()
   constexpr void release(Picoseconds now) {
     if (level_) return;
     level_ = true;
@@ -123,7 +124,7 @@ enum class SampleEvent : std::uint8_t {
   ack,     ///< ACK's first 0
   cds,     ///< CDS, which is level(): start_clock() is known
   last,    ///< STOP: bits() are complete
-  failed,  ///< no more samples follow: cause() is the reason
+  failed,  ///< no further samples follow: cause() is the reason
 };
 
 /// Samples SLO once for each rising edge of MA, from ACK's to STOP's. Sample k belongs to edge k
@@ -146,7 +147,7 @@ class BitSampler {
   /// When sample() must be called.
   constexpr Picoseconds next() const { return next_; }
   constexpr bool level() const { return level_; }
-  /// Of the last begin(), as in BasicReading.
+  /// The line delay measured since the last begin(), as in BasicReading.
   constexpr std::optional<Picoseconds> line_delay() const { return delay_; }
   constexpr std::uint16_t lead_clocks() const { return lead_clocks_; }
   constexpr std::uint16_t ack_clocks() const { return ack_clocks_; }
@@ -159,8 +160,8 @@ class BitSampler {
   constexpr std::optional<FrameError> cause() const { return cause_; }
 
   /// Begins a request.
-  /// \param high_by where SLO is low although the encoder is ready: the time by which it must rise,
-  ///   and stay high for a period until ACK; `now` where SLO is high
+  /// \param high_by if SLO is low although the encoder is ready: the time by which SLO must rise,
+  ///   and stay high for a period until ACK; `now` if SLO is high
   constexpr void begin(Picoseconds now, bool slo, Picoseconds high_by) {
     level_ = slo;
     high_by_ = high_by;
@@ -175,7 +176,7 @@ class BitSampler {
     bits_.clear();
   }
 
-  /// The second rising edge of MA. \return failed where SLO is already low
+  /// The second rising edge of MA. \return failed if SLO is already low
   constexpr SampleEvent ack_clock(Picoseconds now) {
     const bool may_rise = began_low_ && high_by_ > now && compensate_;
     if (!level_ && !may_rise && !is_response_delay(last_change_ - now, {}, delay_max_)) {
@@ -195,7 +196,7 @@ class BitSampler {
     return SampleEvent::bit;
   }
 
-  /// SLO changed. \return failed where ACK comes too late
+  /// SLO changed. \return failed if ACK comes too late
   constexpr SampleEvent change(Picoseconds now, bool slo) {
     const Picoseconds lasted = now - last_change_;
     level_ = slo;
@@ -380,8 +381,9 @@ constexpr Picoseconds full_request_cycle(const MasterSetup& setup, unsigned payl
 
 /// The end of MA's rest after a failed request. Renishaw's data sheet asks for MA high "for the
 /// remaining duration of the full request cycle, including timeout", and SLO may have any level
-/// until then. Other devices end a frame that is cut short a timeout after the last edge (D2); the
-/// master does not know which edge they saw last, and waits as long.
+/// until then. Other devices end an incomplete frame one timeout after the last edge (D2). The
+/// master does not know which edge they saw last, so it also waits one timeout after its own last
+/// edge.
 /// \param cycle_end of the full request cycle
 /// \param last_edge of MA
 /// \param travel    from the master to the device and back, and a period
@@ -390,7 +392,7 @@ constexpr Picoseconds reset_end(const MasterSetup& setup, Picoseconds cycle_end,
   const Timeout& timeout = setup.timing.timeout;
   if (setup.reset_time.count != 0) return last_edge + setup.reset_time + travel;
   Picoseconds rest = timeout.time;
-  // STOP must be seen where the frame is longer than the cycle.
+  // STOP must be seen if the frame is longer than the cycle.
   if (timeout.rule == TimeoutRule::cycle) rest = release_time(timeout, setup.period);
   // It depends on the encoder's internal clock.
   if (timeout.rule == TimeoutRule::adaptive) {
@@ -417,14 +419,14 @@ constexpr bool released_by_time(const MasterSetup& setup, Picoseconds begin,
 ///   }
 ///   use(master.reading());
 ///
-/// Every request ends, whatever SLO does. After a good frame, MA rests at the level of CDM (0:
-/// high, 1: low) until SLO rises, which means ready. After any other, SLO has no meaning and MA
-/// rests until the full request cycle would have ended: high, unless all bits came and CDM is 1. A
-/// request that ends with CDS ends like a good frame, or like a failed one where SLO stays at a 1 of
-/// a channel; with TimeoutRule::cycle the next one is refused until the full cycle has ended.
+/// Every request ends for any SLO. After a good frame, MA rests at the level of CDM (0: high, 1:
+/// low) until SLO rises, which means ready. After any other, SLO has no meaning and MA rests until
+/// the full request cycle would have ended: high, unless all bits came and CDM is 1. A request that
+/// ends with CDS ends like a good frame, or like a failed one if SLO stays at a 1 of a channel;
+/// with TimeoutRule::cycle the next one is refused until the full cycle has ended.
 ///
 /// With MasterSetup::trust_cycle_time, waiting after a good frame ends when the encoder is known to
-/// be ready: by TimeoutRule::cycle, a fixed time after the request began. SLO shows it a line delay
+/// be ready: by TimeoutRule::cycle, a fixed time after the request began. SLO rises a line delay
 /// later, so done() may be true, and begin() may be called, while SLO is low (ready_by_time()).
 /// Requests then come as fast as the device allows, with any cable. SLO must rise within the line
 /// delay measured before and stay high for a period until ACK. This needs compensation and CDM 0; a
@@ -441,9 +443,10 @@ class RequestCycle {
   using Frame = typename Codec::Frame;
   using Reading = BasicReading<Frame>;
 
-  /// A clock above the device's limit, a position without nE and a channel without CRC for which the
-  /// setup does not have the word: a constant object does not compile, another one has error().
-  /// \pre setup keeps what MasterSetup asks
+  /// A clock above the device's limit, a position without nE and a channel without CRC are errors
+  /// unless the setup permits them. A constant object with an error does not compile; any other has
+  /// error().
+  /// \pre setup meets the conditions of MasterSetup
   constexpr RequestCycle(const Codec& codec, const MasterSetup& setup)
       : codec_(codec),
         setup_(with_defaults(setup)),
@@ -464,9 +467,9 @@ class RequestCycle {
   constexpr const MasterSetup& setup() const { return setup_; }
   constexpr const Codec& codec() const { return codec_; }
 
-  /// Begins a request: MA falls now, or where CDM is held low it rises and falls `idle_min` later.
+  /// Begins a request: MA falls now; if CDM holds it low, MA rises now and falls `idle_min` later.
   /// It is refused while SLO is low, unless ready_by_time(), and before earliest(); then done()
-  /// stays true, reading() has the refusal, and the deadline says when to try again.
+  /// stays true, reading() has the refusal, and the deadline is the time of the next try.
   /// \pre done(), now is not before the last call
   constexpr StepOutput begin(Picoseconds now, bool slo, bool cdm,
                              RequestKind kind = RequestKind::frame) {
@@ -520,7 +523,7 @@ class RequestCycle {
   enum class Phase : std::uint8_t {
     idle,
     reading,    // bits are expected
-    stopping,   // no more are, but MA has edges to go
+    stopping,   // none are, but MA still has edges to make
     settling,   // all came that was asked for: until SLO rises
     resetting,  // any other
   };
@@ -602,7 +605,7 @@ class RequestCycle {
     if (kind_ == RequestKind::frame ? !reading_.frame.ok() : sampler_.cause().has_value()) return;
     phase_ = Phase::settling;
     quiet_ = now;
-    // Such a device takes a request that ends early for a reset, whatever SLO does.
+    // Such a device takes a request that ends early for a reset, for any SLO.
     if (kind_ != RequestKind::frame && setup_.timing.timeout.rule == TimeoutRule::cycle) {
       earliest_ = limit_;
     }

@@ -17,9 +17,9 @@ namespace biss {
 
 /// How much of an answer a request reads.
 enum class RequestKind : std::uint8_t {
-  frame,         ///< all of it
+  frame,         ///< the whole frame
   control_only,  ///< START and CDS, whether or not the device's channels are active; D2's "short"
-                 ///< frame where they are inactive
+                 ///< frame if they are inactive
   reduced,       ///< ACK: two rising edges; CDM is sent, no CDS comes back. INIT with CDM 0
 };
 
@@ -32,7 +32,7 @@ constexpr std::string_view name_of(RequestKind kind) {
   return names[static_cast<std::size_t>(kind)];
 }
 
-/// The setup of a RequestCycle. A time of 0 stands for the default that is named.
+/// The setup of a RequestCycle. A time of 0 means the default in its comment.
 struct MasterSetup {
   /// Period of MA; at least 32 ps.
   Picoseconds period{};
@@ -40,18 +40,19 @@ struct MasterSetup {
   DeviceTiming timing{};
   /// Devices in a daisy chain; each after the first delays START by a clock. At least 1.
   std::uint8_t slaves = 1;
-  /// Clocks by which START may be later than the device is ready ("busy_s", 0 to 8).
+  /// START may be this number of clocks later than the moment when the device is ready ("busy_s", 0
+  /// to 8).
   std::uint8_t busy_s_clocks = 0;
   /// Samples each bit half a period after it arrives, by the line delay measured in this request.
-  /// Off: half a period after the rising edge, one bit a clock, whatever arrives then.
+  /// Off: half a period after the rising edge, one bit a clock, at any line delay.
   bool compensate = true;
-  /// CDM where begin() is called without one.
+  /// CDM if begin() is called without it.
   bool cdm = false;
   /// MA keeps the level of CDM until the next request ("Hold-CDM"): at CDM 1 it rises only
   /// `idle_min` before the first falling edge. D2 recommends it while it is unknown which channels
   /// are active.
   bool hold_cdm = false;
-  /// Clocks of MA after the one of STOP.
+  /// Clocks of MA after the clock of STOP.
   std::uint16_t extra_clocks = 0;
   /// Time that MA is low in each clock; half a period. Less than the period.
   Picoseconds low_time{};
@@ -63,8 +64,8 @@ struct MasterSetup {
   /// The wait for ACK. When it is over, the request fails with no_response.
   Picoseconds line_delay_max = biss_line_delay_max;
   /// MA high after a failed request, from its last edge; the rest of the full request cycle, with
-  /// the longest ACK and the device's timeout, and 40 µs at least where that is adaptive. A shorter
-  /// time is at the caller's risk.
+  /// the longest ACK and the device's timeout, and at least 40 µs if the timeout is adaptive. A
+  /// shorter time is at the caller's risk.
   Picoseconds reset_time{};
   /// Makes the next request to an encoder with TimeoutRule::cycle when its time has passed, as
   /// drives do, without waiting to see SLO high a line delay later; see RequestCycle. Off: every
@@ -87,8 +88,8 @@ constexpr MasterSetup with_defaults(MasterSetup setup) {
   return setup;
 }
 
-/// The bounds of ACK at the master: those of the device, a clock for each further slave, and
-/// busy_s.
+/// The bounds of ACK at the master: the bounds of the device, plus a clock for each further slave
+/// and busy_s.
 constexpr AckBounds request_ack_bounds(const MasterSetup& setup) {
   AckBounds bounds = ack_bounds(setup.timing, setup.period);
   const unsigned further = setup.slaves - 1U;
@@ -128,7 +129,7 @@ struct BasicReading {
   ///   truncated       control_only, reduced: everything that was requested came
   Result<Frame, FrameFault> frame = failure(FrameFault{FrameError::no_response});
   Refusal refusal = Refusal::none;
-  /// CDS as received, also of a frame that is bad otherwise; nothing where it did not come.
+  /// CDS as received, also in a bad frame; empty if it did not come.
   std::optional<bool> cds{};
   /// The first falling edge of MA, or the time of the refusal.
   Picoseconds begin{};
@@ -139,7 +140,7 @@ struct BasicReading {
   std::uint16_t lead_clocks = 0;
   /// Zeros of ACK as sampled, 0 when it did not begin.
   std::uint16_t ack_clocks = 0;
-  /// Rising edges of MA, without the one that ends CDM.
+  /// Rising edges of MA, without the edge that ends CDM.
   std::uint32_t clocks = 0;
   /// SLO changed within a twentieth of a period of a sampling instant, before or after.
   bool marginal = false;

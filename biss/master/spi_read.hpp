@@ -51,7 +51,7 @@ namespace biss {
 
 // ---- The setup of the peripheral, and the bits that follow from it
 
-/// The edge of MA at which the peripheral samples; MA idles high.
+/// The edge of MA at which the peripheral samples; MA is high while idle.
 enum class SpiPhase : std::uint8_t {
   sample_on_rising,   ///< CPHA = 1, SPI mode 3
   sample_on_falling,  ///< CPHA = 0, SPI mode 2: half a period less for line and encoder
@@ -60,7 +60,8 @@ enum class SpiPhase : std::uint8_t {
 /// The meaning of a 1 after STOP. The encoder keeps SLO low until its timeout, which does not
 /// expire while MA runs (except with TimeoutRule::cycle, whose end is respected).
 enum class SpiTail : std::uint8_t {
-  must_stay_low,  ///< stop_bit: it is the rest of a frame whose START was taken too early
+  must_stay_low,  ///< stop_bit: START was taken too early, and the 1 belongs to the rest of the
+                  ///< frame
   ignored,        ///< for encoders that release SLO early
 };
 
@@ -79,7 +80,8 @@ struct SpiSetup {
   Picoseconds period{};
   SpiPhase phase = SpiPhase::sample_on_rising;
   LineDelayRange line_delay{};
-  /// Bits in the buffer before the sample of the first clock, where a peripheral inserts padding.
+  /// Bits in the buffer before the sample of the first clock, for a peripheral that inserts
+  /// padding.
   std::uint16_t first_bit = 0;
   SpiTail tail = SpiTail::must_stay_low;
   /// Reads positions without nE too. trusted() is then true for every good frame: this encoder
@@ -98,12 +100,12 @@ enum class SpiSetupError : std::uint8_t {
   clock,       ///< it is above the encoder's clock_max
   error_flag,  ///< a position has no nE, and the setup does not have no_error_flag
   crc,         ///< a channel has no CRC, and the setup does not have unchecked
-  previous,    ///< a channel's CRC is that of the frame before: one frame cannot be checked
+  previous,    ///< a channel's CRC belongs to the previous frame: one frame cannot be checked
 };
 
 inline constexpr std::size_t spi_setup_error_count = 6;
 
-/// What is wrong, for users.
+/// The message for users.
 constexpr std::string_view text_of(SpiSetupError error) {
   constexpr std::array<std::string_view, spi_setup_error_count> texts{
       "the period is not positive",
@@ -111,7 +113,7 @@ constexpr std::string_view text_of(SpiSetupError error) {
       "the clock is above the limit of the encoder",
       "a position has no nE: set no_error_flag to read it",
       "a channel has no CRC: set unchecked to read it",
-      "a CRC is that of the frame before (:previous): one frame cannot be checked"};
+      "a CRC belongs to the previous frame (:previous): one frame cannot be checked"};
   return texts[static_cast<std::size_t>(error)];
 }
 
@@ -134,7 +136,7 @@ constexpr std::optional<SpiSetupError> check_spi(const FrameFormat& format, cons
 
 namespace spi_detail {
 
-// Not constexpr: the compiler names the one that a reader needs while compiling.
+// Not constexpr: the compiler prints the name of the one that a constant reader calls.
 inline void the_period_is_not_positive() {}
 inline void the_line_delay_is_negative_or_its_minimum_above_its_maximum() {}
 inline void the_clock_is_above_the_encoders_clock_max() {}
@@ -165,8 +167,8 @@ inline constexpr FrameBounds no_bounds{.lead_min_clocks = std::numeric_limits<st
 
 }  // namespace spi_detail
 
-/// The bounds of what precedes the data: leading ones of this phase and line delay, ACK of this
-/// device; where it is ready after a fixed time, zeros of the previous cycle.
+/// The bounds of the bits before the data: leading ones for this phase and line delay, ACK for this
+/// device, and zeros of the previous cycle if the device is ready after a fixed time.
 /// \pre period is positive, line_delay.min <= line_delay.max, neither is negative
 constexpr FrameBounds spi_bounds(const SpiSetup& setup, const DeviceTiming& timing) {
   constexpr std::int64_t most = FrameBounds{}.lead_max_clocks;
@@ -208,7 +210,7 @@ constexpr std::uint16_t line_delay_clocks(const BasicFrame<Channels>& frame) {
 }
 
 /// The range of line delays that fit a good frame, from `min` to `max`. Its width is one period
-/// (half a period where the delay cannot be negative).
+/// (half a period if the delay cannot be negative).
 /// \pre the frame came from a SpiReader of this setup
 template <std::size_t Channels>
 constexpr LineDelayRange observed_line_delay(const BasicFrame<Channels>& frame,
@@ -221,8 +223,8 @@ constexpr LineDelayRange observed_line_delay(const BasicFrame<Channels>& frame,
 /// Reads the frames of one encoder on one SPI peripheral. Everything is computed in the
 /// constructor, so the object may be constexpr and in flash; reading needs no heap.
 ///
-/// A setup that check_spi() refuses does not compile where the reader is a constant. At run time
-/// error() has the cause; such a reader returns no frame, and its clocks() and bytes() are 0.
+/// If check_spi() refuses the setup, a constant reader does not compile. At run time error() has
+/// the cause; the reader then returns no frame, and its clocks() and bytes() are 0.
 ///
 /// `Codec` is a FrameCodec or FixedCodec; it is kept by value.
 template <class Codec>
@@ -252,12 +254,12 @@ class SpiReader {
   constexpr std::size_t bytes() const { return (first_bit_ + clocks_ + 7U) / 8U; }
 
   /// Finds and decodes the frame.
-  /// \param bytes what the peripheral received
+  /// \param bytes the bytes that the peripheral received
   /// \param clocks how many clocks were sent. Later bits are ignored; clocks without bits in the
   ///   buffer count as not sent.
-  /// \return the frame, or why there is none. Any FrameError: `not_ready` where SLO was low at
-  ///   first for longer than late_max_clocks of bounds(), `truncated` where the clocks end before
-  ///   the last CRC bit, `stop_bit` for a 1 at STOP, or after it while SLO must be low.
+  /// \return the frame, or any FrameError: `not_ready` if SLO was low at first for longer than
+  ///   late_max_clocks of bounds(), `truncated` if the clocks end before the last CRC bit,
+  ///   `stop_bit` for a 1 at STOP, or after it while SLO must be low.
   [[nodiscard, gnu::always_inline]] constexpr Result<Frame, FrameFault> read(
       std::span<const std::uint8_t> bytes, std::size_t clocks) const {
     frame_detail::Outcome<Codec> result = frame_detail::empty_frame<Frame>;
@@ -278,7 +280,7 @@ class SpiReader {
     return result;
   }
 
-  /// The same where every bit of the buffer from first_bit on is a clock.
+  /// The same, with a clock for every bit of the buffer from first_bit on.
   [[nodiscard, gnu::always_inline]] constexpr Result<Frame, FrameFault> read(
       std::span<const std::uint8_t> bytes) const {
     return read(bytes, std::numeric_limits<std::size_t>::max());
@@ -296,7 +298,7 @@ class SpiReader {
   // Bits from START to STOP.
   constexpr std::size_t clocks_from_start() const { return codec_.clocks(); }
 
-  // What the word from CDS on has after the payload, which is shorter than the word.
+  // The bits after the payload in the word from CDS on; the payload is shorter than the word.
   constexpr std::uint64_t rest(std::uint64_t word) const {
     if constexpr (Codec::may_be_one_word) {
       return codec_.plan(0).rest(word);

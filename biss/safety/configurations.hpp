@@ -12,9 +12,9 @@
 
 namespace biss {
 
-/// A frame format, the setup of its monitor, and how the encoder behaves in time. The setup's bounds
-/// are in clocks of the encoder's highest rate; with_timing() makes those of another. All text is
-/// static. For any other encoder, pass a FrameFormat and a SafetySetup.
+/// A frame format, the setup of its monitor, and how the encoder behaves in time. The setup's
+/// bounds are in clocks of the encoder's highest rate; with_timing() computes the bounds for
+/// another rate. All text is static. For any other encoder, pass a FrameFormat and a SafetySetup.
 struct SafetyConfiguration {
   /// The name that a user types, in lower case.
   std::string_view name{};
@@ -24,7 +24,7 @@ struct SafetyConfiguration {
   /// The timing of the encoder that the row describes. The types of the Safety Concept are no
   /// encoders: the widest limits that BiSS C allows.
   DeviceTiming timing{};
-  /// The size of one count of CPW and SPW, where it is known.
+  /// The size of one count of CPW and SPW; empty if unknown.
   std::string_view resolution{};
   std::string_view source{};
 
@@ -125,7 +125,7 @@ constexpr const SafetyConfiguration* find_safety_configuration(std::string_view 
 
 namespace safety_detail {
 
-// Never defined: the compiler names it where a configuration's name is wrong.
+// Never defined: the compiler prints this name if the name of a configuration is wrong.
 void no_safety_configuration_of_this_name();
 
 }  // namespace safety_detail

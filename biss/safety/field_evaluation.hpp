@@ -16,7 +16,7 @@ namespace biss {
 
 // ---- The sign-of-life counter
 
-/// Compares the sign-of-life counter with the expected value, names the cause where it differs, and
+/// Compares the sign-of-life counter with the expected value, names the cause if it differs, and
 /// learns the counter's range.
 class LifeCounter {
  public:
@@ -127,7 +127,7 @@ class FieldEvaluation {
     return finding_of(plan, decode_frame(bits, plan.codec(), plan.setup().bounds));
   }
 
-  /// The same for what decode_frame() or an SpiReader returned for these bits, whatever its bounds.
+  /// The same for the result of decode_frame() or an SpiReader for these bits, with any bounds.
   static constexpr SafetyFinding find(const Plan& plan, const BitView& bits,
                                       const Result<typename Plan::Frame, FrameFault>& frame) {
     if (!find_start(bits, plan.setup().bounds).ok()) return {.cause = SafetyVerdict::no_frame};

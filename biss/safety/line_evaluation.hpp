@@ -1,5 +1,5 @@
-// The second of the two evaluations of a frame: directly from the line, by other methods than the
-// first wherever there are any.
+// The second of the two evaluations of a frame: directly from the line, if possible by other
+// methods than the first.
 #pragma once
 
 #include <algorithm>
@@ -38,7 +38,7 @@ class LineReader {
     std::size_t zeros = 0;
   };
 
-  // Moves to START, or to the end where there is none.
+  // Moves to START, or to the end if there is none.
   [[gnu::always_inline]] constexpr Runs find_start() {
     Runs runs;
     // The ones usually end within the first 32 bits.
@@ -88,7 +88,7 @@ class LineReader {
     return at_ - from;
   }
 
-  // Zeros after the end; not checked where four bytes are known to exist.
+  // Zeros after the end; not checked if four bytes are known to exist.
   template <bool Inside>
   [[gnu::always_inline]] constexpr std::uint32_t four_at(std::size_t first) const {
     if (Inside || first + 4U <= bytes_.size()) return four(first);
@@ -270,7 +270,7 @@ class LineEvaluation {
            runs.zeros <= bounds.ack_max_clocks;
   }
 
-  // What is compared: the upper bits of both singleturn values, and the turns that both have.
+  // The compared bits: the upper bits of both singleturn values, and the turns that both have.
   // FieldEvaluation has its own calculation.
   struct Compared {
     unsigned singleturn_bits;

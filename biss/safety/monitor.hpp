@@ -9,7 +9,7 @@
 //   // At deadline(), or in a tick:
 //   if (monitor.watch(TwoClocks{now, second}).verdict != SafetyVerdict::safe) stop();
 //
-// states.hpp has the states and what leads from one to another.
+// states.hpp has the states and the transitions between them.
 #pragma once
 
 #include <algorithm>
@@ -33,8 +33,7 @@
 
 namespace biss {
 
-/// One SPI transfer as the clock has measured it; only looked at where
-/// SafetyClocks::bit_period is given.
+/// One SPI transfer as measured by the clock; ignored unless SafetyClocks::bit_period is given.
 struct Transfer {
   Picoseconds time{};
   /// Clocks of MA. step() with bits takes their number; a good frame without it is the fault
@@ -96,7 +95,7 @@ class SelfTest {
   constexpr const ChannelFormat& cpw() const { return format_.channel_list[setup_.cpw]; }
   constexpr const ChannelFormat& spw() const { return format_.channel_list[setup_.spw]; }
 
-  // Encodes into bits_, which are empty where the codec refuses.
+  // Encodes into bits_, which are empty if the codec refuses the frame.
   constexpr void encode(std::uint64_t cpw_value, std::uint64_t spw_value, bool cpw_nE = true,
                         bool spw_nE = true) {
     Frame frame;
@@ -251,7 +250,7 @@ class SelfTest {
     return step(value, now);
   }
 
-  // Clocks that differ, in a frame and in a tick; a clock that stands still; a transfer's time.
+  // Clocks that differ, in a frame and in a tick; a stopped clock; a transfer's time.
   constexpr bool judges_clocks() {
     const Picoseconds now = setup_.frame_gap_max;
     const Picoseconds apart = setup_.clocks.tolerance + picoseconds(1);
@@ -331,8 +330,8 @@ class SafetyMonitor {
   /// Gives every check a frame that it must refuse, and good frames. Takes as long as some hundred
   /// frames. At power-up it leads from `untested` to `starting`. In any other state it changes
   /// nothing if it passes, and clears no fault; if it fails, the state is `failed`.
-  /// \param expected the fingerprint of the format and the setup, from a constant: what the plan
-  ///   has in memory is compared with it now and before every frame
+  /// \param expected the fingerprint of the format and the setup, from a constant. The plan in
+  ///   memory is compared with it now and before every frame
   /// \return false: a check does not work, or the state was `failed`; every verdict is `self_test` or
   ///   `failed`
   [[nodiscard]] constexpr bool self_test(const SafetyFingerprint& expected) {
@@ -349,19 +348,19 @@ class SafetyMonitor {
     return self_test(Plan::fingerprint());
   }
 
-  /// Judges the answer to one request. What the monitor cannot see: answers that are all late by a
+  /// Judges the answer to one request. The monitor cannot detect answers that are all late by a
   /// constant number of requests since power-up, unless SafetyCounter::first or expect_position()
   /// is used.
   /// \param time taken at the same moment of every cycle; it may wrap around at the limits of its
   ///   type. A time before the last good frame gives `watchdog`.
-  /// \param bits SLO once per MA clock, as for find_start(); empty where there was no answer
+  /// \param bits SLO once per MA clock, as for find_start(); empty without an answer
   constexpr SafetyJudgement step(TwoClocks time, const BitView& bits) {
     if (const auto verdict = obstacle(); verdict != SafetyVerdict::safe) return unjudged(verdict);
     time.transfer.clocks = static_cast<std::uint32_t>(bits.size_bits());
     return judgement_of(time, First::find(plan_, bits), Second::find(plan_, bits));
   }
-  /// The same, where decode_frame() or an SpiReader has already decoded these bits, within bounds of
-  /// its own. What either of them refuses before it comes to a checksum is `no_frame`.
+  /// The same for bits that decode_frame() or an SpiReader has already decoded, within its own
+  /// bounds. If it refused the bits before it came to a checksum, the verdict is `no_frame`.
   constexpr SafetyJudgement step(TwoClocks time, const BitView& bits,
                                  const Result<typename Plan::Frame, FrameFault>& frame) {
     if (const auto verdict = obstacle(); verdict != SafetyVerdict::safe) return unjudged(verdict);
@@ -371,16 +370,16 @@ class SafetyMonitor {
     const bool is_refused = !frame.ok() && frame.error().cause != FrameError::crc;
     return is_refused ? judgement_of(time, first, first) : judgement_of(time, first, second);
   }
-  /// The same, where the evaluations were made separately, on two processors for example.
+  /// The same for evaluations that were made separately, for example on two processors.
   constexpr SafetyJudgement step(const TwoClocks& time, const SafetyFinding& first,
                                  const SafetyFinding& second) {
     if (const auto verdict = obstacle(); verdict != SafetyVerdict::safe) return unjudged(verdict);
     return judgement_of(time, first, second);
   }
 
-  /// Checks the time only: `watchdog` once the last good frame is too long ago, or where the clock
-  /// is before it; `clock` where the clocks differ; otherwise the monitor's state. To be called at
-  /// deadline(), or as often as the caller likes. It never returns a position, not even with `safe`.
+  /// Checks the time only: `watchdog` once the last good frame is too long ago, or if the clock is
+  /// before it; `clock` if the clocks differ; otherwise the monitor's state. Call it at deadline(),
+  /// or at any other time. It never returns a position, not even with `safe`.
   constexpr SafetyJudgement watch(const TwoClocks& time) {
     SafetyVerdict verdict = obstacle();
     if (verdict != SafetyVerdict::safe) return judgement_of(verdict);
@@ -397,7 +396,7 @@ class SafetyMonitor {
     return judgement_of(verdict);
   }
 
-  /// The last moment of the first clock at which the watchdog is satisfied; none while no frame is
+  /// The last moment of the first clock at which the watchdog is satisfied; empty while no frame is
   /// expected.
   constexpr std::optional<Picoseconds> deadline() const {
     if (memory_.good_frames == 0) return std::nullopt;
@@ -405,15 +404,15 @@ class SafetyMonitor {
   }
 
   /// The next good frame must have its position, in counts of the SPW, from `low` to `high`; `low`
-  /// may be above `high`, across the wrap-around. The caller has moved the axis or knows that it
-  /// moves: an old frame then has a position outside. Only a good frame ends the expectation, in
-  /// `starting` or `safe`; no fault, tick, self test, acknowledgement or restart does. A further call
-  /// replaces it.
+  /// may be above `high`, across the wrap-around. Call it when the axis has moved or is moving: the
+  /// position of an old frame is then outside. Only a good frame ends the expectation, in
+  /// `starting` or `safe`; no fault, tick, self test, acknowledgement or restart does. A further
+  /// call replaces it.
   ///
   /// A position outside is the fault `stimulus`, whether `latch` is on or off. It holds as
   /// `counter_first` does: every further good frame is `stimulus` until encoder_restarted(), also
-  /// after acknowledge() and in spite of further expectations, which the first good frame after the
-  /// restart must meet.
+  /// after acknowledge() and with further expectations. The first good frame after the restart must
+  /// meet the last one.
   constexpr void expect_position(std::uint64_t low, std::uint64_t high) {
     if (!is_intact()) return;
     memory_.expected_low = low;
@@ -422,9 +421,9 @@ class SafetyMonitor {
     keep();
   }
 
-  /// Clears the fault with this cause: from `latched` to `starting`. What was learned of the
-  /// counter's range stays.
-  /// \return false where another fault, or none, is latched; nothing changes then
+  /// Clears the fault with this cause: from `latched` to `starting`. The learned range of the
+  /// counter is kept.
+  /// \return false if another fault, or none, is latched; nothing changes then
   constexpr bool acknowledge(SafetyVerdict cause) {
     if (!is_intact() || memory_.state != SafetyState::latched || memory_.cause != cause) {
       return false;
@@ -434,12 +433,12 @@ class SafetyMonitor {
     return true;
   }
 
-  /// To be called after the encoder was switched off or exchanged, before its first request and, if
-  /// SafetyCounter::first is used, after acknowledge(). The monitor forgets the counter's place and
-  /// what it has learned of its range, and starts again: it checks the first value again, and ends
-  /// `counter_first` and `stimulus`. As after power-up, only SafetyCounter::first or
-  /// expect_position() then shows a constant delay. It clears no latched fault, empties no budget of
-  /// faults and ends no expectation.
+  /// Call it after the encoder was switched off or exchanged, before its first request and, if
+  /// SafetyCounter::first is used, after acknowledge(). The monitor forgets the counter's value and
+  /// learned range, and starts again: it checks the first value again, and ends `counter_first` and
+  /// `stimulus`. As after power-up, only SafetyCounter::first or expect_position() then shows a
+  /// constant delay. It clears no latched fault, empties no budget of faults and ends no
+  /// expectation.
   constexpr void encoder_restarted() {
     if (!is_intact()) return;
     const SafetySetup& setup = plan_.setup();
@@ -516,7 +515,7 @@ class SafetyMonitor {
 
   // ---- Memory
 
-  // Read from memory, whatever the compiler knows of it.
+  // Read from memory, even if the compiler could take the value as known.
   constexpr bool is_intact() {
     if constexpr (!Plan::checks_memory) return true;
     if (!std::is_constant_evaluated()) asm volatile("" : : "r"(this) : "memory");
@@ -530,7 +529,7 @@ class SafetyMonitor {
     if constexpr (Plan::checks_memory) check_ = check_of(memory_);
   }
 
-  // Why no frame can be judged; `safe` where one can.
+  // The verdict for every frame, if frames cannot be judged now; otherwise `safe`.
   constexpr SafetyVerdict obstacle() {
     if (!is_intact()) return SafetyVerdict::memory;
     const SafetyState state = memory_.state;
@@ -620,7 +619,7 @@ class SafetyMonitor {
                        (memory_.freshness == Freshness::next_frame && first != setup.counter.first);
     return counter == SafetyVerdict::safe && stale ? SafetyVerdict::counter_first : counter;
   }
-  // Of a frame that is good otherwise, which ends the expectation.
+  // Whether the position of an otherwise good frame is expected. The frame ends the expectation.
   constexpr bool is_expected(std::uint64_t value) {
     if (memory_.freshness == Freshness::stale) return false;
     if (memory_.expects_position == 0) return true;
@@ -673,7 +672,7 @@ class SafetyMonitor {
            wrapping_elapsed(memory_.last_good_second, time.second) < least;
   }
 
-  // ---- What a frame changes
+  // ---- State changes by a frame
 
   constexpr void accept(const TwoClocks& time, std::uint8_t first, std::uint8_t second) {
     const SafetySetup& setup = plan_.setup();
@@ -688,7 +687,7 @@ class SafetyMonitor {
     change(last ? SafetyEvent::last_start_frame : SafetyEvent::good_frame);
   }
 
-  // Returns true where the fault is tolerated.
+  // Returns true if the fault is tolerated.
   constexpr bool refuse(Picoseconds now, SafetyVerdict cause) {
     const SafetySetup& setup = plan_.setup();
     if (memory_.state == SafetyState::safe && is_tolerable(cause) && is_within_budget(now)) {
@@ -704,7 +703,7 @@ class SafetyMonitor {
     }
     return false;
   }
-  // A fault ends the sequence of good frames; its cause is kept where it holds.
+  // A fault ends the sequence of good frames; its cause is kept if it holds.
   constexpr void hold(SafetyEvent event, SafetyVerdict cause) {
     change(event);
     lose_place();
@@ -740,7 +739,7 @@ class SafetyMonitor {
   }
   constexpr void await_first() { memory_.freshness = before_first(plan_.setup()); }
 
-  // With a monitor of its own, which has the plan as it is in memory now.
+  // Uses a separate monitor with the plan as it is in memory now.
   constexpr bool passes_self_test() const {
     SafetyMonitor trial(plan_);
     trial.memory_.expected = memory_.expected;

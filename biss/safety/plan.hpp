@@ -29,12 +29,12 @@ class SafetyPlan {
   /// Whether a monitor checks its memory before each use.
   static constexpr bool checks_memory = true;
 
-  /// The self test of a monitor fails where check_safety(format, setup) finds a mistake, and where
-  /// the format has more than `Channels` channels, which is the mistake `channels`.
+  /// The self test of a monitor fails if check_safety(format, setup) finds a mistake, or if the
+  /// format has more than `Channels` channels (the mistake `channels`).
   constexpr SafetyPlan(const FrameFormat& format, const SafetySetup& setup)
       : SafetyPlan(format, setup, true) {}
-  /// For a monitor that nothing rates: the same, where check_safety(format, UnratedSafetySetup(setup))
-  /// finds a mistake.
+  /// For a monitor without a rating: the self test fails if check_safety(format,
+  /// UnratedSafetySetup(setup)) finds a mistake.
   constexpr SafetyPlan(const FrameFormat& format, const UnratedSafetySetup& setup)
       : SafetyPlan(format, setup, false) {}
 
@@ -48,10 +48,11 @@ class SafetyPlan {
     return rated_ != 0 ? check_safety(format(), setup_)
                        : check_safety(format(), UnratedSafetySetup(setup_));
   }
-  /// Of the plan as it is in memory now.
+  /// The fingerprint of the plan as it is in memory now.
   constexpr SafetyFingerprint fingerprint() const { return {format(), setup_, rated_}; }
-  /// Whether the plan is still that of this fingerprint. The monitor asks before every frame; what
-  /// this does not see (the tables of the first evaluation) makes the two evaluations differ.
+  /// Whether the plan still has this fingerprint. The monitor checks it before every frame. The
+  /// fingerprint does not cover the tables of the first evaluation; a fault in them makes the two
+  /// evaluations differ.
   constexpr bool is(const SafetyFingerprint& expected) const {
     if (fingerprint() != expected || payload_bits() != format().payload_bits()) return false;
     if (!has_words()) return false;
@@ -172,7 +173,7 @@ class FixedSafetyPlan {
 
 namespace safety_detail {
 
-// A position in counts of the SPW, in those of the CPW: spw_position() the other way.
+// Converts a position from counts of the SPW to counts of the CPW: the inverse of spw_position().
 template <class Plan>
 constexpr std::uint64_t in_cpw_counts(const Plan& plan, std::uint64_t position) {
   const auto& channels = plan.format().channel_list;

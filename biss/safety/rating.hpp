@@ -28,7 +28,7 @@ class Sum64 {
 /// The exact residual error of two words with their comparison, as `biss safety analyse --to c`
 /// prints it.
 struct SafetyRating {
-  /// What the rating is for: rated_words().
+  /// The words that the rating is for: rated_words().
   std::uint64_t words = 0;
   /// The share of frames that are accepted although the compared bits of the CPW or of the SPW,
   /// whichever is worse, are wrong by more than the tolerance; at a bit error rate of 1e-2, times

@@ -1,5 +1,5 @@
-// SafetySetup: what a safety monitor needs besides the frame's format. Everything that the
-// documents leave open is a field here, with a default; docs/safety.md lists them.
+// SafetySetup: all that a safety monitor needs in addition to the frame's format. Everything that
+// the documents leave open is a field here, with a default; docs/safety.md lists them.
 #pragma once
 
 #include <algorithm>
@@ -33,8 +33,8 @@ enum class CounterMode : std::uint8_t {
 inline constexpr std::array<std::string_view, 3> counter_mode_names{"count_1_63", "count_0_63",
                                                                     "learned"};
 
-/// Whether the encoder counts a request that gave no good frame. Open; it matters only where faults
-/// are tolerated.
+/// Whether the encoder counts a request without a good frame. The documents leave this open; it
+/// matters only if faults are tolerated.
 enum class MissedFrames : std::uint8_t {
   counted,  ///< every one: a damaged frame had its number
   perhaps,  ///< some or none
@@ -49,7 +49,7 @@ enum class MultiturnRule : std::uint8_t {
 
 /// The permitted difference of the two positions.
 struct SafetyComparison {
-  /// The number of upper bits of the singleturn value (or of the whole position, where there are no
+  /// The number of upper bits of the singleturn value (or of the whole position, if there are no
   /// turns) that are compared: ACC_MIN of the Safety Concept. 0: all that both words have.
   std::uint8_t compare_bits = 0;
   /// In counts of the lowest bit compared (Safety Concept A5: 1). The difference is measured in the
@@ -101,7 +101,8 @@ struct SafetyClocks {
   /// time from its nominal one; from 0 to below frame_gap_max. Open: a 32nd of the cycle, so that a
   /// rate that is more than 3.125 % wrong is a fault.
   Picoseconds tolerance = nanoseconds(31'250) / 32;
-  /// How many requests in a row may have the same time as the one before. Open.
+  /// How many requests in a row may have the same time as the previous one. The documents leave
+  /// this open.
   std::uint8_t still_requests = 0;
   /// The SPI clock's period: a transfer takes this time a bit. 0: the transfer's time is not
   /// checked.
@@ -114,10 +115,11 @@ struct SafetyClocks {
 inline constexpr Picoseconds max_frame_gap = milliseconds(100'000);
 
 /// The shortest cycle of BiSS Safety: Renishaw's encoders and the fastest types of the Safety
-/// Concept. No such encoder is known that answers requests sooner.
+/// Concept. No BiSS Safety encoder with a shorter cycle is known.
 inline constexpr Picoseconds safety_cycle = nanoseconds(31'250);
 
-/// The shortest time between two frames whose requests are a cycle apart: less a 32nd for the clock.
+/// The shortest time between two frames whose requests are a cycle apart: a cycle less a 32nd for
+/// the clock's error.
 constexpr Picoseconds shortest_gap(Picoseconds cycle) { return cycle - cycle / 32; }
 
 struct SafetySetup {
@@ -143,7 +145,7 @@ struct SafetySetup {
   Picoseconds frame_gap_min = shortest_gap(safety_cycle);
   SafetyClocks clocks{};
   SafetyBudget budget{};
-  /// The bounds of what precedes the data, in clocks. The narrower, the fewer damaged ACKs pass.
+  /// The bounds of leading ones and ACK, in clocks. Narrower bounds detect more damaged ACKs.
   FrameBounds bounds{};
   /// For words that safety_ratings does not have.
   SafetyRating rating{};
@@ -178,7 +180,7 @@ constexpr SafetySetup at_cycle(SafetySetup setup, Picoseconds cycle) {
 }
 
 /// The setup for an encoder with this timing at this period of MA: the shortest time between
-/// requests, and the bounds of what precedes the data, in clocks, where SLO is sampled at the rising
+/// requests, and the bounds of leading ones and ACK, in clocks, if SLO is sampled at the rising
 /// edges. A clock above the encoder's clock_max is the mistake `bounds`. \pre period is positive
 /// \param line_delay_max of the cable and the encoder together, both ways
 constexpr SafetySetup with_timing(SafetySetup setup, const DeviceTiming& timing, Picoseconds period,
@@ -186,7 +188,7 @@ constexpr SafetySetup with_timing(SafetySetup setup, const DeviceTiming& timing,
   const AckBounds ack = ack_bounds(timing, period);
   setup.bounds.ack_min_clocks = ack.min_clocks;
   setup.bounds.ack_max_clocks = ack.max_clocks;
-  // LAT, the clock in which SLO falls, and the delay.
+  // One clock for LAT, one in which SLO falls, and the delay.
   setup.bounds.lead_max_clocks =
       static_cast<std::uint16_t>(2 + clocks_to_cover(line_delay_max, period));
   // No frame is within them.
@@ -201,14 +203,14 @@ constexpr SafetySetup with_timing(SafetySetup setup, const DeviceTiming& timing,
   return setup;
 }
 
-/// The frames after which the counter repeats; the smaller number where it is learned.
+/// The frames after which the counter repeats; the smaller number if it is learned.
 constexpr unsigned counter_period(CounterMode mode) {
   return mode == CounterMode::count_0_63 ? 64 : 63;
 }
 
-/// The shortest time in which the encoder counts on: frame_gap_min, because frames that come sooner
-/// are `early`. If that is below what an encoder can do, the encoder's own shortest cycle, less a
-/// 32nd: cycle_min, but never more than safety_cycle, because nothing checks it.
+/// The shortest time between two counts of the encoder: frame_gap_min, because frames that come
+/// sooner are `early`. If an encoder cannot be that fast, it is the encoder's own shortest cycle,
+/// less a 32nd: cycle_min, but at most safety_cycle, because no check covers cycle_min.
 constexpr Picoseconds shortest_count(const SafetySetup& setup) {
   return std::max(setup.frame_gap_min, shortest_gap(std::min(setup.cycle_min, safety_cycle)));
 }
@@ -233,11 +235,12 @@ enum class SafetySetupError : std::uint8_t {
   start_frames,  ///< fewer than 2
   counter,       ///< near_frames above 30, no learn_rollovers, or a `first` that cannot occur
   budget,        ///< more than max_tolerated_faults, or too short a window
-  frame_gap,     ///< not 0 <= min < max <= max_frame_gap, no such cycle_min, or may_lose_period()
+  frame_gap,     ///< not 0 <= min < max <= max_frame_gap, cycle_min out of range, or
+                 ///< may_lose_period()
   clocks,        ///< tolerance not from 0 to below frame_gap_max, or bit_period not from 0 to 1 ms
   bounds,        ///< no frame is within them: a minimum above its maximum, or above what can be;
                  ///< a clock above the encoder's limit
-  checksum,      ///< the CPW's CRC is not 0x43, or the SPW's is not 0x190D9, or not that of BiSS
+  checksum,      ///< the CPW's CRC is not 0x43, or the SPW's is not 0x190D9, or not as in BiSS
   weak_comparison,  ///< fewer than 9 bits compared, or a tolerance above 1
   unrated,          ///< no rating, or one of other words or with a wrong check
   residual,         ///< more undetected errors an hour than residual_max_e15
@@ -341,9 +344,9 @@ constexpr std::optional<SafetySetupError> check_numbers(const SafetySetup& setup
 
 }  // namespace safety_detail
 
-/// A number that identifies what a monitor works with: the format, the setup with its rating and
-/// limit, and whether it is rated. If one bit of them changes, or several bits of one field, the
-/// number changes.
+/// A number that identifies the plan of a monitor: the format, the setup with its rating and limit,
+/// and whether it is rated. If one bit of them changes, or several bits of one field, the number
+/// changes.
 class SafetyFingerprint {
   constexpr void add_word(std::uint64_t word) { sum_.add(word); }
   // At most eight bytes, as they are in memory: a bool may be neither 0 nor 1 after a fault.
@@ -410,7 +413,7 @@ class SafetyFingerprint {
     }
   }
 
-  /// Of two words and what is compared of them.
+  /// The fingerprint of two words and of the bits of them that are compared.
   constexpr SafetyFingerprint(const ChannelFormat& cpw, const ChannelFormat& spw,
                               const SafetyComparison& comparison) {
     const auto alignment = safety_detail::alignment_of(cpw, spw, comparison);
@@ -431,8 +434,8 @@ class SafetyFingerprint {
   }
 };
 
-/// \return the first mistake up to `bounds` in the order of the enumerators; none where the frames
-///   of this format can be monitored
+/// \return the first mistake up to `bounds` in the order of the enumerators; empty if the frames of
+///   this format can be monitored
 constexpr std::optional<SafetySetupError> check_safety(const FrameFormat& format,
                                                        const UnratedSafetySetup& setup) {
   if (setup.cpw >= format.channel_count || setup.spw >= format.channel_count ||
@@ -455,7 +458,7 @@ constexpr std::optional<SafetySetupError> check_safety(const FrameFormat& format
   return safety_detail::check_numbers(setup);
 }
 
-/// What a rating of these words is for. \pre both have a position
+/// The words that a rating is for, as a number. \pre both have a position
 constexpr std::uint64_t rated_words(const ChannelFormat& cpw, const ChannelFormat& spw,
                                     const SafetyComparison& comparison) {
   return SafetyFingerprint(cpw, spw, comparison).number();
@@ -491,7 +494,7 @@ constexpr bool is_within_residual(const SafetyRating& rating, const SafetySetup&
 
 }  // namespace safety_detail
 
-/// \return the first mistake in the order of the enumerators; none where the frames of this format
+/// \return the first mistake in the order of the enumerators; empty if the frames of this format
 ///   can be monitored, with the CRCs and the comparison that the Safety Concept demands and at most
 ///   residual_max_e15 undetected errors
 constexpr std::optional<SafetySetupError> check_safety(const FrameFormat& format,

@@ -39,11 +39,11 @@ enum class SafetyState : std::uint16_t {
 
 inline constexpr std::size_t safety_state_count = 5;
 
-/// What can happen to a monitor.
+/// The events of a monitor.
 enum class SafetyEvent : std::uint8_t {
   self_test_passed,
   self_test_failed,
-  good_frame,         ///< and not yet enough of them in a row, or the counter is being learned
+  good_frame,         ///< too few of them in a row so far, or the counter is being learned
   last_start_frame,   ///< the good frame that completes the start
   tolerated_fault,    ///< of the line, within the budget
   fault,              ///< of line, encoder, time or setup

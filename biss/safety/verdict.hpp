@@ -14,12 +14,12 @@
 namespace biss {
 
 /// The verdict on one frame. The causes are in the order in which they are checked, so a frame has
-/// the first one that applies. The values differ in four bits or more from each other, from 0 and
+/// the first cause that applies. The values differ in four bits or more from each other, from 0 and
 /// from all ones; index_of() numbers them.
 enum class SafetyVerdict : std::uint16_t {
   /// Everything agrees; the only verdict that comes with a position.
   safe = safety_detail::code_word(1),
-  /// A good frame, and not yet enough of them in a row.
+  /// A good frame, but too few good frames in a row so far.
   starting = safety_detail::code_word(2),
   /// An earlier fault is latched until acknowledge().
   latched = safety_detail::code_word(3),
@@ -31,7 +31,7 @@ enum class SafetyVerdict : std::uint16_t {
   memory = safety_detail::code_word(6),
   /// The two evaluations of the frame differ: a fault of the receiver.
   disagreement = safety_detail::code_word(7),
-  /// The two clocks differ, the clock stands still, or the transfer took too long or too short.
+  /// The two clocks differ, the clock has stopped, or the transfer took too long or too short.
   clock = safety_detail::code_word(8),
   /// The last good frame is too long ago, or the clock is before it.
   watchdog = safety_detail::code_word(9),
@@ -51,7 +51,7 @@ enum class SafetyVerdict : std::uint16_t {
   comparison = safety_detail::code_word(16),
   /// The counter has the other range (1…63 or 0…63): wrong setup.
   counter_mode = safety_detail::code_word(17),
-  /// The counter stands still.
+  /// The counter did not change.
   counter_repeated = safety_detail::code_word(18),
   /// The counter is ahead by a few frames: they are lost.
   counter_skipped = safety_detail::code_word(19),
@@ -61,7 +61,7 @@ enum class SafetyVerdict : std::uint16_t {
   counter_foreign = safety_detail::code_word(21),
   /// The answer to the first request after power-up did not have the counter's first value.
   counter_first = safety_detail::code_word(22),
-  /// The position was not where expect_position() says: an old frame, or another axis.
+  /// The position was not in the range of expect_position(): an old frame, or another axis.
   stimulus = safety_detail::code_word(23),
 };
 
@@ -110,11 +110,11 @@ constexpr std::string_view name_of(SafetyVerdict verdict) {
   return names[index_of(verdict)];
 }
 
-/// Where a fault lies. It decides whether the fault can be tolerated and how it is cleared.
+/// The place of a fault. It decides whether the fault can be tolerated and how it is cleared.
 enum class FaultPlace : std::uint8_t {
   none,      ///< no fault, only a state of the monitor
   line,      ///< cable, driver, bus master: a budget may tolerate a few of them
-  encoder,   ///< the encoder says so, or its two words differ
+  encoder,   ///< the encoder reports an error, or its two words differ
   request,   ///< time, setup, or an expectation of the caller
   receiver,  ///< our own processor: final until the next power-up
 };
@@ -236,13 +236,13 @@ inline constexpr std::array<SafetyMeasure, transmission_error_count> safety_meas
     {TransmissionError::addressing, SafetyVerdict::counter_foreign, safety_detail::any_content},
 }};
 
-// ---- What an evaluation finds in one frame, and the monitor's judgement
+// ---- The finding of an evaluation in one frame, and the monitor's judgement
 
 namespace safety_detail {
 
-// A checksum of words in memory. Each step is reversible, so a change within one word always changes
-// it; others do except for one in 2^32. The rotation spreads the uppermost bit, too: a product has it
-// only in its own place.
+// A checksum of words in memory. Each step is reversible, so a change within one word always
+// changes the checksum; of all other changes, one in 2^32 does not. The rotation spreads the
+// uppermost bit, too: in a product this bit changes no other bit.
 class Check {
  public:
   constexpr void add(std::uint32_t word) { sum_ = std::rotl((sum_ ^ word) * 0x9E37'79B1U, 15); }
@@ -281,8 +281,8 @@ struct SafetyFinding {
   }
 };
 
-/// The position that CPW and SPW agree on. It has the SPW's resolution and the turns that are
-/// compared: what the CPW has beyond that, only its CRC of 6 bits protects.
+/// The position that CPW and SPW agree on. It has the SPW's resolution and the compared turns.
+/// Further bits of the CPW are protected by its CRC of 6 bits only.
 struct SafePosition {
   /// The SPW's position in counts of the SPW, turns above singleturn.
   std::uint64_t value = 0;
@@ -291,10 +291,10 @@ struct SafePosition {
   /// around with the range, so `low` may be above `high`.
   std::uint64_t low = 0;
   std::uint64_t high = 0;
-  /// Of the CPW alone: its position minus `value`, in counts of the CPW. A safety function must not
-  /// use it.
+  /// The CPW's position minus `value`, in counts of the CPW, from the CPW alone. A safety function
+  /// must not use it.
   std::int64_t cpw_only_offset = 0;
-  /// Of the CPW alone: turns above those that are compared. A safety function must not use them.
+  /// The turns above the compared ones, from the CPW alone. A safety function must not use them.
   std::uint64_t cpw_only_turns = 0;
 
   // All bytes at once: there is no padding.
@@ -305,8 +305,8 @@ struct SafePosition {
   }
 };
 
-/// A SafePosition or none, like an optional. It holds a checksum of itself, so that a position is
-/// there only if no bit of it has changed in memory, nor any two bits of a word.
+/// A SafePosition or none, like an optional. It has a checksum, so that there is no position if one
+/// bit of it has changed in memory, or two bits of one word.
 class GuardedPosition {
  public:
   constexpr GuardedPosition() = default;
@@ -343,7 +343,7 @@ struct SafetyJudgement {
   SafetyState state = SafetyState::untested;
   /// The fault is within the budget: this frame has no position, and the state is still safe.
   bool tolerated = false;
-  /// Low-active and no fault: the scale or the window needs cleaning. True where the frame gave no
+  /// Low-active and no fault: the scale or the window needs cleaning. True if the frame gave no
   /// good words.
   bool cpw_nW = true;
   bool spw_nW = true;
@@ -352,7 +352,7 @@ struct SafetyJudgement {
   /// CPW minus SPW in counts of the lowest bit compared; the margin is the tolerance less its
   /// magnitude. 0 without good CRCs.
   std::int32_t difference_lsb = 0;
-  /// There only where the verdict is safe and belongs to a frame.
+  /// Present only if the verdict is safe and belongs to a frame.
   GuardedPosition position{};
 };
 

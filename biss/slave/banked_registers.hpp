@@ -40,8 +40,8 @@ class RegisterBank {
     put(0, values, protection);
   }
 
-  /// Sets values and protection of the registers from `offset` on; what lies beyond the last is
-  /// dropped.
+  /// Sets values and protection of the registers from `offset` on; values after the last register
+  /// are ignored.
   constexpr void put(std::size_t offset, std::span<const std::uint8_t> values,
                      RegisterProtection protection) {
     for (std::size_t i = 0; i < values.size() && offset + i < bank_bytes; ++i) {
@@ -75,8 +75,8 @@ class RegisterBank {
   std::uint64_t writable_ = 0;
 };
 
-/// What a device does besides storing bytes; a base class whose functions a device hides. None is
-/// virtual.
+/// Default hooks for a device that only stores bytes. A device derives from this class and hides
+/// the functions that differ; none is virtual.
 struct NoRegisterHooks {
   /// Called before a byte is sent; `value` is the stored one, and may be changed. `bank` is BSEL,
   /// which has no meaning for addresses from 0x40 on; likewise below.
@@ -99,7 +99,7 @@ concept RegisterHooks = requires(Hooks hooks, std::uint8_t byte) {
   hooks.execute(ControlCommand::channels, true);
 };
 
-/// The frames by which S of a byte is delayed.
+/// The number of frames by which S of a byte is delayed.
 struct RegisterBusy {
   std::uint16_t read_frames = 0;   ///< each byte read
   std::uint16_t write_frames = 0;  ///< each byte after a written one
@@ -108,7 +108,7 @@ struct RegisterBusy {
 /// The registers of one slave. A device with several slaves has one for each (PerSlave).
 ///
 /// BSEL (0x40) is built in: refused where there is only one bank, else readable and writable. It
-/// holds what was written; where no such bank exists, nothing at 0x00 … 0x3F is available.
+/// holds the value written. If no bank has this number, no register at 0x00 … 0x3F is available.
 template <std::size_t Banks, RegisterHooks Hooks = NoRegisterHooks>
 class BankedRegisters {
   static_assert(Banks >= 1 && Banks <= 256);
@@ -120,7 +120,7 @@ class BankedRegisters {
   /// \pre number < Banks
   constexpr RegisterBank& bank(std::size_t number) { return banks_[number]; }
   /// Sets values and protection of registers outside the banks. \pre address 0x41 … 0x7F, here and
-  /// below; what lies beyond the last is dropped
+  /// below; values after the last register are ignored
   constexpr void put(unsigned address, std::span<const std::uint8_t> values,
                      RegisterProtection protection) {
     fixed_.put(address - reg::bsel, values, protection);

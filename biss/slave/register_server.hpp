@@ -32,19 +32,19 @@ namespace biss {
 ///   };
 ///
 /// All are called from the server's cdm(), which a Slave calls when its timeout is over. The answer
-/// goes out with the next frame, so they must be short. `slave` counts within the device.
+/// is sent with the next frame, so they must be short. `slave` counts within the device.
 ///
 /// * `permits`: whether this address may be accessed; called at R and W for the first address, and
 ///   for each further one when the byte before it is done (the answer is P). False: refused; the
 ///   protocol has one answer for protected and absent.
-/// * `read`: the byte to send; nothing: busy, called again with the next frame, for as long as the
+/// * `read`: the byte to send; empty: busy; called again with the next frame, for as long as the
 ///   master waits (20 ms by D2).
 /// * `ready`: whether the next byte of a sequential write may come; called again with the next
 ///   frame. The first byte cannot be delayed and `ready` is not called for it: a device that is
 ///   still busy with an earlier write stores the byte, or does not permit the access.
-/// * `write`: takes a byte whose CRC was right.
+/// * `write`: takes a byte with a good CRC.
 /// * `accepts`: whether it would execute the command; called once for each addressed slave, and at
-///   a broadcast once for each slave of the device. `execute` follows where the master requests it.
+///   a broadcast once for each slave of the device. `execute` follows if the master requests it.
 template <class Owner>
 concept RegisterOwner = requires(Owner owner, unsigned slave, std::uint8_t byte) {
   { owner.permits(slave, RegisterAccess::read, byte) } -> std::same_as<bool>;
@@ -55,9 +55,9 @@ concept RegisterOwner = requires(Owner owner, unsigned slave, std::uint8_t byte)
   owner.execute(slave, ControlCommand::channels, true);
 };
 
-/// The behaviour of a register server where devices differ.
+/// Points in which the register servers of devices differ.
 struct RegisterServerOptions {
-  /// R = W means refused (D2). Old devices repeat W as it was sent and never send the start bit.
+  /// R = W means refused (D2). Old devices repeat W as received and never send the start bit.
   bool w_inversion = true;
   /// S of every byte but the first comes this many frames later than it could (an iC-MHM: 1; AN22).
   std::uint16_t busy_frames = 0;
@@ -186,9 +186,9 @@ namespace biss {
 /// Answers for one device with `Ids` slaves, each of which takes an ID: slave 0 the lowest. In a
 /// BiSS frame the channels of the highest ID come first.
 ///
-/// Whatever the master sends, 14 zeros reset the server; before the first 14 it is silent. It
-/// executes command 01 itself: an addressed slave that accepts it takes no ID any more, and the
-/// broadcast reverses that.
+/// 14 zeros reset the server at any time; before the first 14 it sends only zeros. It executes
+/// command 01 itself: an addressed slave that accepts it no longer takes an ID, and the broadcast
+/// reverses that.
 template <RegisterOwner Owner, unsigned Ids = 1>
 class RegisterServer {
  public:
@@ -196,7 +196,7 @@ class RegisterServer {
       : owner_(owner), options_(chosen) {}
 
   /// The CDS bit of the current frame; not called for a frame that ends before CDS.
-  /// \param predecessor what SLI brought, false where the device is not chained
+  /// \param predecessor CDS from SLI; false if the device is not chained
   constexpr bool cds(bool predecessor) {
     if (phase_ == Phase::header && index_ < control_bit::idl_end) {
       return ids_.take(index_, predecessor);
@@ -225,7 +225,7 @@ class RegisterServer {
   constexpr const Owner& owner() const { return owner_; }
 
  private:
-  // What the next CDM bit is.
+  // The meaning of the next CDM bit.
   enum class Phase : std::uint8_t {
     silent,  // nothing until 14 zeros
     idle,

@@ -30,11 +30,12 @@ namespace biss {
 
 // ---- The timing of one slave
 
-/// The timing of one slave: a device of a type that DeviceTiming describes, with one value where
-/// the type has a range. The defaults: position sampled at LAT, answer ready immediately, the
+/// The timing of one slave: one device of a type that DeviceTiming describes, with one value for
+/// each range of the type. The defaults: position sampled at LAT, answer ready immediately, the
 /// longest timeout.
 struct SlaveTiming {
-  /// From the first rising edge of MA (LAT) to the moment whose position is sent; not negative.
+  /// From the first rising edge of MA (LAT) to the moment at which the position is sampled; not
+  /// negative.
   Picoseconds sampling{};
   /// From LAT: START never comes before this, nor before the sampling moment.
   Picoseconds start_min{};
@@ -69,7 +70,7 @@ constexpr SlaveTiming slave_timing(const DeviceTiming& timing, Picoseconds ready
 
 // ---- The state of a slave, and its owner
 
-/// What a slave waits for.
+/// The event that a slave waits for.
 enum class SlaveState : std::uint8_t {
   idle,           ///< a falling edge of MA; SLO is 1
   requested,      ///< LAT, the first rising edge; SLO is still 1
@@ -94,9 +95,9 @@ constexpr std::string_view name_of(SlaveState state) {
 
 /// The owner of a slave; see the top of this file.
 ///
-/// `cds(predecessor)` returns the bit to send; `predecessor` is what SLI brought, 0 where the slave
-/// is not chained. An owner without a bit to send returns it. `cdm()` is called when the timeout
-/// after an ACK is over, also when the clock stopped early: a frame may end without `cds()`.
+/// `cds(predecessor)` returns the bit to send; `predecessor` is CDS from SLI, 0 if the slave is not
+/// chained. An owner without a bit to send returns `predecessor`. `cdm()` is called when the
+/// timeout after an ACK is over, also if the clock stopped early: a frame may end without `cds()`.
 template <class Source, class Codec>
 concept SlaveSource = requires(Source source, Picoseconds moment) {
   { source.sample(moment) } -> std::convertible_to<typename Codec::Frame>;
@@ -147,7 +148,7 @@ class ChainBits {
   }
 
  private:
-  // What the predecessor has sent so far.
+  // The part that the predecessor has sent so far.
   enum class Received : std::uint8_t { nothing, ack, start };
 
   constexpr void push(bool bit) {
@@ -254,7 +255,7 @@ class PayloadBits {
   static constexpr std::uint64_t empty = std::uint64_t{1} << 63U;
   std::uint64_t word_ = empty;
   std::uint16_t loaded_bits_ = 0;
-  // Of the frame before; 0 before the first one.
+  // The CRCs of the previous frame; 0 before the first frame.
   std::array<std::uint16_t, channels> last_crc_{};
 };
 
@@ -288,7 +289,7 @@ class ReleaseTimer {
 
   /// The end of the frame if no edge follows this one.
   constexpr Picoseconds after(Picoseconds edge) const { return std::max(floor_, edge + wait_); }
-  /// The same, where the end without this edge is known.
+  /// The same if the end without this edge is known.
   constexpr void extend(Picoseconds& end, Picoseconds edge) const {
     const std::int64_t extended = edge.count + wait_.count;
     if (extended > end.count) [[unlikely]]
@@ -298,8 +299,9 @@ class ReleaseTimer {
   constexpr Picoseconds reference() const { return reference_; }
 
  private:
-  // Like release_time(), from the measured 1.5 periods: half a period is a third of them. A
-  // microcontroller would call a 64-bit division; this is exact up to 2 ms.
+  // Like release_time(), from the measured 1.5 periods: half a period is a third of that. A
+  // multiplication replaces the 64-bit division, a call on microcontrollers; it is exact up to 2
+  // ms.
   constexpr Picoseconds release_wait(const Timeout& timeout) const {
     const Picoseconds half{(reference_.count * 0x5555'5556) >> 32U};
     return reference_ + half * (timeout.release_half_periods - std::int64_t{3});
@@ -317,19 +319,19 @@ namespace biss {
 
 /// One slave with the channels of the codec's format.
 ///
-/// `ChainBits` is the memory for a predecessor's bits; 0 where no slave is chained.
+/// `ChainBits` is the memory for a predecessor's bits; 0 if no slave is chained.
 template <class Codec, SlaveSource<Codec> Source, std::size_t ChainBits = slave_chain_bits>
 class Slave {
  public:
-  /// Idle, with MA high. \pre timing is not chained where ChainBits is 0
+  /// Idle, with MA high. \pre timing is not chained if ChainBits is 0
   constexpr Slave(const Codec& codec, const SlaveTiming& timing, Source source)
       : codec_(codec), source_(source), timing_(timing) {}
 
-  /// To be called at each change of `ma` or `sli` and at the deadline; further calls change
-  /// nothing. What was due by `now` happens first, so that an edge at the moment of sampling finds
-  /// the position taken, and one at the end of the timeout finds the slave idle.
+  /// Call it at each change of `ma` or `sli` and at the deadline; further calls change nothing.
+  /// Actions due by `now` come before the new levels: at an edge at the moment of sampling, the
+  /// position is already sampled; at an edge at the end of the timeout, the slave is already idle.
   /// \param now not before the last step's
-  /// \param sli ignored where the slave is not chained
+  /// \param sli ignored if the slave is not chained
   constexpr StepOutput step(Picoseconds now, bool ma, bool sli) {
     if (!step_in_data(now, ma, sli)) step_apart(now, ma, sli);
     return {level_, due_};
@@ -420,7 +422,7 @@ class Slave {
       begin_request(now);
     } else if (state_ != SlaveState::latched) {
       receive(sli);
-      // As long as a stopped clock: what follows is not part of the frame.
+      // A pause as long as this counts as a stopped clock: later edges are not part of the frame.
       paused_ = now - last_edge_ > timer_.reference();
     }
     arm(now);
@@ -516,7 +518,7 @@ class Slave {
   [[no_unique_address]] Source source_;
   SlaveTiming timing_;
   Picoseconds due_ = never;         // the next thing that happens by itself
-  Picoseconds release_at_ = never;  // the end of the frame; kept where a sample is due first
+  Picoseconds release_at_ = never;  // the end of the frame; kept if a sample is due first
   Picoseconds sample_at_ = never;
   Picoseconds ready_at_{};
   Picoseconds last_edge_{};  // kept up except between data bits

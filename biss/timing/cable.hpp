@@ -15,15 +15,15 @@ namespace biss {
 /// Delay of a cable, to the encoder and back: 10 ns/m.
 constexpr Picoseconds cable_delay(Millimetres cable) { return picoseconds(10 * cable.count); }
 
-/// The delay from MA to SLO at the master. \param other_delay inside the encoder; where it is known,
-/// plus the delay of the master itself, which the data sheet's table of cables leaves out
+/// The delay from MA to SLO at the master. \param other_delay the delay inside the encoder and, if
+/// known, inside the master, which the data sheet's table of cables leaves out
 constexpr Picoseconds line_delay(Millimetres cable, Picoseconds other_delay) {
   return cable_delay(cable) + other_delay;
 }
 
-/// How many samples at the beginning of a request may still see SLO low from the cycle before:
-/// where the encoder is ready after a fixed time and the request begins then, those within the line
-/// delay, at most that of 100 m of cable. None with the other timeout rules.
+/// How many samples at the beginning of a request may still see SLO low from the previous cycle. If
+/// the encoder is ready after a fixed time and the request begins then, these are the samples
+/// within the line delay, at most the delay of 100 m of cable; otherwise 0.
 /// \param first_sample from the falling edge of MA that begins the request; at most a period
 /// \param start_clocks the fewest samples before START, which must not be taken for one of these
 /// \pre period and start_clocks are positive

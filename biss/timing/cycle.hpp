@@ -9,7 +9,7 @@
 
 namespace biss {
 
-/// The size of a frame, as far as its duration depends on it.
+/// The parts of a frame's size that its duration depends on.
 struct FrameLength {
   /// Bits of all channels, CRCs included, without START, CDS and STOP.
   unsigned payload_bits = 0;
@@ -20,11 +20,11 @@ struct FrameLength {
 
 /// A request cycle with ACK at its longest; the parts add up to `total`.
 ///
-/// A request that begins `total` or more after the previous one is answered, also where the
-/// previous one sent CDM 1 or all of clocks_to_send. A master that sends only frame_clocks
+/// A request that begins `total` or more after the previous one is answered, also if the previous
+/// one sent CDM 1 or all of clocks_to_send. A master that sends only frame_clocks
 /// (biss/master/request.hpp) sees SLO high by then. After clocks_to_send, SLO may still be seen low
-/// for up to the line delay; a master that takes that for "not ready" (SpiReader, unless the rule
-/// is `cycle`) must wait for the line delay in addition.
+/// for up to the line delay; a master for which a low SLO means "not ready" (SpiReader, unless the
+/// rule is `cycle`) must also wait for the line delay.
 struct CycleBudget {
   Picoseconds period{};      ///< of MA
   Picoseconds lat{};         ///< the clock that takes the position
@@ -32,14 +32,15 @@ struct CycleBudget {
   Picoseconds start_cds{};   ///< START and CDS
   Picoseconds payload{};     ///< data and CRC of all channels
   Picoseconds stop{};        ///< the STOP bit
-  Picoseconds line_delay{};  ///< in whole clocks, rounded up: the master goes on for the same bits
+  Picoseconds line_delay{};  ///< in whole clocks, rounded up: the master sends this many clocks
+                             ///< more
   Picoseconds timeout{};     ///< SLO low after STOP until the encoder is ready
   Picoseconds idle{};        ///< until the device's shortest cycle has passed
   Picoseconds total{};       ///< from one request to the next, at least
   /// MA clocks from LAT to STOP.
   std::int64_t frame_clocks = 0;
-  /// MA clocks to send so that STOP has reached a master that samples once a clock: those of the
-  /// frame, and the line delay in whole clocks, rounded up.
+  /// MA clocks to send so that STOP has reached a master that samples once a clock: the clocks of
+  /// the frame, and the line delay in whole clocks, rounded up.
   std::int64_t clocks_to_send = 0;
   /// The highest rate of requests, rounded down; 0 when a cycle takes longer than a second.
   Hertz request_rate_max{};
@@ -60,8 +61,8 @@ constexpr Picoseconds timeout_after(const Timeout& timeout, Picoseconds period,
 
 /// The shortest cycle by the formula of the protocol description D2: one clock each for LAT, ACK,
 /// START, CDS and STOP (one more for each further slave), the payload, and processing time, line
-/// delay and timeout, each rounded up to whole clocks. Where ACK is fixed in clocks, it is exactly
-/// that. A timeout from the start of the request is not rounded; where the frame is longer,
+/// delay and timeout, each rounded up to whole clocks. If ACK is fixed in clocks, it counts exactly
+/// this number. A timeout from the start of the request is not rounded; if the frame is longer,
 /// release_time() is counted. A time above a day (`never`, for example) counts as a day.
 /// \pre period is positive, no time is negative, frame has at most max_payload_bits and 8 slaves
 constexpr CycleBudget cycle_budget_of(const FrameLength& frame, const DeviceTiming& timing,

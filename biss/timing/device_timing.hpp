@@ -20,8 +20,8 @@ inline constexpr Picoseconds biss_static_timeout_min = nanoseconds(12'500);  // 
 inline constexpr Picoseconds biss_static_timeout_max = microseconds(40);     // row 5
 
 /// Whether an encoder may answer with this line delay: the time from the rising edge of MA that
-/// makes ACK to the falling edge of SLO, negative where SLO falls before that edge. False is
-/// `response_range`. The same rule holds for the master and for the decoder of captures.
+/// makes ACK to the falling edge of SLO, negative if SLO falls before that edge. False gives the
+/// status `response_range`. The same rule holds for the master and for the decoder of captures.
 /// \param uncertainty how much too early SLO may seem to fall: the resolution and the jitter of
 ///   the measurement; 0 for a master, which sees both lines as they are
 constexpr bool is_response_delay(Picoseconds delay, Picoseconds uncertainty = {},
@@ -42,9 +42,9 @@ enum class TimeoutRule : std::uint8_t {
 };
 
 /// How long SLO stays low after a frame that is longer than its TimeoutRule::cycle, in half periods
-/// of MA after its last edge. Open: Renishaw's data sheet gives the time from the start of the
-/// request only. The value is that of the adaptive timeout (D2, row 6: 1.5 periods), so that STOP
-/// can be read.
+/// of MA after its last edge. The sources leave it open: Renishaw's data sheet gives only the time
+/// from the start of the request. The value is the same as for the adaptive timeout (D2, row 6: 1.5
+/// periods), so that STOP can be read.
 inline constexpr std::uint8_t biss_release_half_periods = 3;
 /// With less, a slave would release SLO between two clocks.
 inline constexpr std::uint8_t biss_release_half_periods_min = 2;

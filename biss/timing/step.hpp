@@ -1,5 +1,5 @@
-// What a stepper returns: the level that it drives, and when to call it again. Time and levels are
-// arguments; the same step runs in a simulator and in firmware.
+// The result of a stepper: the level that it drives, and the time of the next call. Time and levels
+// are arguments; the same step runs in a simulator and in firmware.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,9 @@ namespace biss {
 /// Later than any time: no deadline.
 inline constexpr Picoseconds never{std::numeric_limits<std::int64_t>::max()};
 
-/// What one step returns. Both values hold until the next step.
+/// The result of one step. Both values hold until the next step.
 struct StepOutput {
-  /// What the stepper drives from the time of this step on: the slave SLO, the master MA.
+  /// The level from the time of this step on: of SLO for a slave, of MA for a master.
   bool level = true;
   /// When to call step() again if no input changes before, at or after the time of this step;
   /// never: only an input matters.

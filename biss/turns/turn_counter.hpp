@@ -1,5 +1,5 @@
 // Turns from single-turn counts, with the right sign across zero in both directions and at the
-// first sample, and a state that says when the turns cannot be known.
+// first sample, and a state that shows when the turns are unknown.
 #pragma once
 
 #include <cstdint>
@@ -22,11 +22,10 @@ enum class TurnState : std::uint8_t {
 /// Counts the turns of an encoder that repeats after 2^width counts.
 ///
 /// A step is taken in the shorter direction, so the encoder must move less than half a turn between
-/// two samples; exactly half a turn is ambiguous. Where samples are missing, the encoder may have
+/// two samples; exactly half a turn is ambiguous. If samples are missing, the encoder may have
 /// moved by the largest step in each interval; half a turn of that is ambiguous.
 ///
-/// With a width of 1, every change is half a turn: it distinguishes standstill from motion, nothing
-/// more.
+/// With a width of 1, every change is half a turn: the turns show only standstill or motion.
 class TurnCounter {
  public:
   /// The largest step that is just below half a turn.
@@ -88,7 +87,7 @@ class TurnCounter {
   /// The last sample.
   constexpr std::uint64_t count() const { return count_; }
 
-  /// turns() × 2^width + count(); none where that does not fit.
+  /// turns() × 2^width + count(); empty if that does not fit.
   constexpr std::optional<std::int64_t> position() const {
     if (width_bits_ == 64) {
       // The upper half of turn -1 and the lower half of turn 0 are what 64 bits hold.
