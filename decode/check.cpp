@@ -120,7 +120,7 @@ Check::Check(const CheckSetup& setup)
   if (setup.format && setup.safety) safety_.emplace(*setup.format, *setup.safety);
   if (setup.has_word_lengths) {
     tallies_.count(Rule::word_length, *setup.has_word_lengths, 0,
-                   "the data sheet has no words of such lengths");
+                   "no word of the data sheet has these lengths");
   }
 }
 
@@ -148,7 +148,7 @@ void Check::finish() {
 
 RuleResult Check::result(Rule rule) const {
   RuleResult result = rule == Rule::data_sheet ? control_.data_sheet() : tallies_.result(rule);
-  // One byte of two says nothing of the other.
+  // The manufacturer has two bytes; one good byte alone is no verdict.
   const bool half_seen = rule == Rule::manufacturer && result.faults == 0;
   if (half_seen && !control_.manufacturer_seen()) result.verdict = Verdict::not_judged;
   if (result.verdict == Verdict::not_judged && result.note.empty()) result.note = "no case";

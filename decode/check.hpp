@@ -1,4 +1,4 @@
-// An encoder, its master and the line between them, judged by what a capture shows, rule by rule.
+// An encoder, its master and the line between them, judged from a capture, rule by rule.
 #pragma once
 
 #include <cstdint>
@@ -18,14 +18,14 @@
 
 namespace biss::decode {
 
-/// What a capture is compared with.
+/// The encoder and the master that a capture is compared with.
 struct CheckSetup {
-  /// Without a format frames are judged by their structure, and by the profile identifier as soon
-  /// as the only slave was asked for it.
+  /// Without a format frames are judged by their structure, and by the profile identifier once the
+  /// only slave has sent it.
   std::optional<FrameFormat> format;
   /// A timeout of just the default is taken as unknown: either rule will do.
   DeviceTiming timing;
-  /// CDS is always 0. A format with `cds0` says so too.
+  /// CDS is always 0. True for a format with `cds0`, too.
   bool unidirectional = false;
   /// Renishaw's table of cables holds.
   bool renishaw_cables = false;

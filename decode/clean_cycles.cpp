@@ -15,7 +15,7 @@ namespace {
 // periods.
 std::size_t next_request(const LineRun& ma, std::size_t from) {
   const auto& times = ma.times;
-  // Rising edges have odd indices where the first one falls.
+  // Rising edges have odd indices if the first one falls.
   const std::size_t odd = ma.first_high ? 1 : 0;
   for (std::size_t i = std::max<std::size_t>(from, 1); i + 4 < times.size(); ++i) {
     if (i % 2 != odd) continue;
@@ -78,7 +78,7 @@ void CleanCycleFinder::find(const PairRun& run, std::vector<CleanCycle>& found,
   }
 }
 
-// A little at a time: the processor waits where too much is on its way.
+// A little at a time: too many loads under way make the processor wait.
 void CleanCycleFinder::fetch_ahead() {
   constexpr std::size_t line_bytes = 64;
   constexpr std::size_t lines = 16;
@@ -107,7 +107,7 @@ bool CleanCycleFinder::read(CleanCycle& cycle, const CleanLines& lines) {
   return read_frame(reading);
 }
 
-// What MA shows.
+// The values measured on MA.
 void CleanCycleFinder::measure_times(CycleReading& reading) const {
   Cycle& cycle = reading.cycle;
   cycle.clocked = Picoseconds{measured_.last_edge};
@@ -121,7 +121,7 @@ void CleanCycleFinder::measure_times(CycleReading& reading) const {
   cycle.cdm = measured_.edges % 2 != 0;
 }
 
-// What SLO shows. With a format, only good frames are clean.
+// The values measured on SLO. With a format, only good frames are clean.
 bool CleanCycleFinder::read_frame(CycleReading& reading) {
   Cycle& cycle = reading.cycle;
   const std::size_t start_bit = find_start();
@@ -138,7 +138,7 @@ bool CleanCycleFinder::read_frame(CycleReading& reading) {
     ++rise;
   }
   cycle.ack = Picoseconds{scratch_.changes[rise] - measured_.fall};
-  // Without a format, the last clock stands for STOP.
+  // Without a format, the last clock is taken as STOP.
   const std::size_t stop =
       codec_ ? start_bit + 2 + codec_->payload_bits() : std::size_t{measured_.rises} - 1;
   cycle.release = release(stop);
@@ -149,7 +149,7 @@ bool CleanCycleFinder::read_frame(CycleReading& reading) {
   return true;
 }
 
-// The first two bits are LAT and ACK. \return the number of bits where there is no START
+// The first two bits are LAT and ACK. \return the number of bits if there is no START
 std::size_t CleanCycleFinder::find_start() const {
   std::uint64_t word = measured_.bits[0] & (~std::uint64_t{0} >> 2U);
   std::size_t first = 0;
@@ -204,7 +204,7 @@ void CleanCycleFinder::append_raw(std::size_t start_bit, std::size_t count, RawB
   }
 }
 
-// False where a level is as short as a pulse.
+// False if a level is as short as a pulse.
 bool CleanCycleFinder::measure_signal(const CleanLines& lines, std::int64_t high_since,
                                       Cycle& cycle) const {
   LineSignal signal;

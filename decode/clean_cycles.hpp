@@ -38,8 +38,8 @@ struct PairRun {
   RunPlace end() const { return {ma.times.size(), slo.times.size()}; }
 };
 
-/// A cycle that was found in a run, and where: from the falling edge of MA that begins it to the one
-/// that begins the next request.
+/// A cycle that was found in a run, and its place: from the falling edge of MA that begins it to
+/// the edge that begins the next request.
 struct CleanCycle {
   std::size_t ma_begin = 0;
   std::size_t ma_end = 0;
@@ -52,12 +52,12 @@ struct CleanCycle {
   RunPlace end() const { return {ma_end, slo_end}; }
 };
 
-/// Finds the clean cycles of a run: those that the Decoder would read in just this way whatever came
-/// before, provided that it waits for a request when they begin.
+/// Finds the clean cycles of a run: the cycles that the Decoder reads in the same way after any
+/// other cycles, if it waits for a request when they begin.
 class CleanCycleFinder {
  public:
-  /// Without a format, as CycleReader. Nothing is clean for a master without compensation; where
-  /// Cycle::signal is asked for, no cycle with a pulse is.
+  /// Without a format, as CycleReader. Nothing is clean for a master without compensation; if
+  /// Cycle::signal is requested, no cycle with a pulse is clean.
   CleanCycleFinder(const std::optional<FrameFormat>& format, const DeviceTiming& timing,
                    const MarginSetup& margin);
 
@@ -66,8 +66,7 @@ class CleanCycleFinder {
 
   /// The clean cycles in order.
   /// \param found is emptied first; its memory is used again
-  /// \param ahead memory that is read next: it is fetched meanwhile, because cycles that are found
-  ///   read little of it
+  /// \param ahead memory that is read next; it is fetched into the cache during the search
   void find(const PairRun& run, std::vector<CleanCycle>& found,
             std::span<const std::uint8_t> ahead = {});
 

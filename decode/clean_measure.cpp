@@ -6,7 +6,7 @@
 #include <limits>
 #include <type_traits>
 
-// Of the levels between, the compilers' time is not worth the gain.
+// The levels between gain too little for the time that they take to compile.
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX3_DL)
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "decode/clean_measure.cpp"
@@ -129,10 +129,10 @@ struct Folded {
   }
 };
 
-// times[i] - begin for whole vectors from the third time on, up to the first that is `far` or more:
-// those are `far`. `done` gets the place, the new times, and their distances from the times before
-// and from those two before, which hold where both are below `far`. \return the end of what was
-// converted. \pre there are two times
+// times[i] - begin for whole vectors from the third time on, up to the first one that is `far` or
+// more: such times become `far`. `done` gets the index, the new times, and their distances from the
+// previous times and from the times two before; a distance is valid if both times are below `far`.
+// \return the end of the converted times. \pre there are two times
 template <class Done>
 HWY_INLINE std::size_t convert(std::span<const std::int64_t> times, std::int64_t begin, Times& out,
                                Done done) {
@@ -169,10 +169,10 @@ HWY_INLINE std::size_t convert(std::span<const std::int64_t> times, std::int64_t
   return end;
 }
 
-// What MA shows: of the edges up to the first long gap.
+// The clock on MA, from the edges up to the first long gap.
 struct Clock {
   std::int32_t longest_gap = 0;
-  // Of the gaps by which the decoder tells a pause.
+  // Among the gaps from which the decoder detects a pause.
   std::int32_t longest_of_first = 0;
   std::int32_t rise_least = 0;
   std::int32_t rise_most = 0;
@@ -181,7 +181,7 @@ struct Clock {
   std::int32_t high = 0;
 };
 
-// The longest of the gaps by which the decoder tells a pause.
+// The longest of the gaps from which the decoder detects a pause.
 HWY_INLINE V gaps_at_begin(const Times& edges) {
   const D d;
   V longest = hn::Zero(d);
@@ -294,9 +294,10 @@ HWY_INLINE std::int32_t clock_change(const Times& edges, std::size_t count) {
   return change;
 }
 
-// Rising edges as they were measured, and those of an even clock, which need not be looked up.
+// Rising edges as measured, and rising edges of an even clock, which are computed and not looked
+// up.
 #if HWY_TARGET <= HWY_AVX3
-// The edges of most cycles fit four registers, from which they are looked up much faster.
+// The edges of most cycles fit four registers, in which a look-up is much faster.
 class Measured {
  public:
   Measured(const Times& edges, std::int32_t count)
@@ -368,7 +369,7 @@ struct Grid {
   float per_period;
 
   // For each change the first edge that is not before it, from 1 to `count`, and the edge before
-  // that. False where they are not found soon: the clock is not even enough.
+  // that. False if they are not found in a few steps: the clock is not even enough.
   HWY_INLINE bool find(V change, V& index, V& edge, V& edge_before) const {
     const D d;
     const hn::Rebind<float, D> df;
@@ -391,7 +392,7 @@ struct Grid {
     return false;
   }
 
-  // The same where what was found for another shift may hold.
+  // The same, starting from the result for another shift.
   HWY_INLINE bool confirm(V change, V& index, V& edge, V& edge_before) const {
     const D d;
     const V one = hn::Set(d, 1);
@@ -447,7 +448,7 @@ HWY_INLINE bool delay_from(const Rises& rises, std::int32_t second, const CleanM
   return true;
 }
 
-// The beginning of an even clock that fits best; false where the clock is not even.
+// The beginning of the even clock that fits best; false if the clock is not even.
 HWY_INLINE bool lay_even_clock(const Times& edges, std::int32_t count, std::int32_t period,
                                std::int32_t& begin) {
   const D d;
@@ -462,7 +463,7 @@ HWY_INLINE bool lay_even_clock(const Times& edges, std::int32_t count, std::int3
     const auto at = static_cast<std::size_t>(i);
     const V off = hn::IfThenElseZero(first_lanes(static_cast<std::size_t>(count - i)),
                                      hn::Sub(rises_from(edges, at), place));
-    // Of whole numbers, 2 * off > period where off > period / 2.
+    // For whole numbers, 2 * off > period if off > period / 2.
     uneven = hn::Or(uneven, hn::Gt(hn::Abs(off), half));
     sum = hn::Add(sum, off);
   }
@@ -470,7 +471,7 @@ HWY_INLINE bool lay_even_clock(const Times& edges, std::int32_t count, std::int3
   return hn::AllFalse(d, uneven);
 }
 
-// `sampling_delay` of CycleReader. What was found of the clock as it was measured stays in `scratch`.
+// `sampling_delay` of CycleReader. The look-ups on the measured clock stay in `scratch`.
 HWY_INLINE bool measure_delay(const Clock& clock, const Measured& rises, float per_period,
                               CleanScratch& scratch, CleanMeasure& m) {
   const D d;
@@ -591,7 +592,7 @@ HWY_INLINE bool has_pause(const CleanScratch& scratch, const CleanMeasure& m, co
 
 using Words = std::array<std::uint64_t, CleanMeasure::bit_words>;
 
-// Where the level changes, from this word on.
+// Marks the places at which the level changes, from this word on.
 inline void mark_changes(const CleanScratch& scratch, std::size_t changes, std::size_t first_word,
                          Words& toggles) {
   for (std::size_t i = 0; i < changes; ++i) {
@@ -604,7 +605,7 @@ inline void mark_changes(const CleanScratch& scratch, std::size_t changes, std::
 
 // WebAssembly has no shift of 64 bits with a count for each lane.
 #if HWY_TARGET != HWY_SCALAR && HWY_TARGET != HWY_WASM
-// The same in the first two words: nearly all cycles have no more.
+// The same in the first two words, which are enough for nearly all cycles.
 HWY_INLINE void mark_first_changes(const CleanScratch& scratch, std::size_t changes,
                                    Words& toggles) {
   const hn::ScalableTag<std::uint64_t> d;
@@ -636,8 +637,8 @@ HWY_INLINE void mark_first_changes(const CleanScratch& scratch, std::size_t chan
 //   toggles    0   1   0   1   1   1   0   1
 //   level      1   0   0   1   0   1   1   0   1, inverted by all toggles up to it
 //
-// The XOR of a word with itself, shifted by 1, 2, 4, …, 32, is that of all bits up to each bit. Its last
-// bit is the level with which the next word begins.
+// The XOR of a word with itself, shifted by 1, 2, 4, …, 32, has at each bit the XOR of all bits up
+// to it. Its last bit is the level with which the next word begins.
 HWY_INLINE void collect_bits(const CleanScratch& scratch, CleanMeasure& m) {
   Words toggles{};
 #if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_WASM

@@ -21,7 +21,7 @@ struct CleanLines {
 struct CleanMeasure {
   static constexpr std::size_t bit_words = 8;
 
-  /// Edges of MA, and those that rise.
+  /// Edges of MA, and rising edges.
   std::uint32_t edges = 0;
   std::uint32_t rises = 0;
   /// Index of the falling edge of MA that begins the next request.
@@ -38,7 +38,7 @@ struct CleanMeasure {
   /// All highs of MA that end in the cycle, and their number.
   std::int32_t high = 0;
   std::int32_t highs = 0;
-  /// The largest difference between two times of 1, 2, 4 or 8 periods; only where it is asked for.
+  /// The largest difference between two times of 1, 2, 4 or 8 periods; only if it is requested.
   std::int32_t clock_change = 0;
 
   /// SLO falls for ACK.
@@ -48,18 +48,19 @@ struct CleanMeasure {
   /// SLO at each rising edge of MA plus `delay` and half a period: the first bit is the uppermost of
   /// the first word. The first two are LAT and ACK.
   std::array<std::uint64_t, bit_words> bits{};
-  /// The first sample that is within `margin` of a change of SLO; 2^31 - 1 where there is none.
+  /// The first sample that is within `margin` of a change of SLO; 2^31 - 1 if there is none.
   std::int32_t first_marginal = 0;
 };
 
-/// What is measured besides.
+/// Options of the measurement.
 struct CleanSetup {
   /// Taken off the margin of `marginal`, in picoseconds; see margin_doubt().
   std::int64_t margin_doubt = 0;
   bool clock_change = false;
 };
 
-/// The arrays that measure_clean() works with: of a thread, so that their memory stays warm.
+/// The arrays that measure_clean() works with: one object for each thread, so that its memory stays
+/// in the cache.
 class CleanScratch {
  public:
   static constexpr std::size_t max_edges = 1024;
@@ -69,15 +70,17 @@ class CleanScratch {
 
   alignas(64) Times edges{};
   alignas(64) Times changes{};
-  /// For each change the first sample that is not before it, and its edge of MA and the one before.
+  /// For each change the first sample that is not before it, the sample's edge of MA, and the edge
+  /// before that.
   alignas(64) Times samples{};
   alignas(64) Times found{};
   alignas(64) Times found_before{};
 };
 
-/// False where the cycle is not clean: MA is uneven, a gap may be a pause, SLO moves where it should
-/// not, or the end of the cycle is not in these arrays. The cycle must then be read edge by edge.
-/// What is true is what CycleReader and Decoder find; docs/decisions/house-0019-flow.md says why.
+/// False if the cycle is not clean: MA is uneven, a gap may be a pause, SLO moves where it should
+/// not, or the end of the cycle is not in these arrays. The cycle must then be read edge by edge. A
+/// clean cycle has the same values as from CycleReader and Decoder;
+/// docs/decisions/house-0019-flow.md explains why.
 bool measure_clean(const CleanLines& lines, const CleanSetup& setup, CleanScratch& scratch,
                    CleanMeasure& found);
 

@@ -36,7 +36,7 @@ void ControlListener::push(std::uint64_t number, const Cycle& cycle) {
   if (cycle.rising_edges == reduced_edges && !cycle.cds() && cycle.cdm) {
     return push_reduced(number, cycle.time, *cycle.cdm);
   }
-  // CDM is missing after a CDS only where the capture ends before the level of MA is certain.
+  // CDM is missing after a CDS only if the capture ends before the level of MA is certain.
   const bool cut = cycle.status == CycleStatus::cut_end || (cycle.cds() && !cycle.cdm);
   push(number, cycle.time, cycle.cds(), cycle.cdm,
        cut ? AccessOutcome::cut_end : AccessOutcome::frame_lost);

@@ -36,8 +36,8 @@ enum class AccessOutcome : std::uint8_t {
   dropped,           ///< command: EX = 0, although all had accepted
   frame_lost,        ///< a cycle of the access brought no CDS or no CDM
   cut_end,           ///< the capture ends within the access
-  /// The header was right, but a cycle of the access was a reduced frame, which carries no CDS: what
-  /// the slaves answered is not known.
+  /// The header was right, but a cycle of the access was a reduced frame, which carries no CDS: the
+  /// slaves' answer is unknown.
   cds_not_seen,
 };
 
@@ -48,7 +48,7 @@ std::string_view name_of(AccessOutcome outcome);
 struct SeenAccess {
   enum class Kind : std::uint8_t { read, write, command, unknown };
 
-  std::uint64_t cycle = 0;  ///< of the start bit; of a sequence's further bytes, of their S
+  std::uint64_t cycle = 0;  ///< of the start bit; for a further byte of a sequence, of its S
   Picoseconds time{};       ///< of that cycle
   Kind kind = Kind::unknown;
   AccessOutcome outcome = AccessOutcome::ok;
@@ -56,7 +56,7 @@ struct SeenAccess {
   std::uint8_t slaves = 0;  ///< commands: bit k for the slave with ID k, 0: broadcast
   std::uint8_t address = 0;
   ControlCommand command{};
-  /// Read: what came with a right CRC. Write: what was sent, echoed or not.
+  /// Read: the byte that came with a good CRC. Write: the byte sent, echoed or not.
   std::optional<std::uint8_t> data;
   std::uint8_t slaves_present = 0;  ///< IDL0 … IDL7, bit k for ID k
   bool more_slaves = false;         ///< IDL8
@@ -91,7 +91,7 @@ class ControlListener {
   /// The capture ends.
   void finish();
 
-  /// CDS = 1 in a cycle in which no access was under way.
+  /// Number of cycles with CDS = 1 outside of an access.
   std::uint64_t stray_cds() const { return stray_cds_; }
   /// CDM = 1 with fewer than 14 zeros before it, outside of an access.
   std::uint64_t stray_cdm() const { return stray_cdm_; }

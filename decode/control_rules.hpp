@@ -30,7 +30,7 @@ class ControlRules {
   bool manufacturer_seen() const;
 
  private:
-  // A register that was accessed, and of which P said that the next one can be.
+  // A register that was accessed; its P announced that the next one can be accessed.
   struct Announced {
     std::uint8_t id = 0;
     SeenAccess::Kind kind = SeenAccess::Kind::unknown;
@@ -57,9 +57,9 @@ class ControlRules {
   std::map<unsigned, std::uint64_t> last_access_;
   std::array<unsigned, control_max_slaves> manufacturer_seen_{};
   std::optional<Announced> announced_;
-  // By the profile identifier of the only slave, where no format was given.
+  // By the profile identifier of the only slave, if no format was given.
   std::optional<FrameCodec<>> stated_;
-  // Of the last cycle that has one.
+  // The period of the last cycle that has one.
   Picoseconds period_{};
   // Zeros of CDM since the last 1 or the last cycle not heard.
   unsigned zeros_ = 0;

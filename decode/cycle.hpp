@@ -1,4 +1,4 @@
-// A request cycle: the answer to one request on MA, and the one cause where it is no frame.
+// A request cycle: the answer to one request on MA, or the one cause why it is no frame.
 #pragma once
 
 #include <array>
@@ -26,12 +26,12 @@ using RawBits = BitBuffer<max_payload_bits + 3>;
 /// How much the clock changes within a request: the largest difference between two times of 1, 2, 4
 /// or 8 periods of MA.
 struct ClockChange {
-  /// Of a period, the most by which the clock of a request may change: edges may jitter.
+  /// The clock of a request may change by at most a fourth of a period: edges may jitter.
   static constexpr std::int64_t share = 4;
 
   Picoseconds most{};
-  /// The part of `most` that jitter and the resolution of the capture may be; 0 where the change is
-  /// within `share`.
+  /// The part of `most` that may come from jitter and from the resolution of the capture; 0 if the
+  /// change is within `share`.
   Picoseconds doubt{};
 };
 
@@ -44,11 +44,12 @@ struct Cycle {
   std::optional<Frame> frame;
   /// A channel's checksum was right; absent when its bits are not all there or it has none.
   std::array<std::optional<bool>, max_channels> crc_ok{};
-  /// Second rising edge of MA to the first falling edge of SLO. Absent too where the cycle before was
-  /// a pulse, which may be the first clock for the encoder, and no cycle shows the usual delay.
+  /// Second rising edge of MA to the first falling edge of SLO. Also absent if the previous cycle
+  /// was a pulse, which the encoder may take as the first clock, and no cycle shows the usual
+  /// delay.
   std::optional<Picoseconds> line_delay;
-  /// The rising edge of MA, from 0 on, that line_delay counts from: 0 where the encoder has taken a
-  /// pulse for its first clock, 2 where it has missed a clock.
+  /// The rising edge of MA, from 0 on, that line_delay counts from: 0 if the encoder has taken a
+  /// pulse as its first clock, 2 if it has missed a clock.
   std::uint32_t ack_edge = 1;
   /// With `response_range`: SLO fell this long before the edge of MA that makes ACK.
   std::optional<Picoseconds> early;
@@ -58,7 +59,7 @@ struct Cycle {
   /// Share of a period that MA is high, in thousandths.
   std::optional<std::uint32_t> duty_per_mille;
   /// SLO changes within a twentieth of a period of a sampling point of the master, from ACK to STOP
-  /// (MarginSetup). Absent where nothing was sampled, or the capture is too coarse.
+  /// (MarginSetup). Absent if nothing was sampled, or the capture is too coarse.
   std::optional<bool> marginal;
   std::uint32_t rising_edges = 0;
   /// Pauses of MA before the last bit, and by how much the longest one is longer than a period. The
@@ -73,16 +74,16 @@ struct Cycle {
   /// Only for a device with DeviceTiming::clock_constant.
   std::optional<ClockChange> clock_change;
   RawBits raw;
-  /// The master's bit: 1 where MA rests low after the frame. Absent where that is not seen.
+  /// The master's bit: 1 if MA rests low after the frame. Absent if the capture does not show it.
   std::optional<bool> cdm;
   /// Last edge of MA to the rising edge of SLO after the frame, at the master: the timeout plus the
-  /// line delay; negative where SLO rises while MA still runs. Absent where SLO was not low after the
+  /// line delay; negative if SLO rises while MA still runs. Absent if SLO was not low after the
   /// frame, did not rise before the next request, or fell again.
   std::optional<Picoseconds> release;
-  /// Only where MarginSetup::signal asks for it.
+  /// Only if MarginSetup::signal is set.
   std::optional<LineSignal> signal;
 
-  /// The encoder's bit after START, whatever the status is.
+  /// The encoder's bit after START, for any status.
   std::optional<bool> cds() const {
     if (raw.view().size_bits() < 2) return std::nullopt;
     return raw.view()[1];

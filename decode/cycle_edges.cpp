@@ -37,7 +37,7 @@ CycleEdgeReader::CycleEdgeReader(const CycleReader& reader, const Lines& lines, 
       decoder_(reader, [this](const Cycle& cycle) { take(cycle); }) {}
 
 void CycleEdgeReader::push(std::span<const wire::Edge> edges) {
-  // In pieces, so that what is kept ahead of the decoder is bounded.
+  // In pieces, so that few edges are kept ahead of the decoder.
   constexpr std::size_t piece = 1024;
   while (!edges.empty()) {
     const auto now = edges.first(std::min(piece, edges.size()));

@@ -1,4 +1,4 @@
-// Request cycles with their edges: for what looks at the lines and not only at the bits.
+// Request cycles with their edges: for code that needs the lines and not only the bits.
 #pragma once
 
 #include <cstddef>
@@ -20,19 +20,20 @@ struct CycleEdges {
   std::uint64_t number = 0;
   /// From the first falling edge of MA to its last one.
   std::span<const LevelChange> ma;
-  /// What MA does after that: its return to idle, and pulses.
+  /// The changes of MA after that: its return to idle, and pulses.
   std::span<const LevelChange> ma_after;
   wire::Level slo_before = wire::Level::unknown;
   /// From the first falling edge of MA to `limit`.
   std::span<const LevelChange> slo;
-  /// The next request, or the end of the capture; also where too many edges follow to keep them.
+  /// The next request, or the end of the capture; also if there are too many edges in between to
+  /// keep them.
   Picoseconds limit{};
   bool last_of_capture = false;
 };
 
 /// The changes of a line that cycles still to be looked at may need.
 struct LineChanges {
-  /// Where these are too many, the older half is forgotten.
+  /// If there are more, the older half is dropped.
   std::size_t most = 0;
   std::vector<LevelChange> changes{};
   wire::Level before = wire::Level::unknown;
@@ -44,11 +45,11 @@ struct LineChanges {
 };
 
 /// Reads a cycle again from its edges.
-/// \param slo_inverted take SLO as the inverse of what the capture shows
+/// \param slo_inverted take SLO as the inverse of the captured line
 CycleReading read_again(const CycleEdges& edges, CycleReader& reader, bool slo_inverted = false);
 
-/// Delivers each cycle of a capture with its edges, in order. Memory is bounded, whatever the
-/// length of the capture: a cycle loses its oldest edges beyond `max_edges` of a line.
+/// Delivers each cycle of a capture with its edges, in order. Memory is bounded, for captures of
+/// any length: if a line has more than `max_edges` in a cycle, the oldest are dropped.
 class CycleEdgeReader {
  public:
   using OnCycle = std::function<void(const CycleEdges&)>;

@@ -49,7 +49,7 @@ CycleReader::CycleReader(std::optional<FrameFormat> format, const DeviceTiming& 
 
 CycleReading CycleReader::read(const CycleSpan& span, const LineHistory& slo) {
   answer_.reset();
-  // What comes with the next request is none of this one's, be it known already or not.
+  // Changes from the next request on do not belong to this request, even if they are already known.
   slo_end_ = span.last_of_capture ? slo.size() : slo.from(span.limit);
   CycleReading reading = read_answer(span, slo);
   Cycle& cycle = reading.cycle;
@@ -167,8 +167,8 @@ Picoseconds CycleReader::uncertainty() const {
   return uncertainty_of(margin_, clock_.jitter, clock_.period);
 }
 
-// Jitter moves each edge about its place, so that it changes the time of 8 periods no more than
-// that of one; another clock changes it eight times as much.
+// Jitter moves each edge about its place, so that it changes the time of 8 periods no more than the
+// time of one. A different clock rate changes it eight times as much.
 ClockChange CycleReader::measure_change() const {
   const std::vector<Picoseconds>& rises = clock_.rises;
   Picoseconds most{};
@@ -200,7 +200,7 @@ Picoseconds CycleReader::jitter_in_doubt() const {
 // The mean of the intervals that are a period; notes the first that is none.
 Picoseconds CycleReader::usual_period() {
   const auto [least, most] = std::minmax_element(clock_.intervals.begin(), clock_.intervals.end());
-  // The median is looked for only where it can change the verdict on an interval.
+  // The median is computed only if it can change the verdict on an interval.
   const bool even = !irregular(*most, *least);
   Picoseconds usual = *least;
   if (!even) {
@@ -265,9 +265,9 @@ CycleReader::Response CycleReader::find_response(const CycleSpan& span,
   return {{}, ready ? silence(span) : CycleStatus::not_ready};
 }
 
-// An encoder whose cycle has a fixed time may be asked again so that the request arrives just when
-// it is ready. The master sees that a line delay later, a clock and a half before ACK. Believed
-// within the delay of the longest cable only: an inverted SLO looks much the same.
+// An encoder with a fixed cycle time may get a request that arrives just when it is ready. The
+// master sees SLO rise a line delay later, a clock and a half before ACK. This is accepted only
+// within the delay of the longest cable, because an inverted SLO looks much the same.
 bool CycleReader::ready_in_time(const LineHistory& slo, std::size_t ack) const {
   if (timing_.timeout.rule != TimeoutRule::cycle || ack == 0) return false;
   const Picoseconds longest =
@@ -284,7 +284,7 @@ std::optional<bool> CycleReader::resting_level(const CycleSpan& span) const {
   return seen ? std::optional(last.level == Level::low) : std::nullopt;
 }
 
-// SLO rises once after STOP, or after the last clock where that one comes earlier.
+// SLO rises once after STOP, or after the last clock if that one comes earlier.
 std::optional<Picoseconds> CycleReader::release(const CycleSpan& span, const LineHistory& slo,
                                                 Picoseconds delay, std::size_t last_bit) const {
   const std::size_t stop = std::min(last_bit + 1, clock_.rises.size() - 1);
@@ -307,9 +307,9 @@ CycleStatus CycleReader::silence(const CycleSpan& span) const {
                                                          : CycleStatus::no_response;
 }
 
-// From a rising edge of MA to SLO's change, averaged over the cycle: one edge alone may be off by
-// nearly half a period where a capture has few samples a period. There the edges of MA are off as
-// well, and an even clock fitted to them shows better which one a change belongs to.
+// From a rising edge of MA to SLO's change, averaged over the cycle: in a capture with few samples
+// per period, one edge alone may be off by nearly half a period. The edges of MA are then off as
+// well, and an even clock fitted to them shows better to which edge a change belongs.
 Picoseconds CycleReader::sampling_delay(const LineHistory& slo, Picoseconds fall) {
   const Delay seen = delay_from(clock_.rises, slo, fall);
   if (8 * seen.spread <= clock_.period || !lay_even_clock()) return seen.mean;
@@ -339,7 +339,7 @@ CycleReader::Delay CycleReader::delay_from(const std::vector<Picoseconds>& rises
   return {first + sum / count, most - least};
 }
 
-// False where the clock is not even.
+// False if the clock is not even.
 bool CycleReader::lay_even_clock() {
   if (clock_.first_irregular != SIZE_MAX) return false;
   const auto size = static_cast<std::int64_t>(clock_.rises.size());
@@ -395,7 +395,8 @@ CycleReader::Sampled CycleReader::sample(const CycleSpan& span, const LineHistor
   return sampled;
 }
 
-// How close a change of SLO must be to be certainly within the margin; negative where none is.
+// How close a change of SLO must be to be certainly within the margin; negative if no change is
+// certain.
 Picoseconds CycleReader::certain_margin() const {
   return clock_.period / margin_share - margin_doubt(margin_);
 }
@@ -499,7 +500,7 @@ void CycleReader::read_payload(const Sampled& sampled, const FrameStart& start,
   reading.complete = frame.ok() || frame.error().cause != FrameError::truncated;
 }
 
-// What decode_payload() found, and the channels that it did not come to.
+// Notes the result of decode_payload(), and checks the channels that it did not reach.
 void CycleReader::note_checksums(const std::optional<FrameFault>& fault, Cycle& cycle) const {
   const BitView raw = cycle.raw.view();
   const auto channels = codec_->format().channels();
@@ -556,7 +557,7 @@ std::optional<std::size_t> CycleReader::checked_payload_bits() const {
   return checked ? std::optional(codec_->payload_bits()) : std::nullopt;
 }
 
-// What only a capture can show, and what explains more than the bits do.
+// The faults that only a capture can show, and the faults that explain more than the bits do.
 std::optional<CycleStatus> CycleReader::fault_of_capture(const CycleSpan& span,
                                                          const Sampled& sampled,
                                                          CycleStatus status) const {

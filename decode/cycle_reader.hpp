@@ -15,11 +15,11 @@
 
 namespace biss::decode {
 
-/// The edges of MA that belong to one request, and what lies around them.
+/// The edges of MA that belong to one request, and the time around them.
 struct CycleSpan {
   /// Not empty.
   std::span<const LevelChange> ma;
-  /// MA was seen idle before the first edge; false only where the capture begins inside a cycle.
+  /// MA was seen idle before the first edge; false only if the capture begins inside a cycle.
   bool begins_idle = true;
   /// SLO belongs to this cycle up to here: the next request, or the end of the capture.
   Picoseconds limit{};
@@ -45,8 +45,8 @@ struct MarginSetup {
   /// a period after each rising edge of MA, one bit a clock; this reader still compensates.
   bool compensated = true;
   /// Every edge may have been earlier by less than this: the time between two samples of the
-  /// capture, 0 where it holds changes. `marginal` is given only where it is certain, and SLO may
-  /// seem to fall this much before the edge of MA that moved it.
+  /// capture, 0 if it contains changes. `marginal` is given only if it is certain, and SLO may seem
+  /// to fall this much before the edge of MA that caused the fall.
   Picoseconds resolution{};
   /// Also measure Cycle::signal.
   bool signal = false;
@@ -64,23 +64,23 @@ class CycleReader {
   /// \param slo must reach back to the span's first edge
   CycleReading read(const CycleSpan& span, const LineHistory& slo);
 
-  /// With a format whose CRC is that of the frame before, a cycle is `unchecked` and has its frame:
-  /// the cycle after it has the checksum.
+  /// With a format whose CRC belongs to the previous frame, a cycle is `unchecked` and has its
+  /// frame: the next cycle has the checksum.
   bool needs_next() const { return checked_by_next_.has_value(); }
-  /// Judges such a cycle; without a next one, or where the next one has no such bits, it stays
+  /// Judges such a cycle; without a next one, or if the next one lacks these bits, it stays
   /// `unchecked` and loses its frame.
   void judge_by_next(Cycle& cycle, const Cycle* next) const;
-  /// Of the format, if it has a checksum.
+  /// The format's payload bits, if the format has a checksum.
   std::optional<std::size_t> checked_payload_bits() const;
   const DeviceTiming& timing() const { return timing_; }
   /// A timeout of just the default is not known.
   bool knows_timeout() const { return timing_.timeout != Timeout{}; }
-  /// Reads bits that were sampled elsewhere, SLO once per clock from the first one on, as long as an
-  /// ACK of BiSS C allows. The cycle has no times.
+  /// Reads bits that were sampled elsewhere, SLO once per clock from the first one on, for an ACK
+  /// as long as BiSS C allows. The cycle has no times.
   Cycle read_bits(const BitView& bits) const;
 
-  /// When the last read() sampled SLO: element k belongs to rising edge k of MA, LAT's included.
-  /// Empty where SLO gave no ACK.
+  /// The times at which the last read() sampled SLO: element k belongs to rising edge k of MA, LAT
+  /// included. Empty if SLO gave no ACK.
   std::vector<Picoseconds> sample_times() const;
 
  private:
@@ -101,7 +101,7 @@ class CycleReader {
     FrameBits bits;
     bool reached_limit = false;
     bool reached_unknown = false;
-    // Rising edge whose sample was the first to come too close to a change of SLO.
+    // Rising edge of the first sample that was too close to a change of SLO.
     std::size_t first_marginal = SIZE_MAX;
   };
   // When SLO fell for ACK, or why that is not known.
@@ -116,7 +116,7 @@ class CycleReader {
     Picoseconds spread{};
   };
 
-  // What read() needs of an answered request for its signal.
+  // The values of an answered request from which read() measures its signal.
   struct Answer {
     Picoseconds fall{};
     Picoseconds delay{};
@@ -158,13 +158,13 @@ class CycleReader {
                                               CycleStatus status) const;
 
   std::optional<FrameCodec<>> codec_;
-  // The format, where its CRC is that of the frame before; codec_ takes it for padding.
+  // The format, if its CRC belongs to the previous frame; codec_ treats this CRC as padding.
   std::optional<FrameFormat> checked_by_next_;
   DeviceTiming timing_;
   MarginSetup margin_;
   Clock clock_;
   std::optional<Answer> answer_;
-  // Of the changes of SLO, the first that is not of this request.
+  // The first change of SLO that does not belong to this request.
   std::size_t slo_end_ = 0;
   // From a rising edge of MA to the sample of its bit, in the last read().
   std::optional<Picoseconds> sampled_after_;

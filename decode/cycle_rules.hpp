@@ -1,4 +1,4 @@
-// What both ways of reading a cycle judge alike.
+// The rules that both ways of reading a cycle share.
 #pragma once
 
 #include <algorithm>
@@ -10,11 +10,11 @@
 
 namespace biss::decode {
 
-/// Of a period, the most that SLO may seem to fall before the edge of ACK, however coarse the
-/// capture is: SLO that falls earlier was not moved by that edge.
+/// SLO may seem to fall at most a fourth of a period before the edge of ACK, even in a coarse
+/// capture: a fall before that was not caused by that edge.
 inline constexpr std::int64_t uncertain_share = 4;
 
-/// Of a period, the margin of `marginal`; the master of biss/master has the same.
+/// The margin of `marginal` is a twentieth of a period, as in the master of biss/master.
 inline constexpr std::int64_t margin_share = 20;
 
 /// The clock of a cycle is estimated from this many edges at its beginning.
@@ -34,13 +34,13 @@ constexpr Picoseconds uncertainty_of(const MarginSetup& margin, Picoseconds jitt
   return std::min(margin.resolution + jitter, period / uncertain_share);
 }
 
-/// What the resolution of the capture takes off the margin.
+/// The part of the margin that the resolution of the capture makes uncertain.
 constexpr Picoseconds margin_doubt(const MarginSetup& margin) {
   // The edge of MA that the sample counts from is uncertain, SLO's is, and the delay between them.
   return (margin.compensated ? 2 : 1) * margin.resolution;
 }
 
-/// The period is measured, so a bound that falls just beside a clock edge is given 2 % of grace.
+/// The period is measured, so a bound close to a clock edge gets a tolerance of 2 %.
 constexpr bool ack_within_bounds(const DeviceTiming& timing, Picoseconds period,
                                  std::uint16_t ack_clocks) {
   const Picoseconds grace = period / 50;

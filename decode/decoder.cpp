@@ -19,12 +19,12 @@ using wire::Level;
 constexpr Picoseconds longest_period = microseconds(16);
 constexpr Picoseconds period_when_unknown = period_of(biss_clock_min);
 
-// Of a period, how far two line delays of one line may be apart.
+// Two line delays of one line may differ by a fourth of a period.
 constexpr std::int64_t usual_delay_share = 4;
 
 bool lacks_stop(const Cycle& cycle) { return cycle.frame && !cycle.frame->stop_seen; }
 
-// The length of such a cycle is that of a request.
+// Whether a cycle with this status is as long as its request.
 bool is_usual(CycleStatus status) {
   return !is_cut(status) && status != CycleStatus::ma_glitch && status != CycleStatus::ma_clock &&
          status != CycleStatus::unknown_level;
@@ -94,14 +94,15 @@ void Decoder::push(const PairRun& run, RunPlace from, RunPlace to,
   push_mixed(run, at, to);
 }
 
-// Whether a clean cycle may be a part of another one: with those that are held, or with the next.
+// Whether a clean cycle may be a part of another one: together with the held cycles, or with the
+// next cycle.
 bool Decoder::may_join(const CycleReading& reading, Picoseconds next) const {
   if (is_right(reading)) return false;
   const Picoseconds last_edge = shifted(reading.cycle.time, reading.cycle.clocked);
   return !held_.empty() || may_wait(reading.cycle, elapsed(last_edge, next));
 }
 
-// In the order of their times; of two at one time, that of SLO first.
+// Pushes the changes in the order of their times; at equal times, the change of SLO first.
 void Decoder::push_mixed(const PairRun& run, RunPlace from, RunPlace to) {
   const auto level = [](const LineRun& line, std::size_t index) {
     return line.first_high == (index % 2 == 0) ? Level::high : Level::low;
@@ -218,7 +219,7 @@ bool Decoder::take_cycle(bool at_end) {
       return true;
     }
     const Picoseconds gap = elapsed(ma_[scanned_ - 1].time, ma_[scanned_].time);
-    // What an unknown level hides is no idle gap.
+    // A time with an unknown level is not an idle gap.
     if (gap <= pause_ || ma_[scanned_ - 1].level == Level::unknown) continue;
     const std::size_t next_fall = scanned_ + (ma_[scanned_].level == Level::high ? 1 : 0);
     const bool last = next_fall >= ma_.size();
@@ -276,7 +277,7 @@ bool Decoder::is_over(const CycleReading& reading) const {
   return glitch || (usual_clocks_ != 0 && clocks_between(0, scanned_, period) + 1 >= usual_clocks_);
 }
 
-// Where no cycle before gives the usual length: two pieces of one length are two cycles.
+// If no cycle has given the usual length yet, two pieces of equal length are two cycles.
 bool Decoder::repeats(const CycleReading& reading) const {
   if (usual_clocks_ != 0 || !reading.cycle.period || !doubt_) return false;
   const std::int64_t before = clocks_between(0, doubt_->edges, *reading.cycle.period);
@@ -284,7 +285,7 @@ bool Decoder::repeats(const CycleReading& reading) const {
   return before >= 2 && std::abs(after - before) <= 1;
 }
 
-// Ends the cycle earlier than at scanned_, where a frame with a correct checksum follows.
+// Ends the cycle before scanned_ if a frame with a correct checksum follows there.
 bool Decoder::emit_before_frame(const CycleReading& reading, Picoseconds next,
                                 bool last_of_capture) {
   if (reading.cycle.frame) return false;
@@ -298,8 +299,8 @@ bool Decoder::emit_before_frame(const CycleReading& reading, Picoseconds next,
   return true;
 }
 
-// The cycle before must not be shorter: where a few of the first edges of a cycle are missing, the
-// rest of it reads well too.
+// The previous cycle must not be shorter: if only the first few edges of a cycle are missing, the
+// rest of it still reads well.
 bool Decoder::frame_after_doubt(Picoseconds next, bool last_of_capture) {
   if (!doubt_) return false;
   const std::size_t begin = doubt_->edges + (ma_[doubt_->edges].level == Level::high ? 1 : 0);
@@ -333,8 +334,8 @@ bool Decoder::begins_with_pulse() const {
          pulse_share * elapsed(ma_[2].time, ma_[3].time) >= period_;
 }
 
-// The cycle before scanned_, where the encoder went idle in the short gap before the next falling
-// edge of MA: that edge begins a request.
+// The cycle before scanned_, if the encoder went idle in the short gap before the next falling edge
+// of MA: that edge begins a request.
 std::optional<CycleReading> Decoder::read_before_pause(Picoseconds next) {
   const Picoseconds last = ma_[scanned_ - 1].time;
   // A change at the very time of the next request is part of that one.
@@ -346,7 +347,8 @@ std::optional<CycleReading> Decoder::read_before_pause(Picoseconds next) {
   }
   CycleReading reading = read_front(next, false);
   if (!reading.cycle.line_delay) return std::nullopt;
-  // What the last clock moves comes a line delay later; what the next one moves comes after it.
+  // A change by the last clock comes a line delay later; a change by the next clock comes after
+  // that clock.
   const Picoseconds moved = *reading.cycle.line_delay + *reading.cycle.period / 4 + reading.jitter;
   const Picoseconds rise = slo_[change - 1].time;
   if (rise <= shifted(last, moved) || shifted(rise, reading.jitter) >= ma_[scanned_].time) {

@@ -28,18 +28,18 @@ struct Lines {
 
 /// Splits MA into request cycles and reads each.
 ///
-/// A cycle begins with the first falling edge of MA after an idle gap and ends where no edge of MA
-/// follows for more than 1.25 periods, measured on the spot: every cycle may have its own clock. A
-/// gap of up to 4 periods is doubtful, because edges may be missing. It ends a cycle whose frame is
-/// complete, a cycle that is as long as the one before, and a cycle that is followed by a frame
-/// with a correct checksum and is not shorter than that frame. A gap below 1.25 periods ends a
-/// cycle where SLO shows that the encoder went idle in it.
+/// A cycle begins with the first falling edge of MA after an idle gap and ends when no edge of MA
+/// follows for more than 1.25 periods. The period is measured in the cycle: every cycle may have
+/// its own clock. A gap of up to 4 periods is doubtful, because edges may be missing. It ends a
+/// cycle whose frame is complete, a cycle that is as long as the one before, and a cycle that is
+/// followed by a frame with a correct checksum and is not shorter than that frame. A gap below 1.25
+/// periods ends a cycle if SLO shows that the encoder went idle in it.
 ///
-/// A master may pause its clock for longer within a request. Cycles that fail wait for those that
-/// follow before the encoder's timeout: they are one cycle if only together they are a right frame,
+/// A master may pause its clock for longer within a request. Failed cycles wait for the cycles that
+/// follow within the encoder's timeout. They are one cycle if only together they are a good frame
 /// with a checksum and STOP, or if the timeout is known. Until then their rows are not delivered.
 ///
-/// Memory is bounded by the longest cycle, whatever the length of the capture.
+/// Memory is bounded by the longest cycle, for captures of any length.
 class Decoder {
  public:
   using OnCycle = std::function<void(const Cycle&)>;
@@ -55,9 +55,9 @@ class Decoder {
   /// The same for a capture's edges; those of other lines are ignored.
   void push(std::span<const wire::Edge> edges, const Lines& lines);
 
-  /// The same for the next stretch of a capture as arrays, with the clean cycles in it: these are
-  /// emitted as they are where they begin while a request is waited for. Of a line's changes, the
-  /// first one may be none. A run begins and ends anywhere; no edge comes twice.
+  /// The same for the next stretch of a capture as arrays, with the clean cycles in it: a clean
+  /// cycle is emitted unchanged if the decoder waits for a request when it begins. The first change
+  /// of a line may repeat its level. A run begins and ends anywhere; no edge comes twice.
   void push(const PairRun& run, std::span<const CleanCycle> clean) {
     push(run, {}, run.end(), clean);
   }
@@ -79,7 +79,7 @@ class Decoder {
     std::size_t edges = 0;
     CycleReading reading;
   };
-  // What read_front() will be asked for once the cycle before it is emitted.
+  // A reading that read_front() will need after the previous cycle is emitted.
   struct Proof {
     Picoseconds begin{};
     std::size_t edges = 0;
@@ -141,23 +141,24 @@ class Decoder {
   // From the first edge of the current cycle on; edges before scanned_ belong to it.
   std::vector<LevelChange> ma_;
   std::size_t scanned_ = 0;
-  // What stands before the last doubtful gap.
+  // The edges before the last doubtful gap, as a cycle.
   std::optional<Doubt> doubt_;
   // The frame that showed that the cycle before it is over.
   std::optional<Proof> proof_;
   Picoseconds period_{};
   // A gap of MA longer than this is between two requests, or comes from jitter.
   Picoseconds pause_{};
-  // Cycles that wait for those that follow, and their edges.
+  // Cycles that wait for the cycles after them, and their edges.
   std::vector<Held> held_;
   std::vector<LevelChange> held_edges_;
-  // Of the last good row, and the latest release of SLO in a good row, less the line delay.
+  // Rising edges of the last good row, and the latest release of SLO in a good row, less the line
+  // delay.
   std::size_t usual_rises_ = 0;
   std::optional<Picoseconds> seen_timeout_;
   // Length of the last whole cycle, 0 when there was none.
   std::int64_t usual_clocks_ = 0;
-  // The line delay of the last good cycle, whether the one before had the same, and whether the last
-  // cycle was a pulse of MA.
+  // The line delay of the last good cycle, whether the good cycle before it had the same, and
+  // whether the last cycle was a pulse of MA.
   std::optional<Picoseconds> usual_delay_;
   bool steady_delay_ = false;
   bool after_pulse_ = false;

@@ -10,7 +10,7 @@
 namespace biss::decode {
 
 /// Non-negative values. Minimum and maximum are always exact; the others are exact up to 65 536
-/// values and within 0.1 % beyond, where values are counted in buckets of that width.
+/// values and within 0.1 % beyond: values are then counted in buckets of that width.
 class Distribution {
  public:
   void add(std::int64_t value) {
@@ -43,7 +43,7 @@ class Distribution {
   static std::int64_t bucket_begin(std::int64_t value) {
     return begin_of(bucket_of(std::max<std::int64_t>(value, 0)));
   }
-  /// What a value of the bucket that begins here is taken for. \pre `begin` is a bucket_begin()
+  /// The value that represents the bucket that begins here. \pre `begin` is a bucket_begin()
   static std::int64_t bucket_middle(std::int64_t begin) { return middle_of(bucket_of(begin)); }
   /// Calls visit(begin, count) for buckets with values, in any order, a bucket once or several
   /// times: the counts of a bucket add up.
@@ -83,7 +83,7 @@ class Distribution {
     return (std::size_t{shift} << (mantissa_bits - 1)) + static_cast<std::size_t>(v >> shift);
   }
 
-  // Of the values of a bucket, all but these bits are the same.
+  // The number of low bits in which the values of a bucket differ.
   static std::size_t shift_of(std::size_t bucket) {
     constexpr std::size_t half = std::size_t{1} << (mantissa_bits - 1);
     return bucket < 2 * half ? 0 : bucket / half - 1;

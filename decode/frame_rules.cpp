@@ -65,8 +65,8 @@ void FrameRules::push(std::uint64_t number, const Cycle& cycle) {
   if (cycle.line_delay) line_delay_ = cycle.line_delay;
 }
 
-// What the master must keep: else the other rules prove nothing. The timeout is judged below, for
-// more cycles than a row of `decode` names it.
+// The rules for the master: if it breaks them, the other rules prove nothing. The timeout is judged
+// below, for more cycles than `decode` marks.
 void FrameRules::judge_master(std::uint64_t number, const Cycle& cycle) {
   for (const LimitCase& each : limits_.compare(cycle)) {
     if (each.rule == Rule::timeout_shortest || each.rule == Rule::timeout_longest) continue;
@@ -94,7 +94,7 @@ void FrameRules::judge_reset(std::uint64_t number, const Cycle& cycle) {
               std::max(timing_.cycle_min, std::int64_t{usual_edges_} * *cycle.period)};
 }
 
-// SLO low at a request is the device's fault only where the master has waited long enough.
+// SLO low at a request is the device's fault only if the master has waited long enough.
 void FrameRules::judge_idle(std::uint64_t number, const Cycle& cycle) {
   const bool early = !ready_by_ || cycle.time < *ready_by_;
   if (cycle.status == CycleStatus::not_ready) {
@@ -198,7 +198,7 @@ void FrameRules::judge_bits(std::uint64_t number, const Cycle& cycle) {
   if (unidirectional_ && cds) {
     tallies_.count_sampled(Rule::cds_zero, !*cds, *cycle.period, number, "CDS is 1");
   }
-  // Where a checksum is wrong, the bits may not be those of the format.
+  // If a checksum is wrong, the bits may not be those of the format.
   const bool has_stop = is_good(cycle.status) || cycle.status == CycleStatus::stop_bit;
   if (!has_stop || !was_checked(cycle)) return;
   const bool clocked = !cycle.frame || cycle.frame->stop_seen;

@@ -13,7 +13,8 @@
 
 namespace biss::decode {
 
-/// The device could not answer such a request in full, or the capture does not show it.
+/// Whether a request with this status proves nothing: the device could not answer it in full, or
+/// the capture does not show the answer.
 bool is_no_evidence(CycleStatus status);
 /// START was found, and MA ran as it should.
 bool has_times(CycleStatus status);
@@ -26,11 +27,11 @@ class FrameRules {
   void push(std::uint64_t number, const Cycle& cycle);
   /// After the last cycle: judges the requests of a capture in which no request has START.
   void finish();
-  /// MA must rest after an aborted request for as long as a whole one takes (Renishaw).
+  /// Whether MA must rest after an aborted request for as long as a whole one takes (Renishaw).
   static bool knows_reset(const DeviceTiming& timing) {
     return timing.timeout.rule == TimeoutRule::cycle && timing.cycle_min.count != 0;
   }
-  /// Why no frame is a case of frame_structure; empty where one is.
+  /// The reason why no frame is a case of frame_structure; empty if one is.
   std::string_view no_frame() const;
 
  private:
@@ -72,7 +73,7 @@ class FrameRules {
   std::optional<std::uint64_t> without_stop_;
   bool has_start_ = false;
   bool has_truncated_ = false;
-  // Of the request before: SLO is due to be high again by then.
+  // The time by which SLO must be high again after the previous request.
   std::optional<Picoseconds> ready_by_;
   // The last ones that were measured.
   std::optional<Picoseconds> line_delay_;

@@ -8,7 +8,7 @@ namespace biss::decode {
 
 namespace {
 
-// Of a period, the variation of the line delay (D2, characteristics, row 8).
+// The line delay may vary by a fourth of a period (D2, characteristics, row 8).
 constexpr std::int64_t delay_share = 4;
 
 // Its edges of MA can be counted, so that its clock is known.
@@ -163,7 +163,7 @@ void LimitWatch::compare_release(const Cycle& cycle) {
   const bool by_cycle = timing_.timeout.rule == TimeoutRule::cycle;
   // When SLO rises after a longer frame is not known.
   if (by_cycle && bounds.least != bounds.most) return;
-  // Of two times, with two edges each.
+  // The uncertainty of two times, with two edges each.
   const Picoseconds coarse = 2 * resolution_;
   add({Rule::timeout_shortest, seen, bounds.least, false,
        release_doubt(cycle, bounds.least) + coarse});

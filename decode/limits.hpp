@@ -1,5 +1,5 @@
-// The rules that a row of `decode` names where its cycle breaks them, whatever its status is: the
-// clock, the time between requests, the timeout.
+// The rules that a row of `decode` names if its cycle breaks them, for any status: the clock, the
+// time between requests, the timeout.
 #pragma once
 
 #include <array>
@@ -45,7 +45,7 @@ constexpr LimitSet set_of(Limit limit) {
 /// Returns the names, separated by `;`.
 std::string text_of(LimitSet limits);
 
-/// A measured time beside the limit of a rule.
+/// A measured time and the limit of a rule.
 struct LimitCase {
   Rule rule{};
   Picoseconds value{};
@@ -66,8 +66,9 @@ struct ReleaseBounds {
 };
 /// \pre the cycle has a period
 ReleaseBounds release_bounds(const DeviceTiming& timing, const Cycle& cycle);
-/// How uncertain Cycle::release is beside such a bound: a quarter of a period, by which the line
-/// delay may vary within a frame (D2, characteristics, row 8), and what the measurement adds.
+/// How uncertain Cycle::release is in a comparison with this bound: a quarter of a period, by which
+/// the line delay may vary within a frame (D2, characteristics, row 8), plus the uncertainty of the
+/// measurement.
 /// \pre the cycle has a period
 Picoseconds release_doubt(const Cycle& cycle, Picoseconds bound);
 

@@ -59,7 +59,7 @@ class LineHistory {
     return index == 0 ? before_ : changes_[index - 1].level;
   }
 
-  /// When the line took that level; nothing where that was before it was first known.
+  /// The time at which the line took that level; empty if that was before the first known level.
   std::optional<Picoseconds> taken_at(std::size_t index) const {
     if (index == 0) return before_since_;
     const bool known = level_before(index - 1) != wire::Level::unknown;

@@ -14,8 +14,8 @@ bool certainly_shorter(Picoseconds level, Picoseconds than, Picoseconds resoluti
   return level + resolution < than;
 }
 
-// Short levels one after the other are one pulse. Those beside it are what is left of a level that
-// it interrupts.
+// Consecutive short levels are one pulse. The levels before and after it are the rest of the level
+// that the pulse interrupts.
 void measure_ma(const SignalSpan& span, LineSignal& signal) {
   Picoseconds shortest = signal.pulse_max;
   if (span.ma.size() > 1) shortest = elapsed(span.ma[0].time, span.ma[1].time);

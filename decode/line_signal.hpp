@@ -12,7 +12,7 @@
 
 namespace biss::decode {
 
-/// Measured only where MarginSetup::signal asks for it, and where MA has a period.
+/// Measured only if MarginSetup::signal is set and MA has a period.
 struct LineSignal {
   /// A level that is certainly shorter than this is a pulse: half of the shorter half of a period.
   Picoseconds pulse_max{};
@@ -21,7 +21,7 @@ struct LineSignal {
   /// The shortest level of MA that is no pulse.
   std::optional<Picoseconds> ma_shortest;
   /// From SLO's rise to the request; negative: SLO rose after it, or not at all in this cycle.
-  /// Absent where SLO was high from the beginning of the capture.
+  /// Absent if SLO was high from the beginning of the capture.
   std::optional<Picoseconds> ready;
 
   /// Changes of SLO from ACK to STOP, without pulses: each less the rising edge of MA that moved it.
@@ -31,7 +31,7 @@ struct LineSignal {
     /// The delay with which a master that compensates samples; half a period is added.
     Picoseconds sampled{};
   };
-  /// Only with a format; absent where START was not found, or MA was not even.
+  /// Only with a format; absent if START was not found or MA was not even.
   std::optional<Changes> changes;
   /// Rising edges of MA up to STOP. Only with a format.
   std::optional<std::uint32_t> frame_clocks;
@@ -42,8 +42,8 @@ struct SignalSpan {
   std::span<const LevelChange> ma;
   /// SLO belongs to the request up to here.
   Picoseconds limit{};
-  /// Of the changes of SLO, the first that is not of this request, where that is earlier: what comes
-  /// at the very time of the next request is part of that one.
+  /// The first change of SLO that does not belong to this request, if that is earlier: a change at
+  /// the time of the next request belongs to the next request.
   std::size_t slo_end = SIZE_MAX;
   Picoseconds period{};
   std::uint32_t duty_per_mille = 500;

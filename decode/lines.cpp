@@ -16,8 +16,8 @@ namespace {
 using Names = std::vector<std::string>;
 using Edges = std::span<const wire::Edge>;
 
-// Usual names in order of preference; the first `own` of each are those of BiSS itself, the others
-// are what people call a clock and its data.
+// Usual names in order of preference; the first `own_names` of each are names of BiSS itself, the
+// others are common names of a clock and its data.
 constexpr std::array<std::string_view, 12> ma_names{
     "ma", "ma+", "ma_p", "map", "ma_clk", "mclk", "clk", "clock", "sck", "sclk", "clk+", "clk_p"};
 constexpr std::array<std::string_view, 14> slo_names{"slo",   "sl",     "slo+", "sl+", "slo_p",
@@ -35,14 +35,14 @@ std::string lower(std::string_view text) {
   return out;
 }
 
-// A line whose name says that it may be MA, or SLO.
+// A line that may be MA, or SLO, by its name.
 struct Named {
   wire::LineIndex line = 0;
-  std::string scope;     // what stands before the last dot
+  std::string scope;     // the part of the name before the last dot
   std::string tag;       // `1` of MA1, `enc2` of enc2_MA
   std::size_t rank = 0;  // in the list of usual names
 
-  // Names of BiSS itself belong together, and so do those of a clock and its data.
+  // Names of BiSS itself belong together, and so do names of a clock and its data.
   std::size_t family() const { return rank < own_names ? 0 : 1; }
 };
 
@@ -99,7 +99,7 @@ std::vector<Named> usual(const Names& names, std::span<const std::string_view> w
   return found;
 }
 
-// The lines that a name given by the user stands for; more than one where scopes share it.
+// The lines that match a name given by the user; more than one if several scopes have this name.
 std::vector<Named> given(const Names& names, std::string_view wanted,
                          std::span<const std::string_view> usual) {
   const std::string key = lower(wanted);
@@ -118,7 +118,7 @@ std::vector<Named> given(const Names& names, std::string_view wanted,
   return found;
 }
 
-// What names say of a pair, the better the lower; nothing where they do not belong together.
+// How well two names fit together as a pair; lower is better. Empty if they do not belong together.
 using Fit = std::tuple<bool, int, std::size_t, std::size_t, bool>;
 
 std::optional<Fit> fit_of(const Named& ma, const Named& slo) {
@@ -147,7 +147,7 @@ std::vector<Lines> best_fits(std::span<const Named> mas, std::span<const Named> 
   return best;
 }
 
-// What a pair gives when it is decoded.
+// The result of decoding a pair.
 struct Trial {
   Lines lines;
   // Good frames count most, then cycles with a START.
@@ -163,7 +163,7 @@ struct Trial {
     return common.size() >= 2 &&
            4 * common.size() >= 3 * std::min(contents.size(), other.contents.size());
   }
-  // Good enough beside the best one to be meant as well.
+  // Whether the pair is nearly as good as the best one, so that the user may mean it.
   bool rivals(const Trial& best) const {
     const bool swapped = lines.ma == best.lines.slo && lines.slo == best.lines.ma;
     return !swapped && points != 0 && 100 * points >= best.points &&
@@ -199,7 +199,7 @@ Trial try_lines(const Lines& lines, Edges edges, const CycleReader& reader) {
   return trial;
 }
 
-// The pairs that can be meant, the best one first; empty where none behaves like MA and SLO.
+// The pairs that the user may mean, the best one first; empty if none behaves like MA and SLO.
 std::vector<Trial> plausible(std::span<const Lines> pairs, Edges edges, const CycleReader& reader) {
   std::vector<Trial> trials;
   for (const Lines& lines : pairs) trials.push_back(try_lines(lines, edges, reader));
@@ -245,8 +245,8 @@ Choice choose_one(std::span<const Lines> pairs, Edges edges, const CycleReader& 
   return std::vector{trials.front().lines};
 }
 
-// Empty unless two SLO share one MA, and an MA of no pair fits one of them too: the data does not say
-// whose MA it is. Then these pairs and the others that fit.
+// Empty unless two SLO share one MA, and an MA of no pair fits one of them too: the data does not
+// decide which MA belongs to which SLO. The result is then these pairs and the others that fit.
 std::vector<Lines> unsettled_pairs(const std::vector<Lines>& each, std::span<const Named> mas,
                                    Edges edges, const CycleReader& reader) {
   const auto pairs_with = [&](wire::LineIndex ma) {
@@ -355,7 +355,7 @@ tl::expected<std::vector<FoundLines>, LineError> find_lines(const Names& names, 
   }
   if (chosen && chosen->empty()) {
     if (origin == LineOrigin::by_name) origin = LineOrigin::by_behaviour;
-    // Of two kinds of usual names that do not belong together neither says anything.
+    // If names of both kinds exist but no two belong together, names are ignored.
     const bool use_names = mas.empty() || slos.empty();
     chosen = by_behaviour(
         names, beginning, ma_given || use_names ? std::span(mas) : std::span<const Named>(),

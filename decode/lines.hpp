@@ -42,7 +42,7 @@ struct FoundLines {
   bool further_pairs = false;
 };
 
-/// What the user says about the lines; empty names are not given.
+/// The user's choice of lines; an empty name is not given.
 struct LineRequest {
   std::string_view ma;
   std::string_view slo;
@@ -52,12 +52,12 @@ struct LineRequest {
 
 /// Finds MA and SLO: one pair, or every pair when `request.each` is set.
 ///
-/// A name given matches a whole name, or the end of one that begins after a dot or a colon, in upper
-/// or lower case. Usual names (MA, SLO, CLK, DATA, …) may carry a number, a letter or a prefix (MA1,
-/// MA_A, enc2_SLO). Pairs come from one scope and have the same number, letter or prefix. Without
-/// names, all pairs of the busiest lines are tried with `reader`, and the one with the best cycles is taken. Where several pairs fit
-/// equally well the data decides: pairs that carry the same data are one encoder and the best of
-/// them is taken, else the choice is `ambiguous`.
+/// A name given matches a whole name, or the end of one that begins after a dot or a colon, in
+/// upper or lower case. Usual names (MA, SLO, CLK, DATA, …) may carry a number, a letter or a
+/// prefix (MA1, MA_A, enc2_SLO). Pairs come from one scope and have the same number, letter or
+/// prefix. Without names, all pairs of the busiest lines are tried with `reader`, and the one with
+/// the best cycles is taken. If several pairs fit equally well, the data decides: pairs with the
+/// same data are one encoder and the best of them is taken; otherwise the choice is `ambiguous`.
 /// \param names the lines of the capture
 /// \param beginning edges from the beginning of the capture
 tl::expected<std::vector<FoundLines>, LineError> find_lines(const std::vector<std::string>& names,

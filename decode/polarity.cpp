@@ -17,7 +17,7 @@ struct Reading {
   Lines lines;
   std::size_t cycles = 0;
   std::size_t good = 0;
-  // START was found, whatever came after it.
+  // Cycles in which START was found, with any result after it.
   std::size_t answered = 0;
   Picoseconds longest_period{};
 

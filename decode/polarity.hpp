@@ -1,5 +1,5 @@
-// What the beginning of a capture shows before its format is known: inverted lines, and pauses of the
-// clock within its requests.
+// Properties of a capture that its beginning shows before the format is known: inverted lines, and
+// pauses of the clock within requests.
 #pragma once
 
 #include <optional>
@@ -15,8 +15,8 @@ std::vector<wire::Edge> first_edges(const Lines& lines, std::span<const wire::Ed
 
 /// The same lines with the polarity that fits best.
 ///
-/// MA is inverted where it rests low before most requests and the cycles read no worse that way.
-/// SLO is inverted where most cycles are good only that way. What `lines` says already is kept.
+/// MA is inverted if it rests low before most requests and the cycles read no worse that way. SLO
+/// is inverted if most cycles are good only that way. Inversions already set in `lines` are kept.
 /// \param beginning edges from the beginning of the capture
 Lines find_polarity(const Lines& lines, std::span<const wire::Edge> beginning,
                     const CycleReader& reader);

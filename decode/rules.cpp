@@ -28,7 +28,7 @@ void Tallies::count(Rule rule, bool good, std::uint64_t cycle, std::string_view 
   Tally& of = tally(rule);
   ++of.cases;
   if (good || of.faults++ != 0) return;
-  // Of a fault without a value no other case shows the numbers.
+  // If a fault has no value, the values of other cases are not shown.
   of.measured.reset();
   of.cycle = cycle;
   of.note = note;

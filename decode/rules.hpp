@@ -71,9 +71,10 @@ inline constexpr std::size_t rule_count = 51;
 
 struct RuleText {
   std::string_view name;
-  /// The unit of what is measured (`ns`, `%`, `clocks`, `counts/s`), else what is counted.
+  /// The unit of the measured value (`ns`, `%`, `clocks`, `counts/s`), or the name of the counted
+  /// thing.
   std::string_view unit;
-  /// Where the rule is written.
+  /// The document and section of the rule.
   std::string_view source;
   /// A value is measured and compared with a limit; else faults are counted, and the limit is 0.
   bool is_measured = false;
@@ -88,7 +89,7 @@ enum class Verdict : std::uint8_t {
 };
 std::string_view name_of(Verdict verdict);
 
-/// A measured value beside its limit, in thousandths of the unit of the rule: picoseconds for `ns`.
+/// A measured value and its limit, in thousandths of the unit of the rule: picoseconds for `ns`.
 struct Measured {
   std::int64_t limit = 0;
   std::int64_t worst = 0;
@@ -100,16 +101,16 @@ struct RuleResult {
   Verdict verdict = Verdict::not_judged;
   std::uint64_t cases = 0;
   std::uint64_t faults = 0;
-  /// The value with the least margin; where the rule fails, among the values that are faults. Only
-  /// where a value is measured and one was seen.
+  /// The value with the least margin; if the rule fails, among the values that are faults. Present
+  /// only if the rule measures a value and a case was seen.
   std::optional<Measured> measured;
   /// Cycle of that value, or of the first fault.
   std::optional<std::uint64_t> cycle;
-  /// What was wrong, or why the rule is not judged, for a reader.
+  /// For users: the fault, or the reason why the rule is not judged.
   std::string note;
 };
 
-/// What was seen of each rule.
+/// The cases seen for each rule.
 class Tallies {
  public:
   /// \param resolution as MarginSetup::resolution
@@ -117,15 +118,15 @@ class Tallies {
 
   /// One case of a rule that counts faults.
   void count(Rule rule, bool good, std::uint64_t cycle, std::string_view note = {});
-  /// The same for what bits say: with fewer than four samples in a period a fault is not certain,
-  /// and not counted.
+  /// The same for cases that depend on sampled bits: with fewer than four samples per period a
+  /// fault is not certain, and is not counted.
   void count_sampled(Rule rule, bool good, Picoseconds period, std::uint64_t cycle,
                      std::string_view note = {});
   /// Several faults at once.
   void add_faults(Rule rule, std::uint64_t faults, std::uint64_t cycle, std::string_view note = {});
 
   /// A measured time. The resolution of the capture is added to `doubt`, once for each of the two
-  /// edges; where that is more than the limit, the capture is too coarse and the time is no case.
+  /// edges; if that is more than the limit, the capture is too coarse and the time is not a case.
   void at_most(Rule rule, Picoseconds value, Picoseconds limit, Picoseconds doubt,
                std::uint64_t cycle);
   void at_least(Rule rule, Picoseconds value, Picoseconds limit, Picoseconds doubt,
@@ -141,7 +142,8 @@ class Tallies {
   void make_advice(Rule rule) { tally(rule).advice = true; }
 
   Picoseconds resolution() const { return resolution_; }
-  /// The capture has at least four samples in such a period of MA: its bits are certain.
+  /// Whether the capture has at least four samples in this period of MA, so that its bits are
+  /// certain.
   bool shows_bits(Picoseconds period) const { return 4 * resolution_ <= period; }
   RuleResult result(Rule rule) const;
   std::uint64_t faults(Rule rule) const { return tallies_[static_cast<std::size_t>(rule)].faults; }
@@ -157,7 +159,7 @@ class Tallies {
     bool advice = false;
     // A fault that may come from the resolution of the capture.
     bool uncertain = false;
-    // The finest resolution that a case needed, where the capture is coarser.
+    // The finest resolution that a case needed, if the capture is coarser.
     std::optional<Picoseconds> needed;
   };
 

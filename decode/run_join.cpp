@@ -8,7 +8,7 @@ namespace {
 
 // More than this is no cycle at the border of two runs.
 constexpr std::size_t most_waiting = 2 * CleanScratch::max_edges;
-// What the finder asks for of the request that follows a cycle.
+// The edges of the next request that the finder needs after a cycle.
 constexpr std::size_t edges_ahead = 8;
 constexpr RunPlace first_waiting{1, 1};
 
@@ -61,7 +61,8 @@ void RunJoin::flush() {
   clear();
 }
 
-// And the edges of the run before `until`, where its first clean cycle begins.
+// Pushes the waiting edges and the edges of the run before `until`, the place of its first clean
+// cycle.
 void RunJoin::push_waiting(const PairRun& run, RunPlace until) {
   if (until.ma > most_waiting || until.slo > most_waiting) {
     flush();

@@ -11,22 +11,22 @@
 
 namespace biss::decode {
 
-/// Pushes runs into a decoder, in their order. What follows the last clean cycle of a run waits for
-/// the first one of the next run, and is searched for clean cycles together with the edges before
-/// that.
+/// Pushes runs into a decoder, in their order. The edges after the last clean cycle of a run wait
+/// for the first clean cycle of the next run, and are searched for clean cycles together with the
+/// edges before that one.
 class RunJoin {
  public:
   RunJoin(const CleanCycleFinder& finder, Decoder& decoder) : finder_(finder), decoder_(decoder) {}
 
-  /// \param clean those of the run, in their order
+  /// \param clean the clean cycles of the run, in their order
   void push(const PairRun& run, std::span<const CleanCycle> clean);
-  /// Edges that are no run; what waits is pushed before them.
+  /// Edges outside of a run; waiting edges are pushed before them.
   void push(std::span<const wire::Edge> edges, const Lines& lines);
   /// Pushes what waits: the next edges of the decoder are no run, or there are none.
   void flush();
 
  private:
-  // The end of a run. The first change was pushed before: the finder asks for the level it left.
+  // The end of a run. The first change was already pushed: the finder needs the level before it.
   struct Line {
     bool first_high = false;
     std::vector<std::int64_t> times;

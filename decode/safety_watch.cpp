@@ -11,8 +11,8 @@ namespace {
 
 using MonitorBits = BitBuffer<RawBits::capacity_bits + 2>;
 
-// START to STOP after the one and the zero that a monitor expects first. Empty where the capture
-// shows no such bits.
+// START to STOP after the one and the zero that a monitor expects first. Empty if the capture does
+// not show these bits.
 MonitorBits bits_of(const Cycle& cycle) {
   MonitorBits bits;
   switch (cycle.status) {
@@ -39,7 +39,7 @@ class SafetyWatch::Monitor : public SafetyMonitor<SafetyPlan<max_channels>> {
 
 namespace {
 
-// The decoder judges line delay and ACK in time, whatever the clock: their causes are statuses.
+// The decoder judges line delay and ACK in time, at any clock: their causes are statuses.
 UnratedSafetySetup without_bounds(SafetySetup setup) {
   setup.bounds = {};
   return UnratedSafetySetup(setup);
@@ -49,7 +49,7 @@ UnratedSafetySetup without_bounds(SafetySetup setup) {
 
 SafetyWatch::SafetyWatch(const FrameFormat& format, const SafetySetup& setup)
     : monitor_(std::make_unique<Monitor>(SafetyPlan<max_channels>(format, without_bounds(setup)))) {
-  // Where it fails, every verdict is `self_test`.
+  // If it fails, every verdict is `self_test`.
   static_cast<void>(monitor_->self_test(monitor_->plan().fingerprint()));
 }
 
@@ -68,7 +68,7 @@ std::optional<SafetyVerdict> SafetyWatch::judge(const Cycle& cycle, bool counts)
   return judgement.verdict;
 }
 
-// From the bits on the line, whatever range is set up.
+// Learns from the bits on the line, for any range in the setup.
 void SafetyWatch::learn(const SafetyJudgement& judgement, bool counts) {
   if (judgement.verdict == SafetyVerdict::latched || judgement.verdict == SafetyVerdict::failed) {
     return;

@@ -1,4 +1,4 @@
-// A BiSS Safety encoder in a capture: a verdict for every cycle, and what the verdicts add up to.
+// A BiSS Safety encoder in a capture: a verdict for every cycle, and the totals of the verdicts.
 #pragma once
 
 #include <array>
@@ -23,9 +23,9 @@ class SafetyWatch {
   SafetyWatch(SafetyWatch&& other) noexcept;
   SafetyWatch& operator=(SafetyWatch&& other) noexcept;
 
-  /// The verdict on the next cycle. Nothing for what is no whole request: a cycle that is cut by an
-  /// end of the capture, or a pulse.
-  /// \param counts false: the verdict is for the cycles after it alone, nothing adds it up
+  /// The verdict on the next cycle. Empty if the cycle is not a whole request: it is cut by an end
+  /// of the capture, or it is a pulse.
+  /// \param counts false: the verdict only prepares the next cycles and is not added to the totals
   std::optional<SafetyVerdict> judge(const Cycle& cycle, bool counts = true);
 
   std::uint64_t count(SafetyVerdict verdict) const { return counts_[index_of(verdict)]; }

@@ -1,5 +1,5 @@
-// What the control communication shows of a slave's registers, and what is wrong with the data
-// sheet in them.
+// A slave's registers as seen in the control communication, and the faults of the data sheet in
+// them.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,8 @@ class SeenRegisters {
     std::uint64_t findings = 0;
     EdsFinding first{};
   };
-  /// The banks of the data sheet that were seen whole; nothing where its common part was not.
+  /// The judgement on the banks of the data sheet that were seen whole; empty if its common part
+  /// was not.
   std::optional<EdsJudgement> judge_eds() const;
 
  private:

@@ -1,4 +1,4 @@
-// Rules on how requests and frames follow one another, and on what the encoder says of itself.
+// Rules on how requests and frames follow one another, and on nE, nW and the sign of life.
 #pragma once
 
 #include <array>
@@ -31,7 +31,7 @@ class RequestGaps {
 
   Picoseconds usual_{};
   unsigned usual_count_ = 0;
-  // The interval before, where it is a multiple of the usual one.
+  // The previous interval as a multiple of the usual one, if it is one.
   std::optional<std::uint64_t> gap_;
 };
 
@@ -58,9 +58,9 @@ class SequenceRules {
   RequestGaps gaps_;
   std::optional<Picoseconds> last_request_;
   std::uint64_t last_number_ = 0;
-  // Of the cycle before, where it was good.
+  // The frame of the previous cycle, if it was good.
   std::optional<Frame> last_frame_;
-  // Of the last good cycle.
+  // The position of the last good cycle.
   std::optional<std::uint64_t> last_position_;
   Picoseconds position_time_{};
 };

@@ -9,8 +9,8 @@ namespace biss::decode {
 
 namespace {
 
-// Of a period, by which the line delay may vary within a frame, up and down (D2, row 8). What is
-// left of half a period is the least distance of a change of SLO from a sampling point.
+// The line delay may vary within a frame by a fourth of a period, up and down (D2, row 8). The rest
+// of half a period is the least distance of a change of SLO from a sampling point.
 constexpr std::int64_t jitter_share = 4;
 constexpr std::int64_t quarter = 25'000;  // in thousandths of a per cent
 
@@ -97,7 +97,7 @@ std::optional<Picoseconds> SignalRules::clocks_end(const Cycle& cycle,
     if (released < -*cycle.period) return cycle.clocked + released;
   }
   const bool by_time = timeout.rule == TimeoutRule::cycle;
-  // What holds for a frame that is longer than the time is not known.
+  // The limit for a frame that is longer than the time is unknown.
   if (by_time && frame_end + *cycle.period < timeout.time) return timeout.time;
   return std::nullopt;
 }
@@ -120,7 +120,7 @@ void SignalRules::judge_clocks(std::uint64_t number, const Cycle& cycle) {
 
 void SignalRules::judge_changes(std::uint64_t number, const Cycle& cycle) {
   const LineSignal::Changes& changes = *cycle.signal->changes;
-  // The changes count from the second rising edge, whatever the encoder counts.
+  // The changes count from the second rising edge, also if the encoder counts from another one.
   const Picoseconds delay = *cycle.line_delay + (std::int64_t{cycle.ack_edge} - 1) * *cycle.period;
   const Picoseconds seen = std::max(changes.latest - delay, delay - changes.earliest);
   const Picoseconds limit = *cycle.period / jitter_share;
@@ -156,7 +156,7 @@ void SignalRules::judge_delay(std::uint64_t number, const Cycle& cycle) {
 
 void SignalRules::judge_cable(std::uint64_t number, const Cycle& cycle) {
   if (!setup_.renishaw_cables) return;
-  // A clock that is just above the one of the table is meant to be that.
+  // A clock just above the clock of the table counts as that clock.
   const std::int64_t periods = std::max<std::int64_t>(1, std::int64_t{cycle.rising_edges} - 1);
   const Picoseconds doubt =
       *cycle.period / (oscillator_share / 2) + tallies_.resolution() / periods;

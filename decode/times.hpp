@@ -1,4 +1,4 @@
-// Sums and differences of times at the ends of what 64 bits hold.
+// Sums and differences of times that saturate at the limits of 64 bits.
 #pragma once
 
 #include <algorithm>
@@ -16,7 +16,7 @@ constexpr Picoseconds elapsed(Picoseconds from, Picoseconds to) {
   return Picoseconds{static_cast<std::int64_t>(std::min(gap, hour))};
 }
 
-/// `time + by`, or the end of the range where that lies beyond.
+/// `time + by`, or the end of the range if the sum lies beyond it.
 constexpr Picoseconds shifted(Picoseconds time, Picoseconds by) {
   using Limits = std::numeric_limits<std::int64_t>;
   if (by.count > 0 && time.count > Limits::max() - by.count) return Picoseconds{Limits::max()};

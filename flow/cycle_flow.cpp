@@ -35,7 +35,7 @@ class Turns {
     return now == number;
   }
 
-  // The turn is the next number's. \pre it is the turn of whoever calls; so for end()
+  // Passes the turn to the next number. \pre it is the caller's turn; the same for end()
   void pass() {
     next_.fetch_add(1, std::memory_order_release);
     next_.notify_all();
@@ -77,7 +77,7 @@ class Flow {
           if (&piece != &pieces.front()) others.emplace_back([&] { work(piece, threads - 1); });
         }
       } catch (const std::system_error&) {
-        // The system has no more threads: those that run do all the work.
+        // The system gives no further threads: the running ones do all the work.
       }
       work(pieces.front(), threads - 1);
     }
@@ -105,7 +105,7 @@ class Flow {
     }
   }
 
-  // The next piece and its number; false where there is none.
+  // The next piece and its number; false if there is none.
   bool fetch(Piece& piece, std::uint64_t& number) {
     const std::lock_guard lock(fetching_);
     if (fetched_all_) return false;
@@ -115,7 +115,7 @@ class Flow {
     return !fetched_all_;
   }
 
-  // False where no further piece counts.
+  // False if no further piece counts.
   bool settle(Piece& piece) {
     piece.settle(source_, setup_.lines, join_, setup_.watch);
     return !source_.error() && (!setup_.go_on || setup_.go_on());
@@ -129,7 +129,7 @@ class Flow {
   std::uint64_t fetched_ = 0;
   bool fetched_all_ = false;
 
-  // Of settle(), and of whose turn it is.
+  // The turns for settle().
   Turns turns_;
   decode::RunJoin join_;
   std::exception_ptr failure_;

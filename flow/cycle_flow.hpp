@@ -13,15 +13,15 @@ namespace biss::flow {
 
 struct FlowSetup {
   decode::Lines lines;
-  /// 1: all in the thread that calls. 0: as many as the machine has processors.
+  /// 1: all in the thread that calls. 0: one for each processor of the machine.
   unsigned threads = 0;
   Watch watch = {};
   /// Called after each piece; false ends the reading.
   std::function<bool()> go_on = nullptr;
 };
 
-/// Reads the capture to its end, or to where reading fails, into the decoder; does not finish it.
-/// The cycles are the same whatever the threads. A few pieces a thread are in memory.
+/// Reads the capture to its end, or to a read error, into the decoder; does not finish the decoder.
+/// The cycles are the same for any number of threads. Memory has a few pieces for each thread.
 void decode_pieces(capture::PairSource& source, const decode::CleanCycleFinder& finder,
                    const FlowSetup& setup, decode::Decoder& decoder);
 

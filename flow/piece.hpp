@@ -12,21 +12,21 @@
 
 namespace biss::flow {
 
-/// Who sees each piece in its turn, as PairSource::settle() gives it; or null.
+/// Functions that get each piece in its turn, as PairSource::settle() gives it; they may be null.
 struct Watch {
   /// Before the decoder gets the edges.
   capture::PairSource::OnEdges on_edges = nullptr;
-  /// After it, where the piece is regular.
+  /// Called after the decoder got a regular piece.
   std::function<void(const capture::PairPiece& changes)> on_changes = nullptr;
 };
 
-/// A piece, with what is needed to search it for clean cycles. fetch(), expand() and settle() are
-/// called in this order; expand() by any thread.
+/// A piece, with the memory for the search for clean cycles in it. fetch(), expand() and settle()
+/// are called in this order; expand() by any thread.
 class Piece {
  public:
   explicit Piece(const decode::CleanCycleFinder& like) : finder_(like) {}
 
-  /// The next piece of the source, in place of the one before. False at the end.
+  /// Replaces the piece by the next one of the source. False at the end.
   bool fetch(capture::PairSource& source);
 
   /// Expands the piece and finds its clean cycles. That many other pieces are expanded before this

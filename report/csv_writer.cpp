@@ -73,7 +73,7 @@ class CsvWriter final : public TableWriter {
   bool finish() override { return writer_.flush(); }
 
  private:
-  // Without the end of the line, for which there is room.
+  // Writes a line without its end, for which there is room.
   char* put_line(std::span<const Cell> cells) {
     char* at = writer_.begin();
     for (std::size_t i = 0; i < columns_; ++i) {

@@ -49,8 +49,8 @@ void trim_end(std::string& out) {
   while (!out.empty() && out.back() == ' ') out.pop_back();
 }
 
-// Holds the first rows back to find the widths, then writes each as it comes. A later cell that is
-// wider widens its column from there on: rows stay aligned with their neighbours.
+// Holds the first rows back to find the widths, then writes each as it comes. A wider cell in a
+// later row widens its column from there on: rows stay aligned with their neighbours.
 class EyeWriter final : public TableWriter {
  public:
   EyeWriter(std::span<const Column> columns, TextSink& sink, TableOptions options)
@@ -178,7 +178,7 @@ class EyeWriter final : public TableWriter {
   std::vector<std::size_t> widths_;
   std::vector<bool> shown_;
   std::vector<bool> has_values_;
-  std::vector<std::string> texts_;  // row by row while held back, then the one row at hand
+  std::vector<std::string> texts_;  // all rows while they are held back, later the current row
   std::string line_;
   BlockWriter writer_;
   TableOptions options_;

@@ -14,10 +14,11 @@ namespace biss::report {
 /// of its name, a row of HDF5 and so a column of MATLAB, with the attributes `unit`, `MATLAB_class`
 /// and, if it is not NaN, `absent_value`. docs/decode.md describes the types.
 ///
-/// Rows are collected to blocks of 16384; the texts of a column are kept, so only few of them may
-/// differ. The same rows always give the same file. The columns are copied; the sink must outlive
-/// the writer. Where the library fails, the writer tells the sink why.
-/// \pre a column of text takes text alone; a value has no more bits than its column says
+/// Rows are collected to blocks of 16384; the texts of a column are kept in memory, so a column
+/// should have few different ones. The same rows always give the same file. The columns are copied;
+/// the sink must outlive the writer. If the library fails, the writer reports the cause to the
+/// sink.
+/// \pre a column of text takes only text; a value has at most the bits of its column
 std::unique_ptr<TableWriter> make_hdf5_writer(std::span<const Column> columns, FileSink& sink);
 
 }  // namespace biss::report

@@ -15,8 +15,8 @@ namespace biss::report {
 
 inline constexpr std::size_t hdf5_block_rows = 16384;
 
-/// How the values of a data set are stored, and what is put: a double, a uint64, an int64, a uint8, a
-/// uint32, a uint16.
+/// The storage of a data set's values, which are put as double, uint64, int64, uint8, uint32 or
+/// uint16, in this order.
 enum class Hdf5Storage : std::uint8_t { real, wide_unsigned, wide_signed, flag, code, bit_count };
 
 /// An attribute with one value; an empty text is left out. False when the library failed.
@@ -39,8 +39,8 @@ class Hdf5DataSet {
                 sizeof value);
   }
 
-  /// Writes the first `rows` rows of the block and clears it. All rows but those of the last block
-  /// fill one. False when the library failed.
+  /// Writes the first `rows` rows of the block and clears it. Every block except the last one is
+  /// full. False if the library failed.
   bool write(hid_t file, std::uint64_t first_row, std::size_t rows, bool is_last);
 
  private:

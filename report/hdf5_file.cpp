@@ -9,7 +9,7 @@ namespace {
 
 constexpr haddr_t most_bytes = haddr_t{1} << 62U;
 
-// What the library knows of a file: its own part comes first.
+// The library's record of a file; the part of the library itself comes first.
 struct SinkFile {
   H5FD_t common{};
   FileSink* sink = nullptr;

@@ -37,12 +37,12 @@ class Hdf5Id {
   herr_t (*close_)(hid_t) = nullptr;
 };
 
-/// Bytes before the file of the library, which MATLAB has for a header of its own.
+/// Bytes before the library's file; MATLAB uses them for its own header.
 inline constexpr std::size_t hdf5_user_bytes = 512;
 
-/// Creates a file, with hdf5_user_bytes before it. The sink must outlive it. A write that fails is
-/// remembered by the sink alone: the library goes on as if it were written, because it cannot close
-/// a file after an error without leaking memory and printing messages.
+/// Creates a file, with hdf5_user_bytes before it. The sink must outlive it. Only the sink records
+/// a failed write: the library continues as if the write had succeeded, because it cannot close a
+/// file after an error without leaking memory and printing messages.
 Hdf5Id create_hdf5_file(FileSink& sink);
 
 }  // namespace biss::report

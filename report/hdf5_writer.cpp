@@ -109,7 +109,7 @@ class StoredColumn {
       bit_counts_.emplace(name_ + "_bits", "", Hdf5Storage::bit_count, 1, true);
   }
 
-  // False where the cell is not what the column says.
+  // False if the cell does not fit the column.
   bool put(std::size_t row, const Cell& cell) {
     if (cell.kind() == Kind::absent) return true;
     if (cell.kind() != kind_) return false;
@@ -231,7 +231,7 @@ class Hdf5Writer final : public TableWriter {
     }
     written_ += rows_;
     rows_ = 0;
-    // What the library does not know: see create_hdf5_file().
+    // The library does not see a failed write; see create_hdf5_file().
     return good_ = sink_.write_at(0, {});
   }
 

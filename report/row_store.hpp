@@ -19,12 +19,12 @@ namespace biss::report {
 template <template <class> class Values>
 struct StoredColumn {
   Column column;
-  /// Numbers, picoseconds, the bits of a double, or the number of a text in `texts`. Of bits: `lanes`
-  /// words a row, the most significant one first.
+  /// Numbers, picoseconds, the bits of a double, or the number of a text in `texts`. For bits,
+  /// `lanes` words per row, the most significant one first.
   Values<std::uint64_t> numbers{};
   /// In place of `numbers` for a column of flags.
   Values<std::uint8_t> flags{};
-  /// 1 where the value is absent; empty where none is.
+  /// 1 if the value is absent; empty if no value is absent.
   Values<std::uint8_t> absent{};
   /// In the order of their first use. The tables of the command have few: statuses, verdicts, files.
   std::vector<std::string> texts{};
@@ -32,7 +32,7 @@ struct StoredColumn {
   std::size_t lanes = 1;
 
   bool is_absent(std::size_t row) const { return !absent.empty() && absent[row] != 0; }
-  /// 0 where it is absent. \pre row is one that is stored, of a column without bits
+  /// 0 if it is absent. \pre the row is stored, and the column has no bits
   std::uint64_t number(std::size_t row) const {
     return column.kind == Kind::flag ? flags[row] : numbers[row];
   }
@@ -130,7 +130,7 @@ class RowStore : public TableWriter {
   void put(Stored& stored, const Cell& cell) const {
     const bool absent = cell.kind() == Kind::absent;
     if (absent && stored.absent.empty()) stored.absent.resize(rows_, 0);
-    // In the first row too: where it is not absent, the column is without absent values so far.
+    // After the first absent value, every row has an entry, also a row with a value.
     if (absent || !stored.absent.empty()) stored.absent.push_back(absent ? 1 : 0);
     if (stored.column.kind == Kind::flag) {
       stored.flags.push_back(static_cast<std::uint8_t>(number_in(cell)));

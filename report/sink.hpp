@@ -1,4 +1,4 @@
-// Where finished text goes: a file, a pipe, a string in a test.
+// The destination of finished text: a file, a pipe, a string in a test.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +15,7 @@ class TextSink {
  public:
   virtual ~TextSink() = default;
 
-  /// False when the text could not be taken; the owner of the sink knows the cause.
+  /// False if the text was not written; the owner of the sink has the cause.
   virtual bool write(std::string_view text) = 0;
   /// The same for text that contains nothing of a file that could steer a terminal.
   virtual bool write_printable(std::string_view text) { return write(text); }
@@ -26,7 +26,7 @@ class FileSink {
  public:
   virtual ~FileSink() = default;
 
-  /// False when the bytes could not be written; the owner of the sink knows the cause.
+  /// False if the bytes were not written; the owner of the sink has the cause.
   virtual bool write_at(std::uint64_t offset, std::span<const std::byte> bytes) = 0;
   /// Reads what was written before; zeros past the end of the file.
   virtual bool read_at(std::uint64_t offset, std::span<std::byte> bytes) = 0;

@@ -1,4 +1,4 @@
-// A short block of facts beside the data: what was measured, how much, how bad.
+// A short block of facts printed in addition to the data.
 #pragma once
 
 #include <string>
@@ -13,9 +13,9 @@ namespace biss::report {
 ///     line delay  112 ns      compensated
 class Summary {
  public:
-  /// A line of its own above what follows, a blank line before it unless it is the first.
+  /// A separate line above the next entries, after a blank line unless it is the first.
   Summary& title(std::string_view text);
-  /// A line; an empty key continues the one above.
+  /// A line; an empty key continues the line above.
   Summary& entry(std::string_view key, std::string_view value, std::string_view note = {});
 
   bool empty() const { return lines_.empty(); }

@@ -1,5 +1,5 @@
 // A typed table: columns declared once, rows streamed through, one writer a format. The verbs make
-// the rows; nothing but this room makes text of them.
+// the rows; only this room converts them to text.
 #pragma once
 
 #include <array>
@@ -22,14 +22,14 @@
 
 namespace biss::report {
 
-/// What a column holds and a cell is.
+/// The kind of value in a column or cell.
 enum class Kind : std::uint8_t {
   absent,            ///< cells only: no value; empty in CSV, null in JSON, `-` for eyes
   unsigned_integer,  ///< up to 2^64 - 1; decimal
   signed_integer,    ///< decimal
   nanoseconds,       ///< a Picoseconds, written as nanoseconds with up to three places, exact
   real,              ///< a double: as few digits as give the same one again; not finite: absent
-  text,              ///< any bytes; UTF-8 where it is to be readable
+  text,              ///< any bytes; UTF-8 if users read it
   bits,              ///< a bit string, written as one hexadecimal number (see append_hex)
   flag,              ///< 0 or 1
 };
@@ -86,7 +86,7 @@ class Cell {
   };
 };
 
-/// What a value says of its row.
+/// The meaning of a value for its row.
 enum class Role : std::uint8_t {
   value,         ///< nothing that is good or bad
   status,        ///< text: a terminal that shows colour marks all but `ok`
@@ -108,23 +108,23 @@ struct Column {
   std::string name = {};
   Kind kind = Kind::text;
   std::string heading = {};  ///< empty: the name
-  std::string unit = {};     ///< stands below the heading, of the value as shown
+  std::string unit = {};     ///< of the value as shown, printed below the heading
   /// No number and no bit string of the column has more bits; 0: not known, at most 64.
   unsigned bits = 0;
-  /// Unit of the value itself, where that is not nanoseconds: an attribute in HDF5.
+  /// Unit of the value itself, if it is not nanoseconds: an attribute in HDF5.
   std::string value_unit = {};
   /// Numbers for eyes are divided by 10^shift: 6 shows hertz as MHz and nanoseconds as ms.
   unsigned shift = 0;
   /// Digits after the point for eyes, rounded; nullopt: 3 more than `shift` for nanoseconds (all
   /// there is), `shift` for integers. At most 15; so is shift.
   std::optional<unsigned> places = std::nullopt;
-  /// At least this wide, where later rows are known to be wider than the first ones.
+  /// The least width, for a column with later rows that are wider than the first ones.
   unsigned width = 0;
   Role role = Role::value;
-  std::string title = {};  ///< in a page: of its plot, or of what its role counts
+  std::string title = {};  ///< in a page: of its plot, or of the things that its role counts
   /// Place of its plot among the plots of a page, which columns may share; 0: it has none.
   unsigned plot = 0;
-  /// JSON lines take the text as it is: it is JSON.
+  /// The text is JSON; JSON lines contain it unchanged.
   bool json = false;
 };
 
@@ -143,8 +143,8 @@ class TableWriter {
  public:
   virtual ~TableWriter() = default;
 
-  /// Takes a row, one cell a column in their order; a missing cell is absent. False as soon as the
-  /// sink has failed: the caller may stop, further rows are dropped.
+  /// Takes a row, one cell a column in their order; a missing cell is absent. False if the sink has
+  /// failed: the caller may stop, further rows are dropped.
   /// \pre a cell is absent or of its column's kind; a column of text takes cells of any kind
   virtual bool row(std::span<const Cell> cells) = 0;
 
@@ -154,7 +154,7 @@ class TableWriter {
 
 /// How a table is written.
 enum class Format : std::uint8_t {
-  table,  ///< for eyes: aligned, headed, rounded as the columns say
+  table,  ///< for people: aligned, with headings, rounded as set in the columns
   csv,    ///< RFC 4180 with `\n`, a header always, absent = empty
   jsonl,  ///< one object a line, keys in the order of the columns, absent = null
   /// A waveform: a variable for each column and the event `request` at each row, at the time that the

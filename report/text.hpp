@@ -19,8 +19,8 @@ inline constexpr std::size_t number_chars = 32;
 /// text to the end of a string.
 char* put_number(char* at, std::uint64_t value);
 char* put_number(char* at, std::int64_t value);
-/// As few digits as give the same double again, with an exponent where that is shorter; nothing
-/// where it is not finite.
+/// As few digits as give the same double again, with an exponent if that is shorter; no digits if
+/// it is not finite.
 char* put_number(char* at, double value);
 template <class Number>
 void append_number(std::string& out, Number value) {
@@ -45,7 +45,7 @@ constexpr Magnitude magnitude_of(std::int64_t value) {
 }
 
 /// The number divided by 10^shift with exactly `places` digits after the point, rounded half away
-/// from zero; what rounds to zero has no sign.
+/// from zero; a number that rounds to zero has no sign.
 /// \pre shift and places are at most 18
 void append_fixed(std::string& out, Magnitude number, unsigned shift, unsigned places);
 

@@ -22,7 +22,8 @@ void append_bits(std::string& out, std::uint64_t word, unsigned count) {
   out.append(digits.data(), count);
 }
 
-// As GTKWave reads strings: a backslash and three octal digits for what would end the value.
+// As GTKWave reads strings: a backslash and three octal digits for a character that would end the
+// value.
 void append_string_value(std::string& out, std::string_view text) {
   for (const char c : text) {
     const auto byte = static_cast<unsigned char>(c);
@@ -37,7 +38,7 @@ void append_string_value(std::string& out, std::string_view text) {
   }
 }
 
-// A column as a variable. Absent is x, and NaN where the variable is a real number.
+// A column as a variable. Absent is x, and NaN if the variable is a real number.
 class Variable {
  public:
   Variable(const Column& column, std::string id)
@@ -52,7 +53,7 @@ class Variable {
     return text + ' ' + id_ + ' ' + name_ + " $end\n";
   }
 
-  /// Appends the value where it is not that of the row before.
+  /// Appends the value if it differs from the previous row.
   void put(std::string& out, const Cell& cell) {
     next_.clear();
     append_value(next_, cell.kind() == kind_ || cell.kind() == Kind::absent ? cell : Cell());
@@ -144,7 +145,7 @@ class Variable {
         return append_bits(out, value, count);
       }
       case Kind::signed_integer:
-        // All of them, because a reader adds zeros.
+        // All bits, because a reader would extend a shorter value with zeros.
         return append_bits(out, static_cast<std::uint64_t>(cell.signed_value()), bits_);
       case Kind::bits:
         if (!cell.bits().empty()) return append_all(out, cell.bits());

@@ -1,4 +1,4 @@
-// Within the room: one maker a format, and what the machine formats share.
+// Within the room: a maker for each format, and the shared parts of the machine formats.
 #pragma once
 
 #include <algorithm>
@@ -33,7 +33,8 @@ class BlockWriter {
       : sink_(sink), printable_(printable), block_(block_bytes + 4096) {}
 
   char* begin() { return block_.data() + used_; }
-  /// \param at the end of what is written so far \return the same place, perhaps elsewhere in memory
+  /// \param at the end of the text written so far \return the same place, perhaps elsewhere in
+  /// memory
   char* room(char* at, std::size_t bytes) {
     return static_cast<std::size_t>(block_.data() + block_.size() - at) >= bytes ? at
                                                                                  : grow(at, bytes);

@@ -1,5 +1,5 @@
-// What `biss decode` computes from the positions of channel 1 over its rows: the position continued
-// over the rollover, in a unit, and the velocity.
+// Values that `biss decode` computes from the positions of channel 1: the position continued over
+// the rollover, in a unit, and the velocity.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ struct MotionColumns {
   bool any() const { return unwrap || !unit.empty() || velocity; }
 };
 
-/// The values of a row; absent where there is no position, or where the way since the last one is
+/// The values of a row; absent if there is no position, or if the distance since the last one is
 /// not certain.
 struct MotionValues {
   std::optional<std::int64_t> unwrapped;
@@ -38,7 +38,7 @@ struct MotionValues {
 
 class Motion {
  public:
-  /// \param max_step as TurnCounter has it; nullopt: a 32nd of the range
+  /// \param max_step as for TurnCounter; nullopt: a 32nd of the range
   /// \param scale without one, velocity is in counts a second
   /// \pre position_bits is 1…64, max_step is 1 or more
   Motion(unsigned position_bits, std::optional<std::uint64_t> max_step, bool unwrap,

@@ -130,7 +130,7 @@ void DecodeTable::add_channel_columns(std::size_t k, const ChannelFormat& channe
   }
 }
 
-// position, nE and nW: only of a good frame, and only where the channel has them.
+// position, nE and nW: only for a good frame, and only if the channel has them.
 Cell* DecodeTable::put_values(Cell* at, const ChannelFormat& channel, const Channel* values) {
   const bool known = values != nullptr;
   *at++ = known && channel.position_bits() != 0 ? Cell(values->position) : Cell();
@@ -186,8 +186,8 @@ const std::vector<Cell>& DecodeTable::cells(std::uint64_t number, const decode::
   return cells_;
 }
 
-// The cause, if there is one, and the parts of the frame in line order. Of a frame that is not good
-// the values are the bits as they were received.
+// The cause, if there is one, and the parts of the frame in line order. In a frame that is not
+// good, the values are the bits as received.
 std::string DecodeTable::frame_text(const decode::Cycle& cycle) const {
   std::string text;
   if (cycle.status != decode::CycleStatus::ok) text = name_of(cycle.status);

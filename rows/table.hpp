@@ -16,9 +16,9 @@
 
 namespace biss::rows {
 
-/// The columns of the command's contract: eleven that never change, those that the format adds,
-/// then `marginal`, then `safety`, which is empty unless a monitor's verdict is given, then `limits`,
-/// then those of Motion that are asked for, then `frame` for a waveform.
+/// The columns of the command's contract: eleven fixed columns, the columns of the format, then
+/// `marginal`, then `safety`, which is empty unless a monitor's verdict is given, then `limits`,
+/// then the requested columns of Motion, then `frame` for a waveform.
 class DecodeTable {
  public:
   /// Without a format only the eleven, `marginal`, `safety` and `limits`.

@@ -1,5 +1,5 @@
-// What Highway needs at run time, in place of its shared library, which measures a clock for 3 ms at
-// the start of every process: which SIMD levels the processor has, and which one is chosen.
+// The run-time part of Highway: the SIMD levels that the processor has, and the level in use. It
+// replaces Highway's shared library, which measures a clock for 3 ms at the start of every process.
 #include <hwy/targets.h>
 
 #include <atomic>
@@ -23,8 +23,8 @@ bool has_cpuid_bit(unsigned leaf, unsigned which, unsigned bit) {
          ((registers[which] >> bit) & 1U) != 0;
 }
 
-// Highway's definitions of its levels. __builtin_cpu_supports() asks the operating system too, but
-// does not know LZCNT, F16C and VAES in every compiler.
+// Highway's definitions of its levels. __builtin_cpu_supports() also checks the operating system,
+// but does not support LZCNT, F16C and VAES in every compiler.
 std::int64_t detected_targets() {
   constexpr unsigned features = 7;
   constexpr unsigned ecx = 2;

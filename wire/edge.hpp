@@ -1,4 +1,4 @@
-// What is on the line: changes of level, as every reader of a capture delivers them.
+// Changes of level on the line, as every reader of a capture delivers them.
 #pragma once
 
 #include <cstdint>
