@@ -16,8 +16,8 @@ namespace biss::decode {
 /// Finds requests that are missing in a regular sequence.
 class RequestGaps {
  public:
-  /// The next interval. \return how many requests are missing in the one before it; nothing where
-  ///   that is not known, because the requests do not come at one rate
+  /// Takes the next interval. \return how many requests are missing in the previous interval; empty
+  ///   if that is unknown, because the requests do not come at one rate
   std::optional<std::uint64_t> push(Picoseconds interval, Picoseconds doubt);
   void reset() { usual_count_ = 0, gap_.reset(); }
 

@@ -34,7 +34,7 @@ tl::expected<DeviceTiming, std::string> override_timing(const FormatArguments& a
 std::string text_of(const Timeout& timeout);
 
 /// Names of encoders and safety configurations close to `name`: at most three that begin with it,
-/// else the one with the fewest typing errors; empty when none is close.
+/// else the name with the fewest typing errors; empty when none is close.
 std::string suggested_encoders(std::string_view name);
 
 }  // namespace biss

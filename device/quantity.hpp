@@ -15,7 +15,7 @@ namespace biss {
 enum class QuantityCause : std::uint8_t {
   empty,          ///< no text
   negative,       ///< starts with `-`
-  not_a_number,   ///< no digit where a digit is expected
+  not_a_number,   ///< a digit is missing
   decimal_comma,  ///< `1,5` instead of `1.5`
   unit_missing,   ///< a number other than 0 without a unit
   unknown_unit,   ///< not a unit of this quantity
@@ -32,8 +32,8 @@ struct QuantityError {
   bool operator==(const QuantityError&) const = default;
 };
 
-/// `10MHz`, `250 kHz`, `1.5MHz`: Hz, kHz, MHz, GHz; 1 Hz to 4294967295 Hz in steps of 1 Hz.
-/// In this and all other quantities only 0 may stand without a unit.
+/// `10MHz`, `250 kHz`, `1.5MHz`: Hz, kHz, MHz, GHz; 1 Hz to 4294967295 Hz in steps of 1 Hz. For
+/// this and all other quantities, only 0 may have no unit.
 Result<Hertz, QuantityError> parse_rate(std::string_view text);
 
 /// `31.25us`, `42.5ns`, `3 ms`, `0`: ps, ns, us, µs, ms, s; 0 to 1000 s in steps of 1 ps.
@@ -59,7 +59,7 @@ Result<Nanovolts, QuantityError> parse_voltage(std::string_view text);
 Result<std::uint64_t, QuantityError> parse_count(std::string_view text,
                                                  std::uint64_t largest = UINT64_MAX);
 
-/// What a text was expected to be.
+/// The quantity that a text must be.
 enum class Quantity : std::uint8_t {
   rate,
   duration,
@@ -76,7 +76,7 @@ enum class Quantity : std::uint8_t {
 std::string quantity_error_text(Quantity quantity, std::string_view text, QuantityError error,
                                 std::uint64_t largest = UINT64_MAX);
 
-/// Human-readable, in the largest unit of which there is at least one: `10 MHz`, `31.25 us`, `50 m`.
+/// Human-readable, in the largest unit with a value of at least 1: `10 MHz`, `31.25 us`, `50 m`.
 /// Exact by default, and then the text parses to the same quantity; otherwise rounded to
 /// `max_places` decimal places. \pre max_places is at most 12
 std::string text_of(Hertz rate, unsigned max_places = 12);

@@ -59,8 +59,8 @@ constexpr std::array<CauseText, cause_count> causes{{
      "clean the scale, check the installation of the readhead, the temperature and the speed; the "
      "error register of the encoder, if it has registers, has the reason"},
     {"frames_lost_or_repeated",
-     "look for what stores frames between the encoder and this line, such as a converter or a "
-     "repeater; compare the sign of life in -f with the encoder's data sheet"},
+     "look for a part that stores frames between the encoder and this line, such as a converter or "
+     "a repeater; compare the sign of life in -f with the encoder's data sheet"},
     {"position_implausible",
      "do not use the position at these places; check that the encoder latches turns and singleturn "
      "at the same moment, and that no other device answers on this line"},
@@ -120,7 +120,7 @@ constexpr auto statuses = std::to_array<StatusWords>({
      .reason = few_clocks,
      .remedy_of_some = remedy(Cause::master_stops_early),
      .remedy_of_all = "a format with fewer bits, or more clocks from the master"},
-    {.seen = "CDS was 1, and the format says that it must be 0",
+    {.seen = "CDS was 1, but the format requires 0",
      .failure = "CDS is 1",
      .reason = disturbed,
      .remedy_of_some = without_cds0,
@@ -146,7 +146,7 @@ constexpr auto statuses = std::to_array<StatusWords>({
      .failure = "an edge of MA is missing or too many",
      .remedy_of_some = remedy(Cause::noise_on_ma),
      .remedy_of_all = remedy(Cause::sampling_too_slow)},
-    {.seen = "MA or SLO was neither 0 nor 1 where it mattered",
+    {.seen = "MA or SLO was neither 0 nor 1 while its level was needed",
      .failure = "MA or SLO is neither 0 nor 1",
      .remedy_of_some = levels,
      .remedy_of_all = levels},

@@ -42,18 +42,18 @@ inline constexpr std::size_t cause_count = 23;
 /// The name that users see, the same as the enumerator's.
 std::string_view name_of(Cause cause);
 
-/// What to do, in one or two sentences of plain text.
+/// The remedy, in one or two sentences of plain text.
 std::string_view remedy_of(Cause cause);
 
-/// The words of a status; empty where a program never prints them.
+/// The words of a status; empty if a program never prints them.
 struct StatusWords {
-  /// What was seen, as docs/status.md has it.
+  /// The observation, as in docs/status.md.
   std::string_view seen;
-  /// What is wrong, next to the place of a drawing where the cycle fails.
+  /// The fault, written next to the place in a drawing at which the cycle fails.
   std::string_view failure = {};
-  /// The likely reason, where nothing but the bits of one frame is known.
+  /// The likely reason, if only the bits of one frame are known.
   std::string_view reason = {};
-  /// What to try first: where other cycles are good, and where none is.
+  /// What to try first, if other cycles are good and if none is.
   std::string_view remedy_of_some = {};
   std::string_view remedy_of_all = {};
 };

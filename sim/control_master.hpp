@@ -1,4 +1,4 @@
-// The control communication of the master beside its position frames: one access after the other.
+// The control communication of the master during its position frames: one access after the other.
 #pragma once
 
 #include <cstddef>
@@ -39,14 +39,14 @@ struct ControlRecord {
   std::uint64_t cycle = 0;  ///< its first cycle, including the zeros before it
   Picoseconds time{};       ///< of that cycle
   std::uint64_t cycles = 0;
-  /// What was read, or written with a good echo.
+  /// The bytes read, or written with a good echo.
   std::vector<std::uint8_t> data{};
   ControlOutcome outcome{};
   /// False: the run ended before the access.
   bool finished = false;
 };
 
-/// Makes one step per cycle. The accesses follow each other, whatever their outcomes.
+/// Makes one step per cycle. The accesses follow each other, with any outcomes.
 class ControlMaster {
  public:
   ControlMaster(std::vector<ControlAccess> accesses, const ControlOptions& options)

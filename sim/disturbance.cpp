@@ -47,8 +47,8 @@ void Disturbance::change(FaultKind kind, bool begins) {
     case FaultKind::slo_high:
       return change(Place::slo_master, Effect::high, begins);
     case FaultKind::cut:
-    case FaultKind::exchange:  // the drivers are connected to each other, both inputs are open
-      // A receiver reads 1 where nothing drives it.
+    case FaultKind::exchange:  // the drivers are connected to each other, both inputs are open An
+                               // undriven receiver reads 1.
       change(Place::ma_slave, Effect::high, begins);
       return change(Place::slo_master, Effect::high, begins);
     case FaultKind::brown_out:

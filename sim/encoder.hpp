@@ -1,5 +1,5 @@
-// What one encoder sends: its position at the sampling moment, its flags, its sign of life, and the
-// contents of its registers.
+// The values that one encoder sends: its position at the sampling moment, its flags, its sign of
+// life, and the contents of its registers.
 #pragma once
 
 #include <algorithm>
@@ -29,7 +29,8 @@ constexpr Picoseconds sampling_shift(const DeviceTiming& timing, std::uint64_t s
          picoseconds(static_cast<std::int64_t>(drawn));
 }
 
-/// The channel whose position the motion is: the first one with a position; without one the first.
+/// The channel with the position of the motion: the first channel with a position, or the first
+/// channel if none has one.
 inline const ChannelFormat& position_word(const FrameFormat& format) {
   const auto words = format.channels();
   const auto word = std::find_if(words.begin(), words.end(), [](const ChannelFormat& each) {
@@ -104,10 +105,10 @@ class Encoder {
   /// The turns of the last sample were late.
   bool has_late_turns() const { return turns_were_late_; }
 
-  /// Stands still from now on. \param position not wider than that of the motion
+  /// Stops the motion from now on. \param position not wider than the motion's position
   void hold(std::uint64_t position) { motion_.hold(position); }
 
-  /// Other faults than those of an encoder have no effect. \param detail random bits of the fault
+  /// Faults outside of the encoder have no effect. \param detail random bits of the fault
   void begin_fault(FaultKind kind, std::uint64_t detail) {
     wrong_.begin(kind, detail);
     if (kind == FaultKind::lc_restart) restart();
@@ -124,17 +125,17 @@ class Encoder {
     if (progress_ == Progress::begun) progress_ = Progress::none;
     shift_ = shift;
   }
-  /// To be called after each step of the slave where a fault may end a frame early.
+  /// Call it after each step of the slave if a fault may end a frame early.
   void follow(SlaveState state) {
     if (state == SlaveState::requested) progress_ = Progress::none;
     if (state == SlaveState::start && progress_ == Progress::taken) reach(Progress::begun);
     if (state == SlaveState::stop && progress_ == Progress::begun) reach(Progress::whole);
   }
-  /// The frame that was sent since begin_cycle(), as it was meant; also when a fault sends another
-  /// one. After a fault the encoder may take several positions: it is the first frame that was sent
-  /// whole, else the first one that was begun, else the first one. \pre sampled()
+  /// The frame that was sent since begin_cycle(), without the effect of faults. After a fault the
+  /// encoder may take several positions: this is the first frame that was sent completely, else the
+  /// first frame that was begun, else the first one. \pre sampled()
   const Frame& sent() const { return sent_; }
-  /// When its position was taken; nothing where there is no such frame.
+  /// The time at which its position was sampled; empty if there is no such frame.
   std::optional<Picoseconds> sampled() const { return sampled_; }
 
  private:

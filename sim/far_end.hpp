@@ -1,5 +1,6 @@
 // Everything that a master sees of a line, as a stepper: the cable, the encoder at its end, and
-// their faults. The master is the caller's, in a simulator for example; Line has one of its own.
+// their faults. The caller provides the master, for example in a simulator; Line has its own
+// master.
 //
 //   MA ──ma_delay── filter ── Slave ── internal_delay ── slo_delay ──SLO
 //                     or the caller's encoder
@@ -22,38 +23,38 @@
 namespace biss::sim {
 
 struct FarEndSetup {
-  /// As for Line, with one encoder. Clock and interval are those by which faults are placed; further
-  /// values of the master have no effect.
+  /// As for Line, with one encoder. Faults are placed by its clock and interval; its other values
+  /// of the master have no effect.
   LineSetup line;
   /// The longest processing time: each request has another one, from line.processing up to this.
   Picoseconds processing_max{};
   /// A pulse of MA shorter than this does not reach the encoder; every other edge is delayed by it.
   Picoseconds ma_filter{};
-  /// The encoder is the caller's: there is only the cable. A fall of MA more than 1.25 periods after
-  /// the one before begins a request, whatever the encoder does.
+  /// The caller provides the encoder, and the far end is only the cable. A fall of MA more than
+  /// 1.25 periods after the previous one begins a request, for any state of the encoder.
   bool foreign_encoder = false;
 };
 
-/// What a step returns. All hold until the next step.
+/// The result of a step. All values hold until the next step.
 struct FarEndOutput {
   bool slo = true;         ///< at the master
   bool ma = true;          ///< at the encoder
   Picoseconds deadline{};  ///< when step() is due again if no input changes before
 };
 
-/// A request, as far as it has come. It begins where MA falls after a rest as long as the encoder's
+/// The current request so far. It begins when MA falls after a rest as long as the encoder's
 /// timeout, or while the encoder is idle after an answer; see also FarEndSetup::foreign_encoder.
 struct FarEndCycle {
   std::uint64_t number = 0;  ///< counts from 0
   Picoseconds begin{};       ///< MA falls at the master
-  /// When the encoder took the position that it sends; nothing where it took none.
+  /// The time at which the encoder sampled the position that it sends; empty if it sampled none.
   std::optional<Picoseconds> sampled;
-  /// Encoder::sent(), only where it sampled. After a fault it may sample again.
+  /// Encoder::sent(), only if it sampled. After a fault it may sample again.
   Frame sent;
   FaultSet faults = 0;
   /// Faults that have a place in it, in the order of time.
   std::vector<InjectedFault> injected;
-  /// How much later than usual the next request is to come, by `delay`.
+  /// The delay of the next request by the fault `delay`.
   Picoseconds lateness{};
 };
 
@@ -65,18 +66,19 @@ class FarEnd {
   FarEnd(const FarEnd&) = delete;
   FarEnd& operator=(const FarEnd&) = delete;
 
-  /// The cycle by which faults are placed. \pre as for the constructor, without that about rules
+  /// The cycle by which faults are placed. \pre as for the constructor, except for the rules
   static NominalCycle nominal_of(const FarEndSetup& setup);
 
-  /// To be called at each change of an input and at the deadline. What was due before happens first.
-  /// \param foreign_slo what the caller's encoder drives; ignored where there is none
+  /// Call it at each change of an input and at the deadline. Actions that were due earlier come
+  /// first.
+  /// \param foreign_slo the level that the caller's encoder drives; ignored without such an encoder
   FarEndOutput step(Picoseconds now, bool ma, bool foreign_slo);
 
   /// The last request that began; nothing before the first one. Valid until the next step.
   const FarEndCycle* cycle() const { return requests_ == 0 ? nullptr : &cycle_; }
   const NominalCycle& nominal() const { return schedule_.nominal(); }
   Encoder& encoder() { return slave_.source(); }
-  /// Flags that the encoder reports besides the faults, from the next sample on.
+  /// Flags that the encoder reports in addition to faults, from the next sample on.
   void set_flags(bool nE, bool nW);
   SlaveState state() const { return slave_.state(); }
   /// The registers as they are, and as they are when the encoder has lost its supply. \pre the setup has registers

@@ -14,8 +14,8 @@
 namespace biss::sim {
 
 /// The first simulated_fault_count kinds are faults of the line model. The others are errors in the
-/// received bits of a frame, whatever caused them; lab injects these. The last ones, from
-/// line_only_fault_first on, are of Line alone: what a master does, and late turns.
+/// received bits of a frame, from any cause; lab injects these. The last ones, from
+/// line_only_fault_first on, exist only in Line: faults of a master, and late turns.
 enum class FaultKind : std::uint8_t {
   flip,
   burst,
@@ -63,7 +63,7 @@ enum class FaultKind : std::uint8_t {
   false_start,
   cds_high,
   stop_high,
-  // Of Line alone.
+  // Only in Line.
   ma_pause,
   short_frame,
   reduced_frame,
@@ -76,7 +76,7 @@ inline constexpr std::size_t simulated_fault_count = 33;
 /// The kinds before the wrong frames.
 inline constexpr std::size_t line_fault_kind_count = 24;
 
-/// How long a fault lasts, and where in a cycle it begins.
+/// The duration of a fault, and the place in a cycle at which it begins.
 enum class FaultExtent : std::uint8_t {
   bit,         ///< one bit
   bits,        ///< several bits in a row

@@ -1,4 +1,4 @@
-// What the random number of a fault means: how late, how far, which bits.
+// The meaning of a fault's random number: how late, how far, which bits.
 #pragma once
 
 #include <algorithm>
@@ -32,12 +32,12 @@ constexpr SlaveTiming late_timing(SlaveTiming timing, const DeviceTiming& type,
   return timing;
 }
 
-/// The cycles by which the next request is late by `delay`.
+/// The number of cycles by which the fault `delay` delays the next request.
 constexpr std::int64_t late_cycles(std::uint64_t detail) {
   return static_cast<std::int64_t>(1 + detail % 3U);
 }
 
-/// Bits of the payload that are inverted: those that are 1, the lowest is bit `first`.
+/// Inverted bits of the payload: a 1 inverts a bit; the lowest one is for bit `first`.
 struct BitPattern {
   unsigned first = 0;
   std::uint64_t bits = 0;

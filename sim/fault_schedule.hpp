@@ -28,7 +28,7 @@ struct NominalCycle {
 };
 
 /// The places in a cycle at which a kind can begin: bits or clocks from `first` to `last`, both
-/// included; a point in one of them, or a whole one. None if `last` is below `first`.
+/// included; a point in one of them, or a whole bit or clock. None if `last` is below `first`.
 struct FaultPlaces {
   std::uint64_t first = 1;
   std::uint64_t last = 0;
@@ -74,7 +74,8 @@ class FaultSchedule {
 
   /// Returns a random number for this cycle and kind, for the details of the fault.
   std::uint64_t detail(FaultKind kind) const { return details_[static_cast<std::size_t>(kind)]; }
-  /// Returns where the kind began last, if a rule gives the place or the kind takes a whole clock.
+  /// Returns the place at which the kind last began, if a rule gives the place or the kind takes a
+  /// whole clock.
   std::optional<FaultPlace> place(FaultKind kind) const {
     return places_[static_cast<std::size_t>(kind)];
   }

@@ -1,4 +1,4 @@
-// A fault rule as text: which kind, in which cycles, and where in a cycle.
+// A fault rule as text: its kind, its cycles, and its place in a cycle.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@ namespace biss::sim {
 
 /// Why a text is no fault rule.
 enum class FaultTextError : std::uint8_t {
-  form,  ///< neither KIND:RATE nor KIND@CYCLE, or its place is none
+  form,  ///< neither KIND:RATE nor KIND@CYCLE, or not a valid place
   kind,  ///< no kind that the line model can inject has this name
 };
 

@@ -8,7 +8,8 @@ namespace biss::sim {
 
 namespace {
 
-// A master that waited this long for SLO asks again: the longest timeout there is.
+// A master that has waited this long for SLO makes the request anyway: the longest timeout of BiSS
+// C.
 constexpr Picoseconds slo_wait_max = biss_static_timeout_max;
 constexpr int idle_periods = 20;
 constexpr int probe_cycles = 4;
@@ -73,7 +74,7 @@ Line::Line(const LineSetup& setup) : Line(setup, undisturbed(setup)) {}
 Line::Line(const LineSetup& setup, const Undisturbed& nominal)
     : setup_(setup),
       period_(real_period(setup)),
-      // A master reads each frame for itself.
+      // The master checks each frame alone, without its neighbours.
       master_(Codec(setup.format.without_previous()), master_setup(setup)),
       registers_(setup.registers),
       random_(setup.seed),
@@ -152,7 +153,7 @@ void Line::begin_request() {
     set_start(disturbance_.active(FaultKind::late_start));
     cycle_.faults |= disturbance_.active();
   }
-  // The master would not begin by itself while SLO is low, unless it knows when SLO rises.
+  // The master does not begin while SLO is low, unless the encoder is ready by time.
   const bool seen = slo_ || !master_.ready_by_time(now_);
   switch_channels();
   answered_ = false;
@@ -246,7 +247,7 @@ void Line::pause() {
 void Line::set_sent() {
   cycle_.sent = Frame{};
   cycle_.sampled = nodes_.back().slave.source().sampled();
-  // Late turns are no fault but where they are wrong.
+  // Late turns are a fault only if the turns are wrong.
   if (std::none_of(nodes_.begin(), nodes_.end(),
                    [](Node& node) { return node.slave.source().has_late_turns(); })) {
     cycle_.faults &= ~set_of(FaultKind::late_turns);

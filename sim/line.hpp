@@ -35,7 +35,7 @@ inline constexpr wire::LineIndex slo_at_slave_line = 3;
 /// One request cycle, up to the next request.
 struct SimulatedCycle {
   Picoseconds time{};  ///< the first falling edge of MA
-  /// What the encoders sent, without the effect of faults: see Encoder::sent().
+  /// The frame that the encoders sent, without the effect of faults: see Encoder::sent().
   Frame sent;
   /// Whether an encoder took a position for this channel of `sent`.
   std::array<bool, max_channels> taken{};
@@ -44,7 +44,7 @@ struct SimulatedCycle {
   BasicReading<Frame> reading;
   /// The faults in it.
   FaultSet faults = 0;
-  /// Where faults begin in it, in the order of time; only faults that have a place.
+  /// The faults that begin in it, in the order of time; only faults with a place.
   std::vector<InjectedFault> injected;
   /// In the order of time.
   std::vector<wire::Edge> edges;
@@ -53,15 +53,17 @@ struct SimulatedCycle {
 /// Simulates one cycle after the other. The first request comes after 20 idle periods, MA and SLO
 /// high.
 ///
-/// When a request is due while SLO is low, the master waits for 40 µs and then asks anyway, so that
-/// the line shows what a master without this check reads. With a given interval it does not wait
-/// where the encoder is ready by its fixed cycle time (RequestCycle::ready_by_time()).
+/// When a request is due while SLO is low, the master waits for 40 µs and then makes the request
+/// anyway, so that the line shows the result for a master without this check. With a given interval
+/// it does not wait if the encoder is ready by its fixed cycle time
+/// (RequestCycle::ready_by_time()).
 ///
-/// Where the encoders have registers or the master has accesses, each request also carries one bit
-/// of control communication in each direction. The values of these bits delay no request.
+/// If the encoders have registers or the master has accesses, each request also carries one bit of
+/// control communication in each direction. The values of these bits delay no request.
 class Line {
  public:
-  /// \pre setup keeps what LineSetup asks; setup.format has a channel, setup.clock is positive
+  /// \pre setup meets the conditions of LineSetup; setup.format has a channel, setup.clock is
+  /// positive
   explicit Line(const LineSetup& setup);
 
   /// Valid until the next call. \pre !configuring()
@@ -86,7 +88,7 @@ class Line {
   Picoseconds interval() const { return interval_; }
   /// The cycle by which faults are placed.
   const NominalCycle& nominal() const { return schedule_.nominal(); }
-  /// The master's control communication; null where there is none.
+  /// The master's control communication; null if there is none.
   const ControlMaster* control() const { return control_.get(); }
   /// The registers of an encoder; 0 is the one at the far end. \pre the setup has registers for it
   EncoderRegisters& registers(std::size_t encoder) { return registers_[encoder]; }

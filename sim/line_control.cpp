@@ -1,4 +1,4 @@
-// The control communication, beside the position frames and before the first one.
+// The control communication, during the position frames and before the first one.
 #include <algorithm>
 
 #include "sim/line.hpp"

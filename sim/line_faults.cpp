@@ -46,8 +46,8 @@ void Line::note_injected(FaultKind kind) {
       {kind, schedule_.place(kind).value_or(place_after(now_ - begin_, period_))});
 }
 
-// The timing of an idle encoder changes now, of another one when the request reaches it
-// (apply_start()).
+// The timing of an idle encoder changes now, the timing of any other one when the request reaches
+// it (apply_start()).
 void Line::set_start(bool late) {
   Encoding& slave = nodes_.front().slave;
   SlaveTiming timing = node_timing(0);

@@ -43,11 +43,12 @@ struct LineSetup {
   /// From ACK until an encoder has its answer; at least the shortest time of the device.
   Picoseconds processing{};
   bool compensate = true;
-  /// From one request to the next. Less than a cycle: as soon as the encoder is ready. 0: when SLO
-  /// has been high for a period, which every decoder accepts.
+  /// From one request to the next. If it is shorter than a cycle, the next request comes as soon as
+  /// the encoder is ready; if it is 0, after SLO has been high for a period, which every decoder
+  /// accepts.
   Picoseconds interval{};
   MotionKind motion = MotionKind::ramp;
-  /// Every sample has this position, whatever `motion` is.
+  /// Every sample has this position, for any `motion`.
   std::optional<std::uint64_t> position;
   /// The sign of life of every encoder.
   SignOfLife life;
@@ -63,9 +64,9 @@ struct LineSetup {
   /// The number of the first cycle, and when its 20 idle periods begin.
   std::uint64_t first_cycle = 0;
   Picoseconds begin{};
-  /// By encoder, the one at the far end first, which has ID 0. None: all are unidirectional. With
-  /// fewer than encoders, the others have an ID too and refuse every access. Written values last
-  /// until an encoder loses its supply.
+  /// One entry for each encoder, starting with the far end, which has ID 0. Empty: all are
+  /// unidirectional. If there are fewer entries than encoders, the other encoders have an ID, too,
+  /// and refuse every access. Written values last until an encoder loses its supply.
   std::vector<EncoderRegisters> registers;
   /// The accesses of the master over CDM and CDS, and their options.
   std::vector<ControlAccess> accesses;
@@ -75,10 +76,10 @@ struct LineSetup {
   bool record_at_slave = false;
 };
 
-/// The shortest interval at which the encoder is always ready, where has_control() also after a CDM
-/// of 1. Except for jitter it is never longer than cycle_budget() states; with an interval of 0 it
-/// includes a period in which the master sees SLO high. Measured by running the line for some cycles
-/// without faults.
+/// The shortest interval at which the encoder is always ready; if has_control(), also after a CDM
+/// of 1. Without jitter it is never longer than cycle_budget() returns; with an interval of 0 it
+/// includes a period in which the master sees SLO high. It is measured by running the line for some
+/// cycles without faults.
 Picoseconds least_interval(const LineSetup& setup);
 
 }  // namespace biss::sim

@@ -31,12 +31,12 @@ enum class AnswerKind : std::uint8_t {
 struct Answer {
   Picoseconds time{};  ///< the first falling edge of MA
   AnswerKind kind = AnswerKind::cut;
-  /// What the encoder sampled; without channels where it sampled nothing.
+  /// The frame that the encoder sampled; without channels if it sampled nothing.
   Frame sent;
 };
 
 struct MaReplaySetup {
-  /// Of a format with a channel.
+  /// The codec of a format with at least one channel.
   FrameCodec<> codec;
   SlaveTiming timing;
   /// From an edge of MA to the change of SLO that it causes, both at the place of the recording; not
@@ -47,7 +47,7 @@ struct MaReplaySetup {
 };
 
 /// Answers the edges of MA in their order. The encoder is idle when the capture begins, so that a
-/// cycle that is cut there is answered as if it began there.
+/// cycle that the capture cuts at its beginning is answered as if it began there.
 ///
 /// Levels of MA that are neither 0 nor 1 are copied to the output; the encoder ignores them.
 class MaReplay {

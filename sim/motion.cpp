@@ -12,8 +12,8 @@ constexpr std::int64_t requests_a_ramp = 1009;
 constexpr std::int64_t requests_a_sine = 500;
 constexpr std::int64_t requests_one_way = 250;
 
-// The sine in units of 2^-30, of a phase in units of 2^-32 turns. Integers give the same result with
-// every compiler and library. Taylor series within a quarter turn; the error is below 10^-6.
+// The sine, in units of 2^-30, of a phase in units of 2^-32 turns. Integers give the same result
+// with every compiler and library. Taylor series within a quarter turn; the error is below 10^-6.
 std::int64_t sine(std::uint32_t phase) {
   constexpr std::int64_t one = std::int64_t{1} << 30U;
   constexpr std::int64_t half_pi = 1'686'629'713;  // in parts of 2^30

@@ -25,7 +25,8 @@ inline constexpr std::array<std::string_view, 5> motion_names{"constant", "ramp"
 /// Positions of one channel. The same seed gives the same positions on every machine.
 class Motion {
  public:
-  /// \param channel  of this position; a turn is its singleturn part, else all of it
+  /// \param channel the channel with this position; a turn is its singleturn part, or all of it
+  /// without such a part
   /// \param interval from one request to the next; positive
   Motion(MotionKind kind, const ChannelFormat& channel, Picoseconds interval, std::uint64_t seed);
 
@@ -35,7 +36,7 @@ class Motion {
     start_ = position_bits_ == 0 ? 0 : position << (64U - position_bits_);
   }
 
-  /// The position at this time. A random walk makes a step, whatever the time.
+  /// The position at this time. A random walk makes one step for each call.
   std::uint64_t sample(Picoseconds time);
   /// The same without a step.
   std::uint64_t at(Picoseconds time) const;
@@ -48,7 +49,7 @@ class Motion {
   Random random_;
   // In units of 2^-64 of the range, so that a passage through zero is an overflow.
   std::uint64_t start_;
-  std::uint64_t speed_;  // per picosecond; for a sine, that of its phase
+  std::uint64_t speed_;  // per picosecond; for a sine, the speed of its phase
 };
 
 }  // namespace biss::sim

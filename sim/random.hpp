@@ -26,13 +26,13 @@ constexpr Picoseconds part_of(Picoseconds time, std::uint64_t parts) {
   return time / all * n + Picoseconds{time.count % all * n / all};
 }
 
-/// A sequence of its own for each seed.
+/// A different sequence for each seed.
 class Random {
  public:
   explicit constexpr Random(std::uint64_t seed) : state_(scrambled(seed)) {}
 
   constexpr std::uint64_t next() { return scrambled(state_++); }
-  /// 0…limit - 1, near enough; 0 where limit is 0. \pre limit is below 2^32
+  /// 0…limit - 1, almost evenly distributed; 0 if limit is 0. \pre limit is below 2^32
   constexpr std::uint64_t below(std::uint64_t limit) { return ((next() >> 32U) * limit) >> 32U; }
 
  private:

@@ -83,14 +83,15 @@ void SloReplay::change_slo(const Edge& edge, std::vector<Edge>& out) {
   if (master_) take(master_->step(edge.time, slo_), edge.time, out);
 }
 
-// Once the recorded request ended, its clock is known: ours begins where it began.
+// After the recorded request has ended, its clock is known; our request then begins at the time at
+// which the recorded one began.
 void SloReplay::settle(Picoseconds now, std::vector<Edge>& out) {
   if (collecting_ && is_idle(now)) begin(out);
 }
 
 MasterSetup SloReplay::setup_of_request() const {
   MasterSetup setup = setup_.master;
-  // What was recorded is read, whatever the format and the clock.
+  // The recording is read with any format and clock.
   setup.no_error_flag = setup.unchecked = true;
   setup.timing.clock_max = hertz_max;
   if (setup.period.count == 0) {

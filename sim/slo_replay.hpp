@@ -16,33 +16,33 @@
 namespace biss::sim {
 
 struct SloReplaySetup {
-  /// Of a format with a channel.
+  /// The codec of a format with at least one channel.
   FrameCodec<> codec;
   /// `period` 0: the period of each recorded request, with its duty cycle. Reset time, shortest cycle
   /// and idle time are ignored: the recorded master determines when requests come.
   MasterSetup master;
 };
 
-/// What our master reads at a request of the recorded one.
+/// The reading of our master at a request of the recorded master.
 struct ReplayReading {
   BasicReading<Frame> reading;
   /// The period of our MA; 0 where no request was made.
   Picoseconds period{};
 };
 
-/// Makes a request wherever the recorded MA begins one, and reads the recorded answer. The answer
-/// was made for another master: it is complete where ours sends the same clocks; else the reading
-/// has a cause.
+/// Makes a request whenever the recorded MA begins one, and reads the recorded answer. The answer
+/// was made for another master: it is complete if our master sends the same clocks; otherwise the
+/// reading has a cause.
 ///
 /// A request begins with the first falling edge after MA was idle for more than 1.25 periods. Fewer
-/// than two clocks, or clocks above 100 MHz, are no request. Levels of SLO that are neither 0 nor 1
-/// are copied to the output; our master still sees the level before.
+/// than two clocks, or clocks above 100 MHz, do not count as a request. Levels of SLO that are
+/// neither 0 nor 1 are copied to the output; our master still sees the level before.
 class SloReplay {
  public:
   using OnReading = std::function<void(const ReplayReading&)>;
 
   /// \param on_reading called for each request; may be empty
-  /// \pre setup.master keeps what MasterSetup asks or its period is 0
+  /// \pre setup.master meets the conditions of MasterSetup, or its period is 0
   SloReplay(const SloReplaySetup& setup, OnReading on_reading);
 
   /// Appends to `out` what is known so far: our MA and the recorded SLO in time order. Edges of other
@@ -80,7 +80,7 @@ class SloReplay {
   std::vector<Picoseconds> ma_edges_;  // of the recorded request, the first one falling
   std::vector<Picoseconds> missed_;    // requests that began during ours
   std::vector<wire::Edge> slo_edges_;  // since its begin, not yet passed on
-  bool collecting_ = false;            // a recorded request whose clock is not known yet
+  bool collecting_ = false;            // a recorded request with a clock that is still unknown
   bool passing_ = false;               // a recorded request that is not read
   bool slo_ = true;
   bool begun_ = false;

@@ -37,7 +37,7 @@ class WrongFrames {
   /// The distance of another source's position, in units of 2^-64 of the range.
   std::uint64_t position_share() const { return is_foreign() ? scrambled(source_) | 1U : 0; }
 
-  /// Stores a frame, and returns the one that is sent instead of it.
+  /// Stores a frame, and returns the frame that is sent instead of it.
   const Frame& put(const Frame& own) {
     const std::uint32_t age = is(FaultKind::repeat) ? 1 : is(FaultKind::reorder) ? age_ : 0;
     const std::uint32_t back = age < count_ ? age : count_;

@@ -1,4 +1,4 @@
-// What a simulation has tried: a list of cases, each with how often it came.
+// The cases that a simulation has tried, each with its count.
 #pragma once
 
 #include <cstdint>
@@ -27,8 +27,8 @@ class Coverage {
   /// The cases of flags and of position bits in a frame of this format.
   void expect_values(const FrameFormat& format);
   void hit_values(const FrameFormat& format, const Outcome& sent);
-  /// The line delay against the clock: at and around whole and half periods, where a sampling point
-  /// goes wrong first.
+  /// The line delay against the clock: at and around whole and half periods, at which a sampling
+  /// point goes wrong first.
   void expect_line_delays();
   void hit_line_delay(Picoseconds line_delay, Picoseconds period);
   void expect_clocks();

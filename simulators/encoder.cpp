@@ -36,7 +36,7 @@ std::uint64_t chosen_position(const PositionChoice& choice, unsigned bits, std::
   return 0;
 }
 
-// The slots of a channel: its first bit, the first one of its CRC, and the one after its last.
+// The slots of a channel: its first bit, the first bit of its CRC, and the bit after its last one.
 struct ChannelSlots {
   std::size_t begin = 2;
   std::size_t crc = 2;
@@ -111,7 +111,7 @@ void Encoder::open_slave(Picoseconds processing) {
     setup.register_write = &Encoder::write_register;
   }
   biss_slave* opened = nullptr;
-  if (biss_slave_open(&setup, &opened) != BISS_OK) return;  // no memory: the one before goes on
+  if (biss_slave_open(&setup, &opened) != BISS_OK) return;  // no memory: keep the old one
   slave_.reset(opened);
   processing_ = processing;
   output_ = {true, BISS_NEVER};
@@ -185,7 +185,8 @@ void Encoder::drive(std::int64_t now, bool level) {
 }
 
 void Encoder::take_edge(std::int64_t now, bool level) {
-  // Of a request that it ignored, the encoder cannot see the end: the design's report is one.
+  // The encoder cannot see the end of a request that it ignored; the design's report counts as the
+  // end.
   const bool next =
       reported_ && fault_ == Fault::no_answer && now - last_edge_ > longest_period_.count;
   if (running_ && !level && next) end_request(now);

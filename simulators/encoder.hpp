@@ -23,7 +23,7 @@ class Encoder final : public Instance {
   /// To be called at each change of MA and at the time returned.
   std::int64_t step(std::int64_t now, bool ma);
   bool level() const override { return slo_.received(); }
-  /// The next frame has this value, in place of that of the settings.
+  /// The next frame has this value, in place of the value of the settings.
   void set_next(std::size_t channel, const biss_channel& value) { next_[channel] = value; }
   bool compare(const std::string& cause) override;
   void finish() override;
@@ -33,7 +33,7 @@ class Encoder final : public Instance {
   };
 
  private:
-  // Where the frame is: START is slot 0, CDS 1, then the payload and STOP.
+  // The place in the frame: START is slot 0, CDS 1, then the payload and STOP.
   static constexpr int before_start = -1;
 
   void open_slave(Picoseconds processing);
@@ -89,7 +89,7 @@ class Encoder final : public Instance {
   std::int64_t last_rise_ = 0;
   Picoseconds shortest_period_{};
   Picoseconds longest_period_{};
-  // How much later than without jitter: SLO's first edge, and others in comparison with it.
+  // The delay of SLO's first edge by jitter; later edges are compared with it.
   std::optional<std::int64_t> first_late_;
   std::int64_t earliest_ = 0;
   std::int64_t latest_ = 0;

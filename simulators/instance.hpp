@@ -1,4 +1,4 @@
-// What an encoder and a master in a simulation have in common.
+// The common part of an encoder and a master in a simulation.
 #pragma once
 
 #include <array>
@@ -33,7 +33,7 @@ class Instance {
 
   /// One more channel of the design's next outcome.
   void set_value(std::size_t channel, const Value& value) { staged_[channel] = value; }
-  /// The design's outcome is complete. True where it is no mismatch, as far as is known.
+  /// The design's outcome is complete. True unless a mismatch is found.
   virtual bool compare(const std::string& cause) = 0;
   /// The simulation is over.
   virtual void finish() = 0;

@@ -32,7 +32,7 @@ void Master::open_master(Picoseconds period) {
   setup.timing = &timing;
   setup.no_error_flag = setup.unchecked = true;
   biss_master* opened = nullptr;
-  if (biss_master_open(&setup, &opened) != BISS_OK) return;  // no memory: the one before goes on
+  if (biss_master_open(&setup, &opened) != BISS_OK) return;  // no memory: keep the old one
   master_.reset(opened);
   period_ = period;
 }
@@ -92,7 +92,7 @@ void Master::begin(std::int64_t now) {
   const biss_status status = biss_master_begin(master_.get(), now, slo_.received(),
                                                in_turn(settings().cdm, requests()), &output_);
   if (status != BISS_OK) {
-    // SLO is low, or it is too early: again when SLO changes, or at the time that the master says.
+    // SLO is low, or it is too early: try again when SLO changes, or at the master's deadline.
     not_before_ = output_.deadline_ps;
     if (not_before_ == BISS_NEVER) not_before_ = now + period_.count;
     output_.deadline_ps = BISS_NEVER;

@@ -21,7 +21,7 @@ class Master final : public Instance {
   bool level() const override { return ma_.received(); }
   /// First rising edges of MA at the design so far.
   std::uint64_t latches() const { return latches_; }
-  /// What the design was given at LAT.
+  /// Compares with the values that the design was given at LAT.
   bool compare(const std::string& cause) override;
   void finish() override;
 

@@ -1,4 +1,4 @@
-// What was sent against what was read, request by request.
+// Compares the values sent with the values read, request by request.
 #pragma once
 
 #include <array>
@@ -44,9 +44,9 @@ class Scoreboard {
  public:
   explicit Scoreboard(const FrameFormat& format) : format_(format) {}
 
-  /// What a request was to deliver. More than `waiting_max` are not kept.
+  /// The expected outcome of a request. At most `waiting_max` are kept.
   void sent(const Outcome& outcome);
-  /// What came out of the oldest request that waits. True where they are the same.
+  /// The outcome of the oldest waiting request. True if it is the expected one.
   bool read(const Outcome& outcome);
   /// The newest request is not compared, if it is this one: the simulation ended within it.
   void withdraw(std::uint64_t request);

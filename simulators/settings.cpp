@@ -154,7 +154,8 @@ Checked read_format(std::string_view text, Settings& settings) {
   return {};
 }
 
-// `20us`: fixed; `adaptive`, with what the encoder is known to add to 1.5 periods; `adaptive:60ns`.
+// `20us`: fixed; `adaptive`, with the known time that the encoder adds to 1.5 periods;
+// `adaptive:60ns`.
 Checked read_timeout(std::string_view text, biss_timing& timing) {
   constexpr std::string_view adaptive = "adaptive";
   if (text == adaptive) {
@@ -222,7 +223,7 @@ tl::expected<bool, std::string> read_setting(Role role, std::string_view key, st
   return false;
 }
 
-// What depends on several settings.
+// Checks values that depend on several settings.
 Checked check(const Settings& settings) {
   const auto channels = settings.format.channels();
   for (const auto& [name, fault] : fault_words) {

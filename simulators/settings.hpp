@@ -35,12 +35,12 @@ struct Flags {
   bool nW = true;
 };
 
-/// What an encoder does wrong. Names and meaning are those of sim/fault.hpp where it has them.
+/// The faults of an encoder. Names and meanings as in sim/fault.hpp, if it has the fault.
 enum class Fault : std::uint8_t {
   none,
   flip,          ///< one bit of data or CRC is inverted: crc
   flip_crc,      ///< one bit of the CRC is inverted, each time the next one: crc
-  burst,         ///< bits in a row of one channel, no more than its CRC has: crc
+  burst,         ///< consecutive bits of one channel, at most as many as its CRC has: crc
   crc_polarity,  ///< all bits of each CRC are inverted: crc
   no_answer,     ///< the encoder ignores the request: no_response
   early_ack,     ///< SLO falls with LAT: response_range
@@ -52,7 +52,7 @@ enum class Fault : std::uint8_t {
 /// Whether each channel has a CRC.
 bool has_crcs(const FrameFormat& format);
 
-/// What a master must say of this fault. \param cds0 the format's
+/// The cause that a master must report for this fault. \param cds0 the option of the format
 biss_cause cause_of(Fault fault, bool cds0);
 
 /// The values of lists are used in turn, one with each request.
@@ -64,13 +64,13 @@ struct Settings {
   /// Each edge of SLO comes 0 to this later.
   Picoseconds jitter{};
   std::uint64_t seed = 1;
-  // Of encoders.
+  // For encoders.
   std::vector<Picoseconds> processing{Picoseconds{}};
   std::vector<PositionChoice> positions{{PositionKind::random, 0}};
   std::vector<Flags> flags{{}};
   std::vector<Fault> faults{Fault::none};
   std::map<std::uint8_t, std::uint8_t> registers;
-  // Of masters.
+  // For masters.
   std::vector<Hertz> clocks{megahertz(1)};
   std::vector<Picoseconds> pauses{Picoseconds{}};
   std::vector<bool> cdm{false};

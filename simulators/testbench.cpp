@@ -94,7 +94,7 @@ int open(Role role, const char* given_name, const char* given_settings) {
   return static_cast<int>(instances.size());
 }
 
-// The channel, or nothing and a complaint.
+// The channel, or nothing and an error message.
 std::optional<std::size_t> channel_of(const Instance& instance, int channel) {
   if (channel >= 0 && channel < instance.settings().format.channel_count) {
     return static_cast<std::size_t>(channel);

@@ -1,14 +1,14 @@
-/* Encoders, masters and scoreboards inside a simulation: what the adapters of the simulators (VPI,
- * DPI-C, VHPIDIRECT) call, and whatever else calls C. Built on biss_c.h.
+/* Encoders, masters and scoreboards inside a simulation: the functions for the adapters of the
+ * simulators (VPI, DPI-C, VHPIDIRECT) and for other C code. Built on biss_c.h.
  *
  *   Times     picoseconds of the simulation, never backwards.
  *   Levels    0 or 1.
- *   Names     each instance has one of its own. The test bench names the instance it speaks of.
+ *   Names     each instance has its own. A call names its instance.
  *   Errors    are printed to stderr, and counted: biss_tb_report() does not return 0 then.
  *   Threads   one only.
  *
- * docs/simulators.md describes the settings. The types are those of DPI-C: int, long long, const
- * char*. */
+ * docs/simulators.md describes the settings. The types are the types of DPI-C: int, long long,
+ * const char*. */
 #pragma once
 
 #ifdef __cplusplus
@@ -20,8 +20,8 @@ extern "C" {
 #endif
 
 /* Makes an encoder that answers the design's master, or a master that reads the design's encoder.
- * Returns its number, above 0. 0: the settings are wrong or the name is taken; a line on stderr
- * says why. */
+ * Returns its number, above 0. 0: the settings are wrong or the name is taken; a line on stderr has
+ * the reason. */
 int biss_tb_encoder(const char* name, const char* settings);
 int biss_tb_master(const char* name, const char* settings);
 
@@ -32,7 +32,7 @@ int biss_tb_master(const char* name, const char* settings);
 long long biss_tb_step_encoder(int id, long long now_ps, int ma);
 long long biss_tb_step_master(int id, long long now_ps, int slo, int request);
 
-/* What the instance drives since the last step: SLO of an encoder, MA of a master. */
+/* The level that the instance drives since the last step: SLO for an encoder, MA for a master. */
 int biss_tb_level(int id);
 /* A master: first rising edges of MA (LAT) at the design so far. An encoder takes its position then.
  */
@@ -40,16 +40,18 @@ int biss_tb_latches(int id);
 /* Requests that have ended. */
 int biss_tb_requests(int id);
 
-/* The next frame of this encoder has these values in `channel`, in place of those of its settings.
+/* The next frame of this encoder has these values in `channel`, in place of the values in its
+/* settings.
  * nE or nW below 0: the values have bits that are neither 0 nor 1, which is an error. */
 void biss_tb_next(const char* name, int channel, long long position, int nE, int nW);
 
-/* The scoreboard. For an encoder: what the design has read. For a master: what the design was given
- * at LAT. biss_tb_value() once for each channel, in any order, then biss_tb_compare().
+/* The scoreboard. For an encoder: the values that the design has read. For a master: the values that
+ * the design was given at LAT. Call biss_tb_value() once for each channel, in any order, then
+ * biss_tb_compare().
  *   known   0: the position has bits that are neither 0 nor 1
- *   cause   a cause of `biss decode` ("ok", "crc", "no_response", ...); "fault" where the design does
- *           not say which one
- * biss_tb_compare() returns 1 where no mismatch is known. */
+ *   cause   a cause of `biss decode` ("ok", "crc", "no_response", ...); "fault" if the design does
+ *           not name the cause
+ * biss_tb_compare() returns 1 unless it finds a mismatch. */
 void biss_tb_value(const char* name, int channel, long long position, int known, int nE, int nW);
 int biss_tb_compare(const char* name, const char* cause);
 

@@ -1,4 +1,5 @@
-// What an encoder sends during one SPI transfer, for the stubs of the vendors' SPI drivers.
+// The bits that an encoder sends during one SPI transfer, for the stubs of the vendors' SPI
+// drivers.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// Runs the sensor driver of the Zephyr module on a PC: what sample_fetch and channel_get return for
-// good and for damaged lines, and what init refuses.
+// Runs the sensor driver of the Zephyr module on a PC: the results of sample_fetch and channel_get
+// for good and for damaged lines, and the setups that init refuses.
 #include <cerrno>
 #include <cstdio>
 

@@ -1,4 +1,4 @@
-// What both boards share: registers, the interrupt mask, the timer of the control cycle.
+// Parts that both boards share: registers, the interrupt mask, the timer of the control cycle.
 #pragma once
 
 #include <cstdint>

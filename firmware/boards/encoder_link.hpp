@@ -40,7 +40,7 @@ concept EncoderPort = control_loop::SpiDma<T> && requires(T& port) {
   port.hold_ma_low();
 };
 
-/// What one cycle brought.
+/// The result of one cycle.
 struct Cycle {
   /// Counts from 0; the same number is the same cycle.
   std::uint32_t number = 0;
@@ -53,9 +53,9 @@ struct Cycle {
   std::optional<biss::FrameFault> fault{};
 };
 
-/// `Reader` is a biss::SpiReader of a format with one channel, `Bytes` what it needs. What does not
-/// fit has an AxisError: a constant link does not compile, another one makes no request, and counts
-/// each as `late`.
+/// `Reader` is a biss::SpiReader of a format with one channel, `Bytes` the size of its buffer. If
+/// they do not fit, there is an AxisError: a constant link does not compile; any other link makes
+/// no request and counts each cycle as `late`.
 template <EncoderPort Port, class Reader, std::size_t Bytes>
 class EncoderLink {
  public:
@@ -104,8 +104,8 @@ class EncoderLink {
     latest_.trusted = frame->trusted();
   }
 
-  /// In place of transfer_complete() where the DMA reports an error: the bytes are not those of the
-  /// line.
+  /// Call it instead of transfer_complete() if the DMA reports an error: the buffer then does not
+  /// have the bytes of the line.
   constexpr void transfer_failed() {
     if (!buffer_.end()) return unexpected();
     no_frame({biss::FrameError::truncated});

@@ -189,7 +189,7 @@ class ReadEncoder {
     return biss::eds_presence(registers_.eds_bank) == biss::EdsPresence::present;
   }
 
-  // The bank that was selected before is selected again, whatever happened.
+  // The bank that was selected before is selected again, also after an error.
   bool read_data_sheet() {
     const bool good = read_banks();
     return write(biss::reg::bsel, registers_.bsel) && good;

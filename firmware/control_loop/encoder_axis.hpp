@@ -34,7 +34,7 @@ template <class T>
 concept SpiDma = requires(T& spi, std::span<std::uint8_t> receive) {
   /// Starts a transfer of `receive.size()` bytes. The DMA uses them until the interrupt. They are
   /// ones, and must be in memory before the DMA writes: a barrier for the compiler, and with a data
-  /// cache also a clean of it here and an invalidation at the end.
+  /// cache, clean the cache here and invalidate it at the end.
   /// \return false if the previous transfer has not ended; then nothing was started
   { spi.start(receive) } -> std::same_as<bool>;
 };
@@ -89,16 +89,16 @@ constexpr std::optional<AxisError> check(const Reader& reader, std::size_t max_b
 template <SpiDma Spi, class Reader, std::size_t max_bytes>
 class EncoderAxis {
  public:
-  /// All three must outlive the axis; the reader may be in flash.
-  /// Where the axis may have moved by half a turn or more since the last good frame, its turns are
-  /// unknown, and the cycle is a bad one. With no_step_limit this is so after any bad cycle.
-  /// What does not fit has an AxisError: a constant axis does not compile, another one has error().
+  /// All three must outlive the axis; the reader may be in flash. If the axis may have moved by
+  /// half a turn or more since the last good frame, its turns are unknown, and the cycle is a bad
+  /// one. With no_step_limit this applies after any bad cycle. If the parts do not fit, there is an
+  /// AxisError: a constant axis does not compile; any other axis has error().
   constexpr EncoderAxis(Spi& spi, const Reader& reader, biss::Picoseconds ma_period,
                         const biss::DeviceTiming& timing, const PolicyLimits& limits)
       : spi_(spi),
         reader_(reader),
         error_(axis_detail::check(reader, max_bytes, limits)),
-        // The position is that of the sampling time, which is measured from the first rising edge.
+        // The position belongs to the sampling time, which is measured from the first rising edge.
         to_sampling_(ma_period / 2 + timing.sampling_typical),
         turns_(error_ ? biss::TurnCounter(1)
                       : turns_of(reader.codec().format().channel_list[0].position_bits(),

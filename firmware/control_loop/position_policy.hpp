@@ -11,8 +11,8 @@ namespace control_loop {
 /// The reaction to one bad cycle.
 enum class BadFrameRule : std::uint8_t {
   hold,         ///< keeps the last measured position
-  extrapolate,  ///< continues at the last measured speed; holds until a speed is known, and where
-                ///< the position would leave the range of PositionPolicy
+  extrapolate,  ///< continues at the last measured speed; holds until a speed is known, and if the
+                ///< position would leave the range of PositionPolicy
   trip,         ///< trips at the first bad cycle
 };
 

@@ -7,7 +7,7 @@ namespace {
 
 constexpr unsigned word_bits = codec.payload_bits();
 
-// The interrupt is pended by software where the DMA controller would do it. NVIC_ISPR0.
+// Software pends the interrupt in place of the DMA controller, by NVIC_ISPR0.
 void raise_dma_interrupt() { *reinterpret_cast<volatile std::uint32_t*>(0xE000'E200U) = 1; }
 
 biss::FrameBits answer(const Axis& axis, Damage damage, std::uint64_t random) {

@@ -18,7 +18,7 @@ inline constexpr biss::SpiSetup setup{.period = ma_period,
 using Codec = biss::FrameCodec<biss::CrcFast, 1>;
 inline constexpr Codec codec{encoder.frame_format()};
 
-/// What is done to a cycle on the line.
+/// The damage to a cycle on the line.
 enum class Damage : std::uint8_t {
   none,
   flips,      ///< one or two bits of data and CRC
@@ -34,7 +34,7 @@ struct Axis {
   static constexpr std::int64_t top_speed = 1'500'000;
   static constexpr std::int64_t acceleration = 4'000;
 
-  /// Far enough from zero that the first sample is in turn 0, where counting begins.
+  /// Far enough from zero that the first sample is in turn 0, in which counting begins.
   std::int64_t position = 5'000'000;
   std::int64_t speed = -top_speed / 2;
   bool upwards = true;

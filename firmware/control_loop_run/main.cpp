@@ -141,7 +141,7 @@ void control_period(biss::Picoseconds now) {
   loop.axis.request(now);
 }
 
-// What the hardware does meanwhile.
+// The end of a transfer, as the hardware reports it.
 void transfer_ends() {
   loop.truth.step();
   const Damage damage = next_damage();

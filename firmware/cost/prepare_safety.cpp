@@ -1,4 +1,4 @@
-// Frames for the safety monitor: good ones, damaged ones, and what no encoder sends.
+// Frames for the safety monitor: good frames, damaged frames, and frames that no encoder sends.
 #include <algorithm>
 #include <cstdint>
 
@@ -32,7 +32,7 @@ void put(Sample& sample, const Sent& sent, Random& random) {
   sample.size_bytes = static_cast<std::uint32_t>(sample.bytes.size());
 }
 
-// What an encoder might send, and should not, by chance.
+// Faults of an encoder, chosen at random.
 void change(Sent& sent, Random& random) {
   switch (random.below(5)) {
     case 0:

@@ -16,10 +16,11 @@ namespace cross_compare {
 /// counter, nW (1 each), cause (2), checksum (2).
 using Message = std::array<std::uint8_t, 34>;
 
-/// The processor with FieldEvaluation and that with LineEvaluation. All 16 bits differ.
+/// The processor with FieldEvaluation and the processor with LineEvaluation. All 16 bits differ.
 enum class Sender : std::uint16_t { field = 0x3A59, line = 0xC5A6 };
 
-/// What a message is about. A message with any other address is of no use to its receiver.
+/// The connection and the request of a message. A receiver ignores a message with any other
+/// address.
 struct Address {
   /// Number of the request.
   std::uint32_t request = 0;
@@ -68,7 +69,7 @@ constexpr Message encode(const Address& address, const biss::SafetyFinding& find
   return message;
 }
 
-/// \return none where the message is damaged, or has another address
+/// \return empty if the message is damaged, or has another address
 constexpr std::optional<biss::SafetyFinding> decode(const Address& expected,
                                                     const Message& message) {
   if (detail::get(message, 32, 2) != detail::checksum(message)) return std::nullopt;

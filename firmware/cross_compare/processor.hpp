@@ -10,9 +10,9 @@
 //             enables torque                    enables torque: both must
 //
 // Each processor has its own copy of the bits, its own clocks, its own monitor and its own output.
-// They share nothing but the answer of the encoder and the messages. A processor takes only the
-// message of the other one, of the same connection and request: not its own one that comes back (an
-// echo on a half-duplex line, TX shorted to RX), and none of another pair.
+// They share only the answer of the encoder and the messages. A processor takes only a message of
+// the other processor, of the same connection and request. It refuses its own message when that
+// comes back (an echo on a half-duplex line, TX shorted to RX), and messages of another pair.
 #pragma once
 
 #include <concepts>
@@ -26,8 +26,9 @@
 
 namespace cross_compare {
 
-/// `Evaluation` is FieldEvaluation<Plan> on the one processor and LineEvaluation<Plan> on the other.
-/// It is the processor's identity, too: two processors with the same one refuse each other.
+/// `Evaluation` is FieldEvaluation<Plan> on the one processor and LineEvaluation<Plan> on the
+/// other. It is the processor's identity, too: two processors with the same evaluation refuse each
+/// other.
 template <class Plan, class Evaluation>
 class Processor {
   static constexpr bool is_first = std::same_as<Evaluation, biss::FieldEvaluation<Plan>>;
@@ -56,8 +57,8 @@ class Processor {
 
   /// Compares with the other processor, once for each answer. Without a good message of the other
   /// processor on this request there is no judgement: the watchdog then ends the safe state.
-  /// \param now as for SafetyMonitor::step(); Transfer::clocks are those of the answer
-  /// \return the position, as this processor alone vouches for it
+  /// \param now as for SafetyMonitor::step(); Transfer::clocks are the clocks of the answer
+  /// \return the position on the authority of this processor alone
   constexpr biss::GuardedPosition compare(biss::TwoClocks now, const Message& message) {
     const auto received = decode({request_, connection_, other}, message);
     if (!received || !waits_) {

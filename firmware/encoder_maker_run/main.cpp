@@ -110,7 +110,7 @@ void check_position(const biss::BitBuffer<64>& bits) {
   ++line.summary.positions;
 }
 
-/// One request: LAT, ACK, START, CDS, the channel where it is on, STOP; then CDM and the timeout.
+/// One request: LAT, ACK, START, CDS, the channel if it is on, STOP; then CDM and the timeout.
 void frame() {
   biss::BitBuffer<64> bits;
   const unsigned clocks = 5 + (line.channels_on ? codec.payload_bits() : 0);

@@ -5,12 +5,13 @@
 //   position(now): none -> torque off      axis.transfer_complete()
 //   axis.request(now): SPI starts    --->    both evaluations, verdict
 //
-// Two clocks: `now` is the control timer's, `second` that of another oscillator, for example the
-// time base of the network. biss::OneClock compiles as well, and names the weaker monitor.
+// Two clocks: `now` is the time of the control timer, `second` the time of another oscillator, for
+// example the time base of the network. biss::OneClock compiles as well, and names the weaker
+// monitor.
 //
 // Give both interrupts the same priority, so that neither interrupts the other and no lock is
 // needed. Call the other functions in one of them, or with both disabled. The board switches the
-// torque off; this class says when.
+// torque off when this class returns no position.
 #pragma once
 
 #include <cstddef>
@@ -47,13 +48,14 @@ class SafeAxis {
     const bool unanswered = buffer_.waits();
     const auto start = [this](std::span<std::uint8_t> receive) { return spi_.start(receive); };
     if (buffer_.begin(bytes, start)) {
-      // Its end was never reported, and its position must not stand for a later one.
+      // The end of the request was never reported, and its position must not count for a later
+      // request.
       if (unanswered) latest_ = monitor_.step(asked_at_, biss::BitView());
       asked_at_ = now;
       if (expected_) monitor_.expect_position(expected_->first, expected_->second);
       expected_.reset();
     } else {
-      // A transfer that has not ended is no answer, whatever its buffer contains.
+      // A transfer that has not ended counts as no answer, with any bytes in its buffer.
       latest_ = monitor_.step(now, biss::BitView());
     }
   }

@@ -33,7 +33,7 @@ package biss_pkg;
     input int nE,
     input int nW
   );
-  // What the design has read, or was given; then biss_tb_compare().
+  // The values that the design has read, or was given; then biss_tb_compare().
   import "DPI-C" function void biss_tb_value(
     input string name,
     input int channel,

@@ -1,10 +1,10 @@
 // A BiSS C master for one channel, in Verilog: a position, nE, nW and CRC6. It measures the line
 // delay of each request, and names the cause of a bad frame as `biss decode` does.
 //
-// MA is `clk` divided by 2 * HALF. SLO falls for ACK wherever the line delay puts it. From there on
-// a bit is sampled each 2 * HALF clocks, HALF clocks into the bit. MA runs until STOP is sampled.
-// `start` is taken while `ready`, which waits until the encoder releases SLO. After a bad frame SLO
-// means nothing: MA is high for a whole frame and the longest timeout, so that the encoder is idle.
+// MA is `clk` divided by 2 * HALF. SLO falls for ACK at any line delay. From this edge on, a bit is
+// sampled each 2 * HALF clocks, HALF clocks into the bit. MA runs until STOP is sampled. `start` is
+// taken while `ready`, which waits until the encoder releases SLO. After a bad frame SLO means
+// nothing: MA is high for a whole frame and the longest timeout, so that the encoder is idle.
 `timescale 1ps / 1ps
 
 module biss_line_master #(
@@ -12,7 +12,7 @@ module biss_line_master #(
     parameter HALF = 8,            // clocks in half a period of MA
     parameter ANSWER_MAX = 256,    // periods of MA until SLO has fallen
     parameter ACK_MAX = 256,       // periods of MA until START
-    // Clocks for which MA is high after a bad frame: that frame at its longest, and 40 us.
+    // Clocks for which MA is high after a bad frame: the longest frame, and 40 us.
     parameter RESET = 2 * HALF * (ACK_MAX + POSITION_BITS + 12) + 3200
 ) (
     input  wire                     clk,

@@ -117,7 +117,7 @@ begin
         when HELD => null;
       end case;
 
-      -- MA that stands still ends a request, wherever it is.
+      -- An idle MA ends a request, at any place in the frame.
       if rises or falls then
         still <= 0;
       elsif still < TIMEOUT then

@@ -1,6 +1,6 @@
-// The recommended settings for a master: what the test benches of biss_line_master try. MA is 5 MHz:
-// the line delays are around whole and half periods of 200 ns, the jitter is a quarter of a period.
-// Make at least 240 requests.
+// The recommended settings for a master: the test benches of biss_line_master use them. MA is 5
+// MHz: the line delays are around whole and half periods of 200 ns, the jitter is a quarter of a
+// period. Make at least 240 requests.
 `define MASTER_SETTINGS { \
     "format=pos26,nE,nW,crc6;cds0 timeout=adaptive jitter=50ns ", \
     "positions=0,max,0x2AAAAAA,0x1555555,walk,random,1 ", \

@@ -36,7 +36,7 @@ begin
     port map (ma => ma, slo => slo, request => request, latches => latches,
               requests => requests);
 
-  -- The shaft stands still until LAT has passed the flip-flops of the encoder, then it moves on.
+  -- The shaft does not move until LAT has passed the flip-flops of the encoder, then it moves on.
   sent : process
     variable turn : natural := 0;
   begin

@@ -5,11 +5,12 @@ library ieee;
 use ieee.std_logic_1164.all;
 
 package biss_pkg is
-  -- The scoreboard of the instance `name`. Of an encoder: what the design has read. Of a master:
-  -- what the design was given at LAT. biss_value for each channel, then biss_compare.
+  -- The scoreboard of the instance `name`. For an encoder: the values that the design has read. For
+  -- a master: the values that the design was given at LAT. biss_value for each channel, then
+  -- biss_compare.
   procedure biss_value(name : string; channel : natural; position : std_logic_vector;
                        nE, nW : std_logic);
-  -- `cause` as of `biss decode`: "ok", "crc", "no_response"; "fault" where the design names none.
+  -- `cause` as in `biss decode`: "ok", "crc", "no_response"; "fault" where the design names none.
   procedure biss_compare(name : string; cause : string);
   -- The next frame of an encoder.
   procedure biss_next(name : string; channel : natural; position : std_logic_vector;

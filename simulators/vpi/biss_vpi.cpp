@@ -17,7 +17,7 @@
 
 #include "simulators/testbench.h"
 
-// Icarus Verilog has it, and no standard.
+// An extension of Icarus Verilog.
 extern "C" [[gnu::weak]] void vpip_set_return_value(int value);
 
 namespace {
@@ -134,7 +134,7 @@ void stop(const char* task, const char* why) {
   vpi_control(vpiFinish, 1);
 }
 
-// False where the number of arguments is wrong; the simulation then stops.
+// False if the number of arguments is wrong; the simulation then stops.
 bool take_arguments(const char* task, std::size_t count, std::vector<vpiHandle>& arguments) {
   arguments = arguments_of_call();
   if (arguments.size() == count) return true;

@@ -31,7 +31,7 @@
 #include "biss/master/spi_read.hpp"
 #include "biss/timing/device_timing.hpp"
 
-/// What one request brought: the position of the first channel, or the cause why there is none.
+/// The result of one request: the position of the first channel, or the cause why there is none.
 struct BissReading {
   std::uint64_t position = 0;
   /// The encoder reports: false = error, false = warning.
@@ -41,8 +41,8 @@ struct BissReading {
 
   /// The position may be used.
   bool trusted() const { return !fault && nE; }
-  /// Why the position may not be used: the name of the cause, or "encoder error" where nE is 0. Else
-  /// "ok".
+  /// Why the position may not be used: the name of the cause, or "encoder error" if nE is 0. "ok"
+  /// if it may be used.
   const char* cause() const {
     if (fault) return biss::name_of(fault->cause).data();
     return nE ? "ok" : "encoder error";
@@ -54,8 +54,8 @@ struct BissReading {
 /// Some cores pause the clock between bytes. The encoder accepts that while a pause is shorter than
 /// its timeout; see the notes for Arduino in docs/microcontrollers.md.
 ///
-/// `Words` has no_error_flag or unchecked where the format has no nE or no CRC:
-/// BissReader<format, biss::SpiSetup{.no_error_flag = true}>
+/// `Words` has no_error_flag or unchecked if the format has no nE or no CRC: BissReader<format,
+/// biss::SpiSetup{.no_error_flag = true}>
 template <biss::FrameFormat Format, biss::SpiSetup Words = biss::SpiSetup{}>
 class BissReader {
   static constexpr biss::SpiSetup setup_of(std::uint32_t clock, biss::Picoseconds line_delay_max) {

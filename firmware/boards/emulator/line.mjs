@@ -3,11 +3,11 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 
-/// The bit of a transfer whose flip damages the position: 3 leading ones, ACK, START and CDS come
+/// The bit of a transfer that is inverted to damage the position: 3 leading ones, ACK, START and CDS come
 /// before the data.
 const flippedBit = 20;
 
-/// What is injected in which cycle: the first ones while positions are read, the others while
+/// The faults and their cycles: the first ones while positions are read, the others while
 /// registers are read and written.
 const faults = new Map([
   [31, 'no_response'],
@@ -56,7 +56,7 @@ export class Line {
     this.encoder.do_ordered_work();
   }
 
-  /// Compares what the board wrote with what happened on the line. A board that is slower than its
+  /// Compares the text of the board with the events on the line. A board that is slower than its
   /// timer may miss the cycles that pass while it writes a line.
   check(text, { isLate = false } = {}) {
     const lines = text.split('\n');

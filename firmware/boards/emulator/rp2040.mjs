@@ -27,7 +27,7 @@ function load(mcu, path) {
   }
 }
 
-/// What the ROM does: checks the second stage of the boot loader, copies it to RAM, and calls it.
+/// The work of the ROM: checks the second stage of the boot loader, copies it to RAM, and calls it.
 function boot(mcu) {
   let crc = 0xffffffff;
   for (const byte of mcu.flash.subarray(0, 252)) {

@@ -4,8 +4,8 @@
 //   GPIO 16  SPI0 RX   from the RS-422 receiver of SLO
 //   GPIO 0   UART0 TX  text, 115200 baud
 //
-// Section numbers are those of the RP2040 data sheet. clock_setup() runs clk_sys and clk_peri at
-// 125 MHz from a crystal of 12 MHz.
+// Section numbers refer to the RP2040 data sheet. clock_setup() runs clk_sys and clk_peri at 125
+// MHz from a crystal of 12 MHz.
 #pragma once
 
 #include <cstdint>
@@ -111,7 +111,7 @@ class Rp2040 {
     using namespace rp2040;
     if ((at(channel(0) + control) & busy) != 0) return false;
     buffer_barrier();
-    // MA is high from here on; what follows takes longer than half a period.
+    // MA is high from here on; the next steps take longer than half a period.
     at(gpio_ctrl(sck)) = function_spi;
     at(channel(0) + write_address) = address_of(receive.data());
     at(channel(0) + transfer_count) = receive.size();

@@ -4,9 +4,9 @@
 //   PA6  SPI1_MISO  from the RS-422 receiver of SLO
 //   PA9  USART1_TX  text, 115200 baud
 //
-// Section numbers are those of ST's reference manual RM0090. clock_setup() runs the processor at
-// 160 MHz and APB2 at 80 MHz, from the internal oscillator of 16 MHz. A slow processor would answer
-// CDM after the encoder's timeout.
+// Section numbers refer to ST's reference manual RM0090. clock_setup() runs the processor at 160
+// MHz and APB2 at 80 MHz, from the internal oscillator of 16 MHz. A slow processor would answer CDM
+// after the encoder's timeout.
 #pragma once
 
 #include <cstdint>
@@ -94,7 +94,7 @@ class Stm32f405 {
     if (running_) return false;
     running_ = true;
     buffer_barrier();
-    // MA is high from here on; what follows takes longer than half a period.
+    // MA is high from here on; the next steps take longer than half a period.
     release_ma();
     at(dma2 + 0x08U) = all_flags;  // LIFCR
     at(stream(0) + memory_address) = address_of(receive.data());

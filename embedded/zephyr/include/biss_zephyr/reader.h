@@ -31,8 +31,8 @@ struct biss_sample {
   uint16_t line_delay_clocks;
 };
 
-/* Returns the number of bytes to transfer, or -EINVAL where the format or a limit is not valid,
- * or the format lacks nE or CRC and the setup does not say so. */
+/* Returns the number of bytes to transfer, or -EINVAL if the format or a limit is not valid, or if
+ * the format lacks nE or CRC and the setup does not permit this. */
 int biss_reader_init(struct biss_reader* reader, const struct biss_reader_setup* setup);
 
 /* Returns 0, or an error of biss_zephyr/encoder.h; then *sample is unchanged. */

@@ -54,7 +54,7 @@ bool transfer(spi_device_handle_t spi) {
   spi_transaction_t transaction{};
   transaction.length = transfer_bytes * 8U;
   transaction.rx_buffer = received;
-  // What the DMA does not write is no_response, and not the last frame.
+  // If the DMA writes nothing, the result is no_response and not the last frame.
   std::fill(std::begin(received), std::end(received), std::uint8_t{0xFF});
   return spi_device_transmit(spi, &transaction) == ESP_OK;
 }
