@@ -433,7 +433,7 @@ TEST_F(DecodeRows, VcdOfWhatHasNoOneTime_IsRefused) {
   const std::string capture = simulate("line.vcd", {"-f", "resolute-26", "--cycles", "20"});
   const Outcome two = run({"decode", capture, capture, "--to", "vcd"});
   EXPECT_EQ(two.status, 2);
-  EXPECT_THAT(two.err, HasSubstr("--to vcd: of one capture and one pair of lines only"));
+  EXPECT_THAT(two.err, HasSubstr("--to vcd: only for one capture and one pair of lines"));
   const std::string csv_capture = simulate("line.csv", {"-f", "resolute-26", "--cycles", "20"});
   // The same lines, with a pulse of MA before 0.
   std::string early = content_of(csv_capture);

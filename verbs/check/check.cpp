@@ -89,8 +89,8 @@ void put(report::TableWriter& writer, Rule rule, const RuleResult& result) {
   writer.row(cells);
 }
 
-// Reads --against into the limits and, where it names a type and -f is not given, the format.
-// \return why that is wrong usage, else nothing
+// Reads --against into the limits and, if it names a type and -f is not given, the format.
+// \return why that is wrong usage; empty if it is not
 std::string apply_against(const std::string& against, CaptureArguments& capture) {
   if (against == against_biss_c) return {};
   if (against == against_renishaw) {
@@ -109,7 +109,8 @@ std::string apply_against(const std::string& against, CaptureArguments& capture)
   return {};
 }
 
-// Counts of the first channel's position in a turn; 0 where it has none, or more than 2^63.
+// Counts of the first channel's position in a turn; 0 if it has no position, or if there are more
+// than 2^63.
 std::uint64_t counts_per_turn(const FrameFormat& format) {
   const ChannelFormat& channel = format.channels().front();
   const unsigned bits =
@@ -118,7 +119,7 @@ std::uint64_t counts_per_turn(const FrameFormat& format) {
 }
 
 std::uint64_t counts_per_second(const Speed& speed, const std::optional<FrameFormat>& format) {
-  // Without a format the rule is not judged, whatever the limit is.
+  // Without a format the rule is not judged, for any limit.
   if (!speed.is_turns || !format) return speed.value;
   const double counts =
       static_cast<double>(speed.value) * static_cast<double>(counts_per_turn(*format)) / 60.0;
@@ -133,7 +134,7 @@ bool has_same_words(const FrameFormat& a, const FrameFormat& b) {
                     b.channels().end(), same);
 }
 
-// Whether a data sheet has words of these lengths; nothing where none names the lengths.
+// Whether a data sheet has words of these lengths; empty if no data sheet states the lengths.
 std::optional<bool> has_word_lengths(const FrameFormat& format, bool renishaw, bool fortis) {
   const auto matches = [&](const auto& each) {
     return has_same_words(each.frame_format(), format);
@@ -253,9 +254,9 @@ class CheckRun final : public CycleRun {
   }
 
   const CheckOptions options_;
-  // The limits are those of Renishaw's data sheets.
+  // The limits come from Renishaw's data sheets.
   bool renishaw_ = false;
-  // By -f or --against; empty where none is given.
+  // By -f or --against; empty if neither gives one.
   std::string format_;
   std::optional<decode::Check> check_;
   std::uint64_t cycles_ = 0;

@@ -36,7 +36,7 @@ FileAndName split(const std::string& text) {
   return {text.substr(0, colon), text.substr(colon + 1)};
 }
 
-// The line of this file that `text` names: empty where it names one of another file.
+// The line of this file that `text` names: empty if it names a line of another file.
 std::string name_in(const std::string& file, const std::string& text) {
   const FileAndName parts = split(text);
   return parts.file.empty() || parts.file == file ? parts.name : std::string();
@@ -46,7 +46,7 @@ bool contains(const std::vector<std::string>& list, const std::string& item) {
   return std::find(list.begin(), list.end(), item) != list.end();
 }
 
-// The first of a list, with dots where it has more.
+// The first items of a list, with dots if it has more.
 std::string some_of(std::vector<std::string> list) {
   constexpr std::size_t most = 12;
   if (list.size() > most) {
@@ -71,7 +71,7 @@ std::string open_error_text(const capture::CaptureError& error, const std::strin
   switch (error.cause) {
     case capture::CaptureCause::layout_missing:
       return fmt::format(
-          "{}: the sample rate of raw samples is not known; give --raw-rate, and --raw-bytes where "
+          "{}: the sample rate of raw samples is not known; give --raw-rate, and --raw-bytes if "
           "a sample has more than one byte",
           path);
     case capture::CaptureCause::no_such_channel:
@@ -175,7 +175,7 @@ ExitStatus CaptureInput::open(std::vector<CaptureFile> files, const InputArgumen
   if (arguments.raw.rate && !any_raw) {
     return host_->fail(
         ExitStatus::usage,
-        fmt::format("--raw-rate: {} says its times itself; leave the option out", name_));
+        fmt::format("--raw-rate: {} has times of its own; leave the option out", name_));
   }
   if (arguments.raw.analog.given() && !any_analog) {
     const char* const option = arguments.raw.analog.threshold ? "--threshold" : "--differential";
@@ -218,7 +218,7 @@ std::uint64_t CaptureInput::bytes() const {
   return sum;
 }
 
-// What a name given by the user is among the lines of this capture; empty where the name is one of
+// The name of a line of this capture for a name given by the user; empty if it names a line of
 // another capture.
 std::string CaptureInput::request_for(const std::string& text,
                                       const InputArguments& arguments) const {

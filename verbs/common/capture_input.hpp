@@ -20,7 +20,7 @@ namespace biss::verbs {
 /// InputArguments::beginning of the command.
 inline constexpr std::size_t edges_at_beginning = std::size_t{1} << 18U;
 
-/// What the command line says about captures and their lines.
+/// The options about captures and their lines.
 struct InputArguments {
   std::vector<std::string> files;
   /// NAME, or FILE:NAME; empty when not given.
@@ -28,7 +28,7 @@ struct InputArguments {
   std::string slo;
   /// Read every pair of MA and SLO, not one.
   bool each = false;
-  /// Where no lines look like MA and SLO, take the two busiest ones.
+  /// If no lines look like MA and SLO, take the two busiest ones.
   bool any_lines = false;
   /// The verb has the option --each.
   bool has_each = false;
@@ -43,7 +43,7 @@ struct InputArguments {
   std::size_t beginning = edges_at_beginning;
 };
 
-/// How much of an open file has been read. Holds a descriptor of its own.
+/// How much of an open file has been read. Has its own descriptor.
 class ReadPosition {
  public:
   explicit ReadPosition(int descriptor);
@@ -51,12 +51,12 @@ class ReadPosition {
   ReadPosition& operator=(ReadPosition&& other) noexcept;
   ~ReadPosition();
 
-  /// Bytes, as far as any descriptor of the file is: readers of archives open it again.
+  /// Bytes up to the furthest descriptor of the file: readers of archives open it again.
   struct Amount {
     std::uint64_t read = 0;
     std::uint64_t all = 0;
   };
-  /// Nothing where the file has no size, as a pipe, or its position is not known.
+  /// Empty if the file has no size, like a pipe, or its position is unknown.
   std::optional<Amount> amount() const;
 
  private:
@@ -84,17 +84,17 @@ class CaptureInput {
 
   /// reopen() is possible: every file is a regular one.
   bool can_reopen() const;
-  /// The bytes of the files that have a size; 0 where none has.
+  /// The bytes of the files that have a size; 0 if no file has a size.
   std::uint64_t bytes() const;
 
   /// Names of the lines; with several files FILE:NAME.
   const std::vector<std::string>& lines() const { return source_->lines(); }
-  /// What the user calls it; with several files FILE + FILE.
+  /// The name that the user gave; with several files FILE + FILE.
   const std::string& name() const { return name_; }
 
-  /// MA and SLO: one pair, or every pair with `each`. Prints why there is none: `usage` for a name
-  /// that the capture does not have, `data_failed` where no lines look like MA and SLO or several
-  /// do, `io` where reading failed.
+  /// MA and SLO: one pair, or every pair with `each`. If there is none, prints why: `usage` for a
+  /// name that the capture does not have, `data_failed` if no lines or several pairs look like MA
+  /// and SLO, `io` if reading failed.
   /// \param quiet prints nothing with `data_failed`
   tl::expected<std::vector<decode::FoundLines>, ExitStatus> find_lines(
       const InputArguments& arguments, const decode::CycleReader& reader, bool quiet = false);
@@ -108,10 +108,10 @@ class CaptureInput {
   /// The next edges; empty at the end, or when reading failed: then error() is not empty.
   std::span<const wire::Edge> next();
 
-  /// The rest as arrays, in place of next(): what next() would deliver, in pieces. Afterwards end_time()
-  /// and error() speak of them, as far as they are settled.
+  /// The remaining edges as arrays in pieces, in place of next(). Afterwards end_time() and error()
+  /// refer to the pieces that are settled.
   capture::PairSource& pairs(const decode::Lines& lines);
-  /// No piece of pairs() is left. False when reading failed; error() says why.
+  /// No piece of pairs() is left. False when reading failed; error() has the reason.
   bool end_pairs();
 
   Picoseconds end_time() const { return pairs_ ? pairs_->end_time() : source_->end_time(); }
@@ -149,8 +149,8 @@ class CaptureInput {
   std::optional<capture::CaptureCause> cause_;
 };
 
-/// The captures of a command line. Files are read as one capture where each has one line, or where
-/// --ma and --slo name a line of different files; else each file is a capture by itself.
+/// The captures of a command line. Files are read as one capture if each has one line, or if --ma
+/// and --slo name lines of different files; otherwise each file is a separate capture.
 class CaptureList {
  public:
   explicit CaptureList(Host& host) : host_(host) {}

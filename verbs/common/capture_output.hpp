@@ -1,4 +1,4 @@
-// Where a verb's edges go: the formats of captures that are written.
+// The output of a verb's edges: the formats of captures that are written.
 #pragma once
 
 #include <array>
@@ -37,8 +37,8 @@ const CaptureFormatText& text_of(CaptureFormat format);
 /// By the extension; `.raw` is raw samples too. Nothing for any other.
 std::optional<CaptureFormat> capture_format_of(std::string_view path);
 
-/// The extension is that of captures that are read and never written: FST, Saleae sessions, and
-/// compressed ones.
+/// Whether the extension belongs to captures that are read and never written: FST, Saleae sessions,
+/// and compressed captures.
 bool is_only_read(std::string_view path);
 
 /// The format holds samples, not changes.
@@ -55,7 +55,7 @@ class CaptureOutput final : public capture::ByteSink {
   CaptureOutput(const CaptureOutput&) = delete;
   CaptureOutput& operator=(const CaptureOutput&) = delete;
 
-  /// As EdgeWriter has them; false when it failed, status() says how the verb ends then.
+  /// As for EdgeWriter; false if writing failed; status() is then the exit status of the verb.
   bool write(std::span<const wire::Edge> edges);
   bool finish(Picoseconds end_time);
   /// Says on stderr why writing failed, unless only the reader left.
@@ -76,7 +76,7 @@ class CaptureOutput final : public capture::ByteSink {
 /// from eight times the clock on; 4 GHz at most. Each has a period of whole picoseconds.
 Hertz usual_sample_rate(Hertz clock);
 
-/// Warns where samples at this rate miss levels of the clock.
+/// Warns if samples at this rate miss levels of the clock.
 void warn_of_lost_clocks(Hertz sample_rate, Hertz clock, Host& host);
 
 }  // namespace biss::verbs

@@ -34,7 +34,7 @@ std::vector<std::string> option_names(const DeclaredVerb& verb) {
   return names;
 }
 
-// The command, the verb that was chosen, and the one below it where it has some.
+// The command, the verb that was chosen, and the verb below it if it has any.
 std::vector<const DeclaredVerb*> chosen_verbs(const DeclaredVerb& command) {
   std::vector<const DeclaredVerb*> chosen{&command};
   for (bool found = true; found;) {
@@ -60,7 +60,7 @@ std::string unknown_verb_text(const std::string& name, const std::vector<std::st
                        : fmt::format("unknown verb '{}'; did you mean '{}'?", name, meant);
 }
 
-// Of an earlier run.
+// Removes the values of an earlier run.
 void forget_given(DeclaredVerb& verb) {
   verb.parsed = false;
   for (DeclaredOption& option : verb.options) option.given.clear();
@@ -73,7 +73,7 @@ DeclaredOption* option_of(DeclaredVerb& verb, const std::string& name) {
   return found == verb.options.end() ? nullptr : &*found;
 }
 
-// The argument that the next word is for; null where the verb takes no further one.
+// The argument that the next word is for; null if the verb takes no further argument.
 DeclaredOption* next_argument(DeclaredVerb& verb) {
   const auto found =
       std::find_if(verb.options.begin(), verb.options.end(), [](const DeclaredOption& each) {

@@ -1,4 +1,5 @@
-// Verbs that judge the request cycles of a capture, in steps: several of them can share one reading.
+// Verbs that judge the request cycles of a capture, in steps, so that several verbs can share one
+// reading.
 #pragma once
 
 #include <cstdint>
@@ -21,10 +22,10 @@ class CycleRun {
   /// Prints why the command line makes no sense.
   virtual ExitStatus open() = 0;
   virtual std::vector<report::Column> columns() const = 0;
-  /// \return the status of the capture, where no cycle of it is of use
+  /// \return the status of the capture, if none of its cycles is of use
   virtual std::optional<ExitStatus> begin(report::TableWriter& writer, RunMessages& messages) = 0;
   virtual void take(std::uint64_t number, const decode::Cycle& cycle) = 0;
-  /// Who sees the changes of the capture too, after begin(); or null.
+  /// The object that also gets the changes of the capture, after begin(); may be null.
   virtual ChangeWatcher* watcher() { return nullptr; }
   /// \param read as DecodedCapture::read() returns it
   virtual ExitStatus end(bool read, Picoseconds end_time, report::TableWriter& writer,
@@ -64,8 +65,8 @@ class CycleRun {
   DecodedCapture capture_;
 };
 
-/// `check`, `explain` and `identify` with these captures, and their other options as they are by
-/// default but for these; rows as JSON lines need them.
+/// `check`, `explain` and `identify` with these captures and these options; all other options have
+/// their defaults. Rows are as for JSON lines.
 std::unique_ptr<CycleRun> check_run(const CaptureArguments& capture, const std::string& against,
                                     Host& host);
 std::unique_ptr<CycleRun> explain_run(const CaptureArguments& capture, Host& host);

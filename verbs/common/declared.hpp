@@ -1,5 +1,6 @@
-// The verbs and their options as data: what verb.hpp declares, and what a command line gives. The
-// parser, the help, the manual page, the completion, Python and the page read these records.
+// The verbs and their options as data: the declarations by verb.hpp, and the values from a command
+// line. The parser, the help, the manual page, the completion, Python and the page read these
+// records.
 #pragma once
 
 #include <functional>
@@ -58,7 +59,7 @@ class WrongUsage : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// What is wrong with the words of a request before any value is read.
+/// The mistakes in the words of a request that show before any value is read.
 struct WrongWords {
   std::string missing_value{};
   /// Words that the verb does not take.
@@ -71,7 +72,7 @@ inline constexpr const char* empty_value = "empty; a value is needed";
 /// A verb and those below it as JSON, with their options; wasm/biss.d.mts has the fields.
 std::string described(const DeclaredVerb& verb);
 
-/// Adds a value as it was written, or the values that it is split into.
+/// Adds a value as written, or the values that it is split into.
 void give(DeclaredOption& option, const std::string& value);
 
 /// Gives the values to the options, in the order of declaration. Throws WrongUsage.

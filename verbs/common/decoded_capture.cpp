@@ -143,7 +143,7 @@ void add_folder_options(Verb verb, CaptureArguments& arguments) {
 
 void add_pair_options(Verb verb, CaptureArguments& arguments) {
   verb.add_option("FILE", arguments.files,
-                  "The capture GOOD and the capture BAD; where each file has one line: the two "
+                  "The capture GOOD and the capture BAD; if each file has one line: the two "
                   "files of GOOD, then the two of BAD; - is standard input")
       .file(FileUse::read);
   add_decode_options(verb, arguments);
@@ -307,8 +307,8 @@ class FrameCollection {
 
 }  // namespace
 
-// From the beginning of the capture, and where that does not show it, or the capture is short, from
-// all of it. Fails where the capture cannot be opened a second time.
+// Identifies the format from the beginning of the capture; if that does not show it, or if the
+// capture is short, from all of it. Fails if the capture cannot be opened a second time.
 ExitStatus DecodedCapture::identify_format() {
   constexpr std::uint64_t short_bytes = std::uint64_t{64} << 20U;
   paused_timeout_.reset();
@@ -356,7 +356,7 @@ ExitStatus DecodedCapture::identify_from_all() {
   return input_.reopen(list_.arguments());
 }
 
-// Where the frames change their length, the format is that of the longest part.
+// If the frames change their length, this is the format of the longest part.
 void DecodedCapture::take_finding(std::span<const identify::Sample> samples) {
   std::vector<identify::FormatPart> parts = identify::find_parts(samples);
   const auto longest =
@@ -636,7 +636,7 @@ std::string DecodedCapture::no_request() const {
   }
   return fmt::format(
       "{}: no request cycle found on MA ({}); is it the right line, is the time unit "
-      "right, and did the master ask?",
+      "right, and did the master send requests?",
       input_.name(), ma_name());
 }
 
@@ -658,17 +658,17 @@ void RunMessages::print(Host& host) const {
 
 namespace {
 
-// What a run that ends at a capture that cannot be read leaves undone.
+// The outputs and files that are left undone by a run that ends at an unreadable capture.
 std::string rest_text(const DecodedCapture& capture, const std::string& output) {
   report::Summary text;
   if (!output.empty()) {
     text.entry("not written", output,
-               "of a damaged capture, biss convert --partial keeps what comes before the damage");
+               "biss convert --partial keeps the part of a damaged capture before the damage");
   }
   const auto files = capture.files_left();
   if (!files.empty()) {
     const std::string more = files.size() == 1 ? "" : fmt::format(" and {} more", files.size() - 1);
-    text.entry("not read", files.front() + more, "the run ends where a capture cannot be read");
+    text.entry("not read", files.front() + more, "the run ends at a capture that cannot be read");
   }
   return text.empty() ? "" : text.text();
 }

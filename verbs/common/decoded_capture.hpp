@@ -25,21 +25,22 @@
 
 namespace biss::verbs {
 
-/// What the command line says about captures and the device in them.
+/// The options about captures and the device in them.
 struct CaptureArguments : InputArguments {
   FormatArguments device;
-  /// The capture shows the inverse of the line. Where it is not given, the polarity is measured.
+  /// The capture shows the inverse of the line. If the option is not given, the polarity is
+  /// measured.
   bool invert_ma = false;
   bool invert_slo = false;
   /// When not given, the sample period of the capture, or 0.
   std::optional<Picoseconds> resolution;
-  /// Where no format is given, use that which the frames show.
+  /// If no format is given, use the format that the frames show.
   bool identify = false;
-  /// Where one is given, find that which the frames show too.
+  /// If a format is given, also find the format that the frames show.
   bool identify_besides = false;
-  /// Deliver a capture in which no lines are MA and SLO too; has_lines() is then false.
+  /// Also deliver a capture in which no lines are MA and SLO; has_lines() is then false.
   bool keep_unknown = false;
-  /// Threads that read the cycles; 0: as many as the machine has processors.
+  /// Threads that read the cycles; 0: one for each processor of the machine.
   std::uint64_t threads = 0;
   /// Words in place of a capture.
   WordArguments words;
@@ -52,7 +53,7 @@ struct CaptureArguments : InputArguments {
 
 /// FILE…, -f, --ma, --slo, --invert-ma, --invert-slo, --each, --resolution, the timing and the raw
 /// options.
-/// \param finds_format the verb refuses a format: the help says so
+/// \param finds_format the verb identifies the format itself; the help states this
 void add_capture_options(Verb verb, CaptureArguments& arguments, bool finds_format = false);
 /// The same for one capture, also in several files with one line each: without --each.
 void add_single_capture_options(Verb verb, CaptureArguments& arguments);
@@ -103,7 +104,7 @@ class DecodedCapture {
   ExitStatus open(const CaptureArguments& arguments, const MarginArguments& margin = {});
 
   /// Goes to the next capture, or with --each to the next pair of lines of the same one. Prints why
-  /// a capture is left out and tries the one after it. False at the end, or when a file cannot be
+  /// a capture is left out, and tries the next one. False at the end, or when a file cannot be
   /// read.
   bool next();
   /// The files that next() has not come to.
@@ -113,28 +114,30 @@ class DecodedCapture {
 
   /// More than one capture or pair of lines may be read.
   bool several() const { return list_.several() || list_.arguments().each; }
-  /// Columns that say which capture and which lines a row is from: `file` where there are several
-  /// captures, `ma` and `slo` with --each; else none.
+  /// Columns that name the capture and the lines of a row: `file` if there are several captures,
+  /// `ma` and `slo` with --each; otherwise none.
   std::vector<report::Column> columns() const;
   /// Their cells; they refer to this object and are valid until next().
   std::vector<report::Cell> cells() const;
 
   /// Reads to the end, with a progress line.
-  /// \return false where reading failed, and input().error() says why; the cycles up to there have
-  ///   been delivered
+  /// \return false if reading failed; input().error() then has the reason, and the cycles before
+  ///   the failure have been delivered
   bool read(const OnCycle& on_cycle);
   /// read() in steps, without a progress line and in this thread: begin_steps(), then step() until it
   /// is false, then end_steps(), which returns as read().
   void begin_steps(OnCycle on_cycle);
   bool step();
   bool end_steps();
-  /// In place of read(), where the cycles are those of another capture: follow() each, then
-  /// end_following(), which prints what read() would.
+  /// In place of read(), if another capture delivers the cycles: follow() each, then
+  /// end_following(), which prints the same as read().
   void follow(std::uint64_t number, const decode::Cycle& cycle, const OnCycle& on_cycle);
   void end_following();
-  /// Its cycles are those of this other capture. \pre both are of the same file
+  /// Whether its cycles are the same as the cycles of this other capture. \pre both are of the same
+  /// file
   bool reads_as(const DecodedCapture& other) const;
-  /// Who sees what read() or step() reads, and judges it. \pre it lives as long as the reading
+  /// Sets the watcher of the changes that read() or step() reads. \pre it lives as long as the
+  /// reading
   void watch(ChangeWatcher& watcher) { watcher_ = &watcher; }
   void unwatch() { watcher_ = nullptr; }
   ChangeWatcher* watcher() const { return watcher_; }
@@ -147,27 +150,27 @@ class DecodedCapture {
   decode::CycleReader reader() const {
     return decode::CycleReader(format_, reading_timing(), margin_);
   }
-  /// The timing by which cycles are read: where no format was given, with the timeout that the capture
+  /// The timing by which cycles are read: if no format was given, with the timeout that the capture
   /// shows if the master pauses its clock.
   DeviceTiming reading_timing() const;
-  /// What the lines at the beginning of the capture carry. \pre next() was true and read() has not
-  /// been called since
+  /// The protocol of the lines at the beginning of the capture. \pre next() was true and read() has
+  /// not been called since
   identify::ProtocolGuess protocol();
   /// Whether the cycle begins between --since and --until.
   bool is_wanted(const decode::Cycle& cycle) const;
-  /// One line: no cycle was found, and what to check.
+  /// One line for users: no cycle was found, and what to check.
   std::string no_request() const;
 
-  /// Empty where no format was given and none was identified: frames are then judged by their
+  /// Empty if no format was given and none was identified: frames are then judged by their
   /// structure alone.
   const std::optional<FrameFormat>& format() const { return format_; }
-  /// What the frames of this capture show of their format; null where that is not asked for. Where
-  /// no format was given, format() is the first candidate if it is sure.
+  /// The format that the frames of this capture show; null if not requested. If no format was
+  /// given, format() is the first candidate if it is sure.
   const identify::FormatFinding* finding() const { return finding_ ? &*finding_ : nullptr; }
-  /// Where the frames change their length: each format, and its cycles; else empty.
+  /// If the frames change their length: each format, and its cycles; otherwise empty.
   const std::string& format_parts() const { return format_parts_; }
-  /// The format that is sure, unless its checksums have the same verdicts as those of the format
-  /// given.
+  /// The format that is sure; null if its checksums have the same verdicts as the checksums of the
+  /// given format.
   const identify::FormatCandidate* better_format() const;
   /// Does not use the format that was identified.
   void judge_structure() { format_.reset(); }
@@ -181,7 +184,7 @@ class DecodedCapture {
   CaptureInput& input() { return input_; }
   /// The capture or the log of words, for a message.
   std::string name() const { return words_ ? words_->file : input_.name(); }
-  /// What is read in place of a capture; null for a capture.
+  /// The words that are read in place of a capture; null for a capture.
   const WordArguments* words() const { return words_ ? &*words_ : nullptr; }
   /// The cycle that was read last has a time.
   bool timed() const { return timed_; }
@@ -191,12 +194,12 @@ class DecodedCapture {
   const decode::FoundLines& lines() const { return pairs_[pair_]; }
   const std::string& ma_name() const { return input_.lines()[lines().lines.ma]; }
   const std::string& slo_name() const { return input_.lines()[lines().lines.slo]; }
-  /// The median time from request to request at the beginning of the capture; 0 where there is
-  /// none. \pre next() was true and read() has not been called since
+  /// The median time from request to request at the beginning of the capture; 0 if there is none.
+  /// \pre next() was true and read() has not been called since
   Picoseconds interval();
 
  private:
-  // Hands the cycle out if it is wanted. False: no more cycle is.
+  // Hands the cycle out if it is wanted. False: no further cycle is wanted.
   bool hand_out(std::uint64_t number, const decode::Cycle& cycle, const OnCycle& on_cycle);
   void count(const decode::Cycle& cycle);
   bool open_next();
@@ -232,7 +235,7 @@ class DecodedCapture {
   Range range_;
   // Cycles that read() has left out.
   std::uint64_t outside_ = 0;
-  // Cycles with a good frame, and those whose frame is not one of the format.
+  // Cycles with a good frame, and cycles with a frame that does not fit the format.
   std::uint64_t good_ = 0;
   std::uint64_t contradict_ = 0;
   std::optional<Picoseconds> resolution_;
@@ -250,7 +253,7 @@ class DecodedCapture {
   // The decoder of the current capture.
   std::optional<decode::Decoder> decoder_;
   std::function<void(const decode::Cycle&)> deliver_;
-  // Of step().
+  // The function for the cycles of step().
   OnCycle on_step_;
   std::uint64_t step_number_ = 0;
   bool step_wanted_ = true;
@@ -261,11 +264,12 @@ class DecodedCapture {
   ExitStatus status_ = ExitStatus::done;
 };
 
-/// The cycles of a capture, from the changes that another one of the same file and lines reads: those
-/// of DecodedCapture::read(), whose watcher sees the changes too.
+/// The cycles of a capture, from the changes that another capture of the same file and lines reads.
+/// They are the same as from DecodedCapture::read(), and the capture's watcher gets the changes,
+/// too.
 class FollowingCapture final : public ChangeWatcher {
  public:
-  /// \param on_cycle its result is not asked for
+  /// \param on_cycle its result is ignored
   FollowingCapture(DecodedCapture& capture, DecodedCapture::OnCycle on_cycle);
 
   void take(std::span<const wire::Edge> edges) override;
@@ -284,11 +288,11 @@ class FollowingCapture final : public ChangeWatcher {
   std::vector<decode::CleanCycle> clean_;
 };
 
-/// What a run prints on stderr after its rows.
+/// The text that a run prints on stderr after its rows.
 class RunMessages {
  public:
   void add_summary(std::string_view text);
-  /// Keeps a line that says why the run fails; returns `status`.
+  /// Keeps the line with the reason why the run fails; returns `status`.
   ExitStatus fail(ExitStatus status, std::string line);
   void print(Host& host) const;
 
@@ -297,10 +301,10 @@ class RunMessages {
   std::vector<std::string> lines_;
 };
 
-/// Writes one table of all captures: calls `write` for each, which writes the rows of the capture
-/// at hand. Columns that say which capture a row is from are added.
+/// Writes one table of all captures: calls `write` for each, which writes the rows of the current
+/// capture. Columns that name the capture of a row are added.
 /// \param output as for Output::open()
-/// \param to the format, and the columns of all where not every one is written
+/// \param to the format, and the names of the columns, if only some are written
 /// \param columns of the rows; called when the first capture is open
 /// \param needs_all the status depends on every row, also when the reader of a pipe has left
 /// \return the worst status of all captures; with `usage` and `io` the output file is left as it was

@@ -1,4 +1,4 @@
-// What is known about a capture before its cause is looked for: how it reads, and what it carries.
+// The facts about a capture that the search for a cause needs: its readings and its protocol.
 #pragma once
 
 #include "explain/diagnose.hpp"
@@ -9,7 +9,8 @@ namespace biss::verbs {
 /// How the lines of a capture read best. \pre as DecodedCapture::beginning()
 explain::Reading choose_reading(DecodedCapture& capture, const CaptureArguments& arguments);
 
-/// An observer of the capture, as it is read from its beginning: it watches the capture too.
+/// An observer of the capture, which is read from its beginning; it also watches the capture's
+/// changes.
 class CaptureObserver final : public ChangeWatcher {
  public:
   /// \pre as DecodedCapture::beginning()
@@ -27,7 +28,7 @@ class CaptureObserver final : public ChangeWatcher {
   explain::Observer observer_;
 };
 
-/// What diagnose() needs beside the cycles. \pre as DecodedCapture::beginning()
+/// The facts that diagnose() needs in addition to the cycles. \pre as DecodedCapture::beginning()
 explain::Context explain_context(DecodedCapture& capture, const CaptureArguments& arguments,
                                  const MarginArguments& margin);
 

@@ -1,4 +1,4 @@
-// The files that a command line names: which of them are one and the same.
+// The files that a command line names, and which of them are the same file.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@ namespace biss::verbs {
 
 class Host;
 
-/// What a verb does with a file. A state is read first and replaced later.
+/// The use of a file by a verb. A state is read first and replaced later.
 enum class FileUse : std::uint8_t { read, write, read_and_write };
 
 struct NamedFile {
@@ -18,10 +18,10 @@ struct NamedFile {
   FileUse use{};
 };
 
-/// Finds two of the files that are the same, by whatever name and link, one of them written; or
-/// standard input or output named twice. A file that does not exist yet is known by its folder and
-/// name. Terminals and /dev/null may be named any number of times.
-/// \return one line that says so; empty if there are none
+/// Finds two names or links of the same file, one of them written; or standard input or output
+/// named twice. A file that does not exist yet is identified by its folder and name. Terminals and
+/// /dev/null may be named any number of times.
+/// \return one line about them; empty if there are none
 std::string file_conflict(const std::vector<NamedFile>& files, Host& host);
 
 /// The path at the end of symbolic links, also if nothing is there. Empty if they form a circle.

@@ -37,7 +37,7 @@ std::string wrong_slaves(std::uint64_t slaves, const FrameFormat& format) {
   if (slaves >= 1 && slaves <= format.channel_count) return {};
   return fmt::format(
       "--slaves '{}': 1 to {}, as many as the format has channels; join the formats of a chain by "
-      "+, first that of the encoder next to the master",
+      "+, the format of the encoder next to the master first",
       slaves, format.channel_count);
 }
 

@@ -17,8 +17,8 @@ void add_format_option(Verb verb, FormatArguments& arguments, bool required,
 /// Declares `--ack-max`, `--ack-clocks`, `--timeout`, `--release`, `--clock-max`, `--cycle-min`.
 void add_timing_options(Verb verb, FormatArguments& arguments);
 
-/// Why no daisy chain of N encoders sends this format: each has a channel of its own. Empty if one
-/// can.
+/// Why no daisy chain of N encoders can send this format: each needs its own channel. Empty if a
+/// chain can.
 std::string wrong_slaves(std::uint64_t slaves, const FrameFormat& format);
 
 }  // namespace biss::verbs

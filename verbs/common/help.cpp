@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t text_column = 28;
 
-// `  NAME   text`, the text in a column of its own. A long list of values is broken after a `|`.
+// `  NAME   text`, the text in a second column. A long list of values is broken after a `|`.
 void append_entry(std::string& out, const std::string& name, std::string_view text) {
   std::string line = "  " + name;
   while (line.size() > help_width) {
@@ -39,8 +39,8 @@ std::string label_text(const OptionHelp& option) {
   return option.required && !argument ? option.text + " (required)" : option.text;
 }
 
-// Headings in the order of their first option. `Options` comes last but for the manual's sake
-// stands here with the others.
+// Headings in the order of their first option. `Options` is among them for the manual; the help
+// prints it last.
 std::vector<std::string> headings_of(const VerbHelp& verb) {
   std::vector<std::string> headings;
   for (const OptionHelp& option : verb.options) {

@@ -1,4 +1,4 @@
-// What the help knows of the command, and the forms in which it is printed.
+// The contents of the help, and the forms in which it is printed.
 #pragma once
 
 #include <string>
@@ -26,7 +26,7 @@ struct VerbHelp {
   std::vector<VerbHelp> verbs;
 };
 
-/// What `--help` prints for a verb. For a verb with verbs, a list of these.
+/// The text of `--help` for a verb. For a verb with verbs, a list of them.
 std::string help_text(const VerbHelp& verb);
 
 /// The manual page of the whole command, in the macros of man(7).

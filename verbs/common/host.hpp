@@ -1,4 +1,4 @@
-// What a verb has of the program that runs it: the command, Python, a page, another verb.
+// The services of the program that runs a verb: the command, Python, a page, another verb.
 #pragma once
 
 #include <atomic>
@@ -20,7 +20,7 @@ namespace biss::verbs {
 
 struct InputArguments;
 
-/// Why a verb ends early: the exit status, and one line that says so.
+/// Why a verb ends early: the exit status, and one line with the reason.
 struct VerbError {
   ExitStatus status = ExitStatus::usage;
   std::string text;
@@ -36,8 +36,9 @@ struct GivenCapture {
 /// Thrown by Host::check(). No std::exception: it must not look like a failure of one file.
 struct Interrupted {};
 
-/// Where the messages, the text and the rows of a verb go, which captures it reads beside files, and
-/// whether it goes on. Nothing of it belongs to a thread: verbs of two hosts run at once.
+/// The destination of a verb's messages, text and rows; the captures that it reads in addition to
+/// files; and whether it continues. It has no state of a thread: verbs of two hosts can run at the
+/// same time.
 class Host {
  public:
   Host() = default;
@@ -48,10 +49,11 @@ class Host {
   /// A message: exactly one line, `biss: text`. Control characters are replaced, so that a file name
   /// cannot make two lines of it.
   virtual void warn(std::string_view text) = 0;
-  /// Text of several lines beside the rows: a summary block. Control characters are replaced.
+  /// Text of several lines in addition to the rows: a summary block. Control characters are
+  /// replaced.
   virtual void print_summary(std::string_view text) = 0;
-  /// warn(), then the status to return: `return host.fail(ExitStatus::io, "…");`
-  /// An error says what, where in the file, and what to do.
+  /// warn(), then the status to return: `return host.fail(ExitStatus::io, "…");` An error names the
+  /// fault, its place in the file, and the remedy.
   ExitStatus fail(ExitStatus status, std::string_view text) {
     warn(text);
     return status;
@@ -65,12 +67,12 @@ class Host {
       std::span<const report::Column> /*columns*/) {
     return nullptr;
   }
-  /// Null if no capture is given by that name, which then is that of a file.
+  /// Null if no capture is given by that name; the name then belongs to a file.
   virtual const GivenCapture* capture(const std::string& /*name*/) const { return nullptr; }
   /// Progress lines may be shown.
   virtual bool shows_progress() const { return false; }
-  /// Throws Interrupted if the run has to end; in any thread. Progress::due() calls it, so that every
-  /// long run asks.
+  /// Throws Interrupted if the run has to end; in any thread. Progress::due() calls it, so that
+  /// every long run checks it.
   virtual void check() {}
 };
 
@@ -82,12 +84,12 @@ class ProcessHost final : public Host {
   bool shows_progress() const override;
 };
 
-/// Keeps all in memory: for programs that are not the command, for verbs that ask other verbs, and for
-/// captures of which many are read at a time.
+/// Keeps all output in memory: for programs other than the command, for verbs that run other verbs,
+/// and for many captures that are read at the same time.
 class MemoryHost : public Host {
  public:
-  /// \param outer the host of the verb that asks, whose captures are given here too, and that ends
-  /// this run with its own
+  /// \param outer the host of the calling verb: its captures are available here, too, and its end
+  /// also ends this run
   explicit MemoryHost(Host* outer = nullptr) : outer_(outer) {}
 
   void warn(std::string_view text) override;
@@ -107,7 +109,7 @@ class MemoryHost : public Host {
   const std::string& summary() const { return summary_; }
   /// Both, as the command prints them on standard error.
   const std::string& text() const { return text_; }
-  /// What was written to standard output.
+  /// The text written to standard output.
   const std::string& output_text() const { return output_; }
 
  private:

@@ -20,7 +20,7 @@ using identify::FormatFinding;
 constexpr std::string_view no_checksum =
     "too few different frames to be sure of the checksum: capture more cycles with motion";
 
-// In what two candidates differ, and what to capture to see it.
+// The difference between two candidates, and what to capture to see it.
 std::string_view doubt_between(const FormatCandidate& a, const FormatCandidate& b) {
   if (a.format.channel_count != b.format.channel_count) return no_checksum;
   for (std::size_t k = 0; k < a.fields.size(); ++k) {
@@ -112,7 +112,7 @@ void add_identified(report::Summary& summary, const FormatFinding& finding, bool
                   used ? fmt::format("identified, confidence {:.2f}; the same as -f \"{}\"",
                                      sure->confidence, text)
                        : fmt::format("identified, confidence {:.2f}; its columns differ from "
-                                     "those of the first capture: decode it alone",
+                                     "the columns of the first capture: decode it alone",
                                      sure->confidence));
     if (!sure->encoders.empty()) summary.entry("", "fits", encoders_text(*sure, 6));
     const std::string still = what_is_still(*sure);

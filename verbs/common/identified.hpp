@@ -1,4 +1,4 @@
-// What a user reads about the format that was identified.
+// Texts for users about the identified format.
 #pragma once
 
 #include <string>
@@ -23,10 +23,10 @@ std::string text_of(const FrameFormat& format);
 /// dots.
 std::string encoders_text(const identify::FormatCandidate& candidate, std::size_t most);
 
-/// Why no format is sure and what to capture instead; empty where one is sure. One sentence each.
+/// Why no format is sure and what to capture instead; empty if one is sure. One sentence each.
 std::vector<std::string> what_is_missing(const identify::FormatFinding& finding);
 
-/// Bits that have not moved: `6 of the 26 bits of the position, nE, nW`; empty where all have.
+/// Bits that have not moved: `6 of the 26 bits of the position, nE, nW`; empty if all have.
 std::string what_is_still(const identify::FormatCandidate& candidate);
 
 /// Lines `format` of a summary: the format and how to give it; or what is missing, and the
@@ -34,8 +34,9 @@ std::string what_is_still(const identify::FormatCandidate& candidate);
 void add_identified(report::Summary& summary, const identify::FormatFinding& finding, bool used);
 
 /// Lines `format` of a summary: the format by which the frames of the capture are judged, or that
-/// none is.
-/// \param given it is that of the command line; else the lines are those of add_identified()
+/// there is none.
+/// \param given the command line gives the format; otherwise the lines are the same as from
+/// add_identified()
 void add_used_format(report::Summary& summary, const DecodedCapture& capture, bool given);
 
 }  // namespace biss::verbs

@@ -71,7 +71,7 @@ Option add_to_option(Verb verb, report::Format& target,
   if (by_output) let_output_choose(verb, names, take);
   return verb.scope(Scope::command)
       .add_text_option("--to", take,
-                       by_output ? "Output format; by default that of the ending of -o, else table"
+                       by_output ? "Output format; by default from the extension of -o, else table"
                                  : "Output format; table by default")
       .type_name(fmt::format("{}", fmt::join(names, "|")));
 }

@@ -15,47 +15,50 @@
 
 namespace biss::verbs {
 
-/// Where the data of a verb goes:
+/// The destination of a verb's data:
 /// * no path or `-` is stdout;
 /// * a regular file, or a name that is free: the text goes to a TemporaryFile, and finish() gives
-///   that the target's name. There is the old file or the whole new one, never half. A symbolic
-///   link stays, its target is replaced. A new file has the mode of any created file (umask), one
-///   that is replaced keeps its mode. Without a successful finish() the target is untouched;
+///   this file the target's name. The target is always the old file or the whole new one. A
+///   symbolic link stays, and its target is replaced. A new file has the mode of any created file
+///   (umask); a replaced file keeps its mode. Without a successful finish() the target is
+///   untouched;
 /// * anything else (pipe, device, /dev/fd/N) is written directly.
 ///
-/// On a terminal, control characters and what turns the direction of writing are replaced as
-/// report::append_printable() does, but for line feeds and tabs: a name out of a file cannot steer it.
+/// On a terminal, control characters and characters that change the direction of writing are
+/// replaced as by report::append_printable(), except line feeds and tabs: a name from a file cannot
+/// control the terminal.
 ///
 /// When the reader of a pipe has left (`biss … | head`), further text is dropped and no error is
 /// reported: the verb completes its other outputs and its judgement. A verb with nothing else to do
-/// asks reader_left() and ends.
+/// checks reader_left() and ends.
 ///
-/// Not to be copied or moved; one thread at a time. SIGPIPE must be ignored, see prepare_process().
+/// It cannot be copied or moved; use it in one thread at a time. SIGPIPE must be ignored, see
+/// prepare_process().
 class Output final : public report::TextSink, private report::FileSink {
  public:
-  /// \param host gets its messages; its standard output is that of the verb
+  /// \param host gets the messages; its standard output is the verb's
   explicit Output(Host& host) : host_(host) {}
   ~Output() override;
   Output(const Output&) = delete;
   Output& operator=(const Output&) = delete;
 
-  /// Opens the target; once. False when it cannot be written, error() says why.
+  /// Opens the target; once. False if it cannot be written; error() has the reason.
   bool open(const std::string& path);
 
   /// Takes text; writes it in blocks of 64 KiB. False once anything has failed.
   bool write(std::string_view text) override;
   bool write_printable(std::string_view text) override;
 
-  /// The same target as a file that is written at any place, in the stead of write(); null where it is
-  /// not a regular file.
+  /// The same target as a file that is written at any place, instead of write(); null if it is not
+  /// a regular file.
   report::FileSink* file() { return temporary_.exists() ? this : nullptr; }
 
-  /// Writes the rest and gives the file its name. False when any of it failed. Call it once, after
+  /// Writes the rest and gives the file its name. False if any of this failed. Call it once, after
   /// all rows are in and everything else that can fail has succeeded.
   bool finish();
 
-  /// Ends without success, after an error elsewhere: what is written directly keeps all text taken
-  /// so far, a file is left as it was before open(). The destructor does the same.
+  /// Ends without success, after an error elsewhere: a target that is written directly keeps all
+  /// text so far, and a file is left as it was before open(). The destructor does the same.
   void abandon();
 
   /// The reader of the pipe has left.

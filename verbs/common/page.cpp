@@ -15,7 +15,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The capture stands before the core, so that the browser has it when the page's script runs.
+// The capture comes before the core, so that the browser has it when the page's script runs.
 constexpr std::string_view core_element = R"(<script type="text/plain" id="biss-core">)";
 
 std::vector<fs::path> usual_places() {
@@ -48,8 +48,8 @@ tl::expected<fs::path, VerbError> find_page() {
 Option add_page_option(Verb verb, std::string& path) {
   return verb.scope(Scope::command)
       .add_option("--page", path,
-                  "Page of biss (make view builds it); by default the one that is installed with "
-                  "the command, or that of the build tree")
+                  "Page of biss (make view builds it); by default the page that is installed "
+                  "with the command, or the page of the build tree")
       .type_name("FILE")
       .file(FileUse::read);
 }

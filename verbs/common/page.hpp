@@ -14,9 +14,9 @@ namespace biss::verbs {
 /// `--page FILE`, to be given to read_page().
 Option add_page_option(Verb verb, std::string& path);
 
-/// The text of the page. Without a path it is share/biss/biss.html of the installation that the
-/// command belongs to, else view/dist/biss.html beside the command's build folder.
-/// \return `io`: no page is there, it cannot be read, or the file is not the page of biss
+/// The text of the page. Without a path it is share/biss/biss.html of the command's installation,
+/// otherwise view/dist/biss.html next to the command's build folder.
+/// \return `io`: there is no page, it cannot be read, or the file is not the page of biss
 tl::expected<std::string, VerbError> read_page(const std::string& path);
 
 /// An attribute of the element `biss-capture`: `data-NAME="VALUE"`. The value is any text.
@@ -32,8 +32,8 @@ std::string page_with_capture(std::string_view page,
                               std::initializer_list<PageAttribute> attributes,
                               std::string_view content);
 
-/// The page with an element `biss-report`, which view/src/core/report.ts describes: what is known of
-/// a capture of which the page has a part.
+/// The page with an element `biss-report`, which view/src/core/report.ts describes: facts about the
+/// whole capture, for a page with a part of it.
 /// \param content base64 of gzip
 /// \pre `page` is from read_page()
 std::string page_with_report(std::string_view page, std::string_view content);

@@ -1,4 +1,4 @@
-// What the page reads a capture with: the options of `biss decode` that a command line has.
+// The settings with which the page reads a capture: the options of `biss decode` in a command line.
 #pragma once
 
 #include <string>
@@ -32,7 +32,7 @@ struct PageSettings {
   std::string link_text() const;
 };
 
-/// \param given the options of a verb that reads a capture; those for the verb alone are left out
+/// \param given the options of a verb that reads a capture; options for the verb alone are left out
 PageSettings page_settings(const std::vector<Option>& given);
 
 }  // namespace biss::verbs

@@ -9,7 +9,7 @@ namespace biss::verbs {
 /// not known.
 extern const char* const build_commit;
 
-/// Name, version and, where it is known, commit, separated by spaces.
+/// Name, version and, if known, commit, separated by spaces.
 std::string program_text();
 
 }  // namespace biss::verbs

@@ -1,5 +1,5 @@
-// `--raw-rate`, `--raw-bytes`, `--threshold` and `--differential`: what a file of samples does not
-// say of itself.
+// `--raw-rate`, `--raw-bytes`, `--threshold` and `--differential`: the facts that a file of samples
+// does not contain.
 #pragma once
 
 #include <cstdint>
@@ -14,9 +14,9 @@ namespace biss::verbs {
 
 class Verb;
 
-/// What the user said of his samples.
+/// The options about samples.
 struct RawSamples {
-  /// Of raw samples. Nothing: he has none.
+  /// Of raw samples. Empty: not given.
   std::optional<Hertz> rate;
   /// Of a raw sample, 1 to 8.
   std::uint64_t bytes = 1;
@@ -28,8 +28,9 @@ struct RawSamples {
 void add_raw_options(Verb verb, RawSamples& raw);
 
 /// The layout of one file. Bit k of a sample is the line `Dk`, bit 0 the lowest of the first byte.
-/// Where `ma` and `slo` both name such a line, no other bit is looked at; else every one is a line.
-/// \param ma,slo names of lines in this file; empty where not known
+/// If `ma` and `slo` both name such a line, all other bits are ignored; otherwise every bit is a
+/// line.
+/// \param ma,slo names of lines in this file; empty if unknown
 /// \pre raw.rate is given
 capture::RawLayout layout_of(const RawSamples& raw, const std::string& ma, const std::string& slo);
 

@@ -16,8 +16,8 @@ namespace biss::verbs {
 class Option;
 class Verb;
 
-/// Returns the configuration of that name, otherwise the first one with the format's words whatever
-/// its CDS, otherwise null.
+/// Returns the configuration of that name, otherwise the first one with the format's words and any
+/// CDS, otherwise null.
 const SafetyConfiguration* implied_configuration(std::string_view text, const FrameFormat& format);
 
 /// Returns whether the format has two words, the second one with a sign of life of 6 bits, and
@@ -53,7 +53,8 @@ struct SafetyFormat {
 /// \return nothing if it is none of these or cannot be monitored
 std::optional<SafetyFormat> parse_safety_format(std::string_view text);
 
-/// Returns the one line why parse_safety_format() returns nothing (usage: exit status 2).
+/// Returns one line with the reason why parse_safety_format() returns nothing (usage: exit status
+/// 2).
 std::string safety_format_error(std::string_view text);
 
 /// Declares `-f,--format`, to be read by parse_safety_format().

@@ -1,4 +1,4 @@
-// Where the rows of a verb go: every format, and the columns that are chosen.
+// The output of a verb's rows: every format, and the chosen columns.
 #pragma once
 
 #include <memory>
@@ -22,9 +22,9 @@ struct TableChoice {
   std::vector<std::string> columns;
 };
 
-/// A writer to `output`, which must outlive it. It takes rows of all columns and writes those that
-/// are chosen.
-/// \return one line where the choice is wrong usage
+/// A writer to `output`, which must outlive it. It takes rows of all columns and writes the chosen
+/// ones.
+/// \return one line if the choice is wrong usage
 tl::expected<std::unique_ptr<report::TableWriter>, std::string> make_table(
     const TableChoice& choice, std::span<const report::Column> columns, Output& output);
 

@@ -27,7 +27,7 @@ static_assert(std::atomic<bool>::is_always_lock_free);
 
 constinit std::array<Entry, 8> entries;
 
-// Has the signals remove this path from now on. False and errno where that is not possible.
+// Makes the signals remove this path from now on. False and errno if that is not possible.
 bool remember(const std::string& path) {
   for (Entry& entry : entries) {
     if (entry.used) continue;
@@ -64,8 +64,8 @@ std::string folder_of(const std::string& target) {
 
 std::string descriptor_path(int descriptor) { return fmt::format("/proc/self/fd/{}", descriptor); }
 
-// Makes the file by make(name) under a name beside the target that is not taken. Its name is short:
-// the target's may already be as long as names can be. Empty and errno on failure.
+// Makes the file by make(name) in the target's folder, under a name that is not in use. The name is
+// short: the target's may already be as long as names can be. Empty and errno on failure.
 template <class Make>
 std::string make_beside(const std::string& target, Make make) {
   constexpr int most_tries = 1000;

@@ -7,8 +7,8 @@ namespace biss::verbs {
 
 /// A new file that replaces its target as a whole: until take_name() the target is untouched.
 ///
-/// Where the file system can (O_TMPFILE), the file has no name until then, and nothing is left even
-/// when the process is killed. Elsewhere it stands beside the target as `.biss-PID-N.tmp`, and
+/// If the file system can (O_TMPFILE), the file has no name until then, and nothing is left even
+/// when the process is killed. Otherwise it is next to the target as `.biss-PID-N.tmp`, and
 /// discard(), the destructor or a signal that ends the process removes it.
 class TemporaryFile {
  public:
@@ -20,8 +20,8 @@ class TemporaryFile {
   /// Creates the file in the target's folder; its mode is that of any created file (umask).
   /// \return a descriptor open for reading and writing, owned by this object; -1 and errno on failure
   int create(const std::string& target);
-  /// Gives the file the target's name, replaces what has it, and closes the file. False and errno
-  /// on failure; call discard() then.
+  /// Gives the file the target's name, in place of any file with this name, and closes it. False
+  /// and errno on failure; then call discard().
   bool take_name();
   /// Closes and removes the file, if there is one.
   void discard();

@@ -1,4 +1,4 @@
-// What the command shows on a terminal only: how far a long run is, and how wide tables may be.
+// Output for terminals only: the progress of a long run, and the width of tables.
 #pragma once
 
 #include <chrono>
@@ -14,7 +14,7 @@ class Host;
 /// Columns of the terminal that `descriptor` is; 0 when it is none, or its width is not known.
 std::size_t terminal_columns(int descriptor);
 
-/// One line on stderr that a long run replaces as it goes on:
+/// One line on stderr that a long run replaces while it runs:
 ///
 ///     Progress progress(host);
 ///     while (…) if (progress.due()) progress.show(fmt::format("{} of {} blocks", done, all));
@@ -42,13 +42,13 @@ class Progress {
   bool wanted_;
 };
 
-/// The end of a progress line: `, 1.25 M cycles/s`, `, 210.00 MB/s`; empty where there is no rate.
+/// The end of a progress line: `, 1.25 M cycles/s`, `, 210.00 MB/s`; empty if there is no rate.
 std::string rate_text(double per_second, std::string_view unit);
-/// The end of a progress line: `, 0:12 left`, `, 1:02:03 left`; empty where the time is not known, or
+/// The end of a progress line: `, 0:12 left`, `, 1:02:03 left`; empty if the time is unknown, or
 /// above 100 days.
 std::string left_text(double seconds);
 
-/// How far a run is; `all` is 0 where it is not known, `before` was done when it began.
+/// The progress of a run; `all` is 0 if unknown, `before` is the part done when the run began.
 struct ProgressCount {
   std::uint64_t done = 0;
   std::uint64_t all = 0;

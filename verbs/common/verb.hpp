@@ -66,10 +66,11 @@ using SetValues = std::function<bool(const std::vector<std::string>& values)>;
 /// Runs a verb once its command line is known to be good. It prints its own errors, by Host::fail().
 using Run = std::function<ExitStatus(Host& host)>;
 
-/// What an option is for. A verb or the page that takes over options of another verb chooses by it.
+/// The purpose of an option. A verb, or the page, that takes over options of another verb chooses
+/// them by their scope.
 enum class Scope : std::uint8_t {
-  reading,  ///< which cycles there are, and what a verb says of them
-  file,     ///< how the file is read; not wanted where a part of its lines is kept in another one
+  reading,  ///< which cycles there are, and how a verb judges them
+  file,     ///< how the file is read; not for a file that keeps a part of its lines
   judging,  ///< the columns `marginal` and `safety`
   rows,     ///< which rows and columns a table has
   command,  ///< this verb's own: its output, its threads, its port
@@ -80,7 +81,7 @@ class Option {
  public:
   explicit Option(DeclaredOption* option) : option_(option) {}
 
-  /// What the help calls the value: FILE, KIND:RATE, …
+  /// The name of the value in the help: FILE, KIND:RATE, …
   Option type_name(const std::string& name);
   Option required(bool is = true);
   Option needs(const Option& other);
@@ -105,8 +106,8 @@ class Option {
   DeclaredOption* option_;
 };
 
-/// What the help says of a verb. Each example is a whole command line; the first one also stands in
-/// the help of the command.
+/// The help of a verb. Each example is a whole command line; the first one is also in the help of
+/// the command.
 struct VerbText {
   std::string name;
   std::string purpose;
@@ -174,8 +175,8 @@ class Verb {
 using GivenOption = std::pair<std::string, std::vector<std::string>>;
 using GivenOptions = std::vector<GivenOption>;
 
-/// The verbs, and a run of one of them. Wrong usage is one message and ExitStatus::usage; what escapes
-/// a verb as an exception, memory run out included, is one message and ExitStatus::io.
+/// The verbs, and a run of one of them. Wrong usage is one message and ExitStatus::usage; an
+/// exception that leaves a verb, also for lack of memory, is one message and ExitStatus::io.
 class Command {
  public:
   /// \param host outlives the command; verbs run with it

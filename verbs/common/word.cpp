@@ -17,7 +17,7 @@ namespace {
 constexpr std::size_t least_binary_digits = 32;
 // A reading that chance makes fit more often is not sure.
 constexpr double largest_chance = 0.02;
-// More say nothing new.
+// Further words show nothing new.
 constexpr std::size_t words_to_try = 200;
 
 bool append_digits(Word& word, std::string_view digits, unsigned bits) {
@@ -29,7 +29,8 @@ bool append_digits(Word& word, std::string_view digits, unsigned bits) {
   return !digits.empty();
 }
 
-// `\xF0\x00` as `0xF0 0x00`; no token for anything between that is neither quote nor blank.
+// `\xF0\x00` as `0xF0 0x00`; no token if there is anything else between them except quotes and
+// blanks.
 std::string without_escapes(std::string_view text) {
   std::string out;
   if (text.starts_with('b')) text.remove_prefix(1);
@@ -49,7 +50,7 @@ std::string without_escapes(std::string_view text) {
 std::vector<std::string> tokens_of(std::string_view text) {
   std::string plain(dump::trimmed(text));
   if (plain.find("\\x") != std::string::npos) plain = without_escapes(plain);
-  // Of a declaration in C, the values.
+  // In a declaration in C, take the values.
   if (const std::size_t brace = plain.find('{'); brace != std::string::npos) {
     plain = plain.substr(brace + 1, plain.find('}') - brace - 1);
   }
@@ -123,7 +124,7 @@ BitView first_bits(const BitView& all, std::uint64_t count) {
 
 enum class Fit : std::uint8_t { none, structure, checksum };
 
-// Stricter than the decoder: the word begins as the reading says, and has zeros where no frame is.
+// Stricter than the decoder: the word begins as in the reading, and has zeros outside of the frame.
 Fit fit_of(const Word& word, const Word& line, const WordReading& place,
            const FrameCodec<>& codec) {
   const BitView all = word.view();
@@ -143,7 +144,7 @@ Fit fit_of(const Word& word, const Word& line, const WordReading& place,
   return is_low || place.bits != 0 ? Fit::checksum : Fit::none;
 }
 
-// The places in words whose bits are in order that are worth a try.
+// The places that are worth a try, in words with their bits in order.
 std::vector<WordReading> places_in(const std::vector<Word>& words, const WordReading& order,
                                    const FrameCodec<>& codec) {
   std::vector<WordReading> places(4, order);

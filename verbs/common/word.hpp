@@ -28,16 +28,16 @@ struct Word {
 /// The digits of a text: `hex`, `binary`, or `decimal`, a list of bytes.
 using Digits = std::string_view;
 
-/// The word in a text as debuggers, hex dumps, sources and logs have it: `F0 00`, `F000`, `0xF000`,
-/// `F0:00`, `F0-00`, `\xF0\x00`, `{0xF0, 0x0}`, `0b1111`, `1111 0000`, `240, 0`. Empty for any other
-/// text.
+/// The word in a text, as in debuggers, hex dumps, sources and logs: `F0 00`, `F000`, `0xF000`,
+/// `F0:00`, `F0-00`, `\xF0\x00`, `{0xF0, 0x0}`, `0b1111`, `1111 0000`, `240, 0`. Empty for any
+/// other text.
 std::optional<Word> parse_word(std::string_view text, Digits digits);
 
 /// The order in which a text is tried: hexadecimal first, unless it has 0 and 1 only, and 32 of them
 /// or more, or `0b`.
 std::array<Digits, 3> digits_in_order(std::string_view text);
 
-/// Where the bits of a frame are in a word; the values are those of the options.
+/// The place of a frame's bits in a word; the values are the values of the options.
 struct WordReading {
   std::string digits;  ///< empty: by digits_in_order()
   std::string bit_order = "msb";
@@ -56,8 +56,8 @@ struct WordReading {
 /// Declares the options of a reading, which need the option `of`. \pre reading outlives the parsing
 void add_word_options(Verb verb, WordReading& reading, const Option& of);
 
-/// The bits from the first clock on. What the word does not have (LAT, ACK; with `payload` also START,
-/// CDS, STOP) is put there as it should be.
+/// The bits from the first clock on. Bits that the word lacks (LAT, ACK; with `payload` also START,
+/// CDS, STOP) get their correct levels.
 Word arrange(const Word& word, const WordReading& reading, const FrameFormat& format);
 /// The word is a good frame.
 bool is_good(const Word& word, const WordReading& reading, const FrameFormat& format);

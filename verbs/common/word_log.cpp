@@ -15,7 +15,7 @@ struct Line {
   std::size_t number = 0;
   std::optional<Picoseconds> time{};
   std::string text{};
-  // A first number of text that may be no part of the word, and what follows it.
+  // A first number in the text that may not belong to the word, and the text after it.
   std::string first{};
   std::string rest{};
 
@@ -121,7 +121,7 @@ tl::expected<std::vector<LoggedWord>, std::string> read_word_log(const WordArgum
                                arguments.needs_times));
     }
     if (i > 0 && lines[i].time && lines[i - 1].time && *lines[i].time < *lines[i - 1].time) {
-      return wrong(lines[i], "the time is before that of the word above; sort the lines");
+      return wrong(lines[i], "the time is earlier than in the line above; sort the lines");
     }
     log.push_back({lines[i].time, std::move(possible.front()[i])});
   }

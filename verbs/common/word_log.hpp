@@ -25,7 +25,7 @@ struct LoggedWord {
 };
 
 /// Reads the words; all lines have the same digits, and all or none a number in front of the word.
-/// \return or one line: the file, the line, what to do
+/// \return the words, or one line: the file, the line, the remedy
 tl::expected<std::vector<LoggedWord>, std::string> read_word_log(const WordArguments& arguments);
 
 /// The cycle of a word; its time is 0 if the word has none.

@@ -9,8 +9,8 @@ namespace biss::verbs {
 
 /// Columns, counted from 0.
 struct Wrap {
-  std::size_t first = 0;   ///< where the text begins
-  std::size_t indent = 0;  ///< where its further lines begin
+  std::size_t first = 0;   ///< the column at which the text begins
+  std::size_t indent = 0;  ///< the column at which its further lines begin
   std::size_t width = 0;   ///< of a line; a longer word is not broken
 };
 

@@ -1,4 +1,4 @@
-// `biss compare`: what differs between a link that works and one that does not.
+// `biss compare`: the differences between a link that works and one that does not.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -35,7 +35,7 @@ const std::vector<report::Column>& compare_columns() {
   return all;
 }
 
-// Whole numbers are written as such: 1000000 and not 1e+06.
+// Whole numbers are written without an exponent: 1000000 and not 1e+06.
 Cell cell_of(const std::variant<double, std::string>& value) {
   if (const auto* words = std::get_if<std::string>(&value)) return *words;
   const double number = std::get<double>(value);
@@ -96,7 +96,7 @@ class CompareRun {
     return ExitStatus::done;
   }
 
-  // Both are judged by one format: the one given, else that of GOOD, else that of BAD.
+  // Both are judged by one format: the given one, else the format of GOOD, else the format of BAD.
   ExitStatus open_both() {
     ExitStatus status = open(good_);
     if (status != ExitStatus::done) return status;

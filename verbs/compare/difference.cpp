@@ -16,7 +16,7 @@ using decode::CycleStatus;
 using decode::Distribution;
 using decode::Rule;
 
-// A consequence counts half: what causes it comes first.
+// A consequence counts half, so that its cause comes first.
 constexpr double consequence = 0.5;
 // That the axis moves in another way is no fault: no effect of a fault is smaller.
 constexpr double other_motion = 0.01;
@@ -29,8 +29,8 @@ constexpr double duty_of_full_effect = 25;
 
 double rounded(double value, double parts) { return std::round(value * parts) / parts; }
 
-// A time, and how uncertain the comparison with it is: half the spread that the good link itself
-// has, and the resolution of both captures.
+// A time, and how uncertain the comparison with it is: half the spread in the good link, and the
+// resolution of both captures.
 struct Times {
   double good = 0;
   double bad = 0;
@@ -61,7 +61,7 @@ struct Count {
 };
 
 // The square root of a change in a share: a link that loses one frame in a hundred does not work,
-// and the effect of that is 0.1. 0 where chance explains the change: two standard deviations.
+// and the effect of that is 0.1. 0 if chance explains the change: up to two standard deviations.
 double share_effect(const Count& good, const Count& bad, bool may_exceed_one = false) {
   if (good.cases == 0 || bad.cases == 0) return 0;
   const double change = std::abs(bad.share() - good.share());
@@ -80,7 +80,7 @@ class Comparison {
     period_ = times(good.evidence.period, bad.evidence.period);
   }
 
-  // Causes before their consequences: the order stays where the effect is the same.
+  // Causes before their consequences: the order stays if the effect is the same.
   std::vector<Difference> run() {
     compare_words();
     compare_clock();
@@ -133,7 +133,8 @@ class Comparison {
     if (!of || !has_clock()) return 0;
     return std::min(1.0, of->apart() / (std::min(period_->good, period_->bad) / 4));
   }
-  // What follows the clock has not changed by itself, and neither has what stays the same in time.
+  // A time that follows the clock has not changed by itself, and neither has a time that stays the
+  // same.
   double beside_clock(const std::optional<Times>& of) const {
     if (!of) return 0;
     if (!has_clock()) return of->doublings();
@@ -252,7 +253,7 @@ class Comparison {
         rounded(of_bad.share(), 1e4), share_effect(of_good, of_bad, true));
   }
 
-  // A master that gets no answer goes on in another way.
+  // A master without an answer makes its next requests in another way.
   double request_weight() const {
     const bool good = good_.statistics.ack().count() != 0;
     return good == (bad_.statistics.ack().count() != 0) ? 1 : consequence * consequence;
@@ -374,7 +375,7 @@ class Comparison {
 
   const Link& good_;
   const Link& bad_;
-  // Of both captures together, in picoseconds.
+  // The resolution of both captures together, in picoseconds.
   double resolution_ = 0;
   std::optional<Times> period_;
   std::vector<Difference> found_;

@@ -1,5 +1,5 @@
-// What differs between two links, and how much that matters. docs/compare.md explains each property
-// and its effect.
+// The differences between two links, and their effects. docs/compare.md explains each property and
+// its effect.
 #pragma once
 
 #include <optional>

@@ -1,4 +1,4 @@
-// What one capture shows about its link, for `biss compare`.
+// The properties of a link that one capture shows, for `biss compare`.
 #pragma once
 
 #include <array>
@@ -37,7 +37,7 @@ struct Link {
   decode::Distribution speed;
 };
 
-/// Reads a capture to its end. Nothing where reading failed: input().error() says why.
+/// Reads a capture to its end. Empty if reading failed; input().error() then has the reason.
 /// \pre next() was true and nothing has been read since
 std::optional<Link> read_link(DecodedCapture& capture, const CaptureArguments& arguments,
                               const MarginArguments& margin);

@@ -192,7 +192,7 @@ class ConvertRun {
     return refused_.empty() ? capture.status() : host_.fail(ExitStatus::io, refused_);
   }
 
-  // The time of an edge, or of the end, in the output; nothing where the output cannot have it.
+  // The time of an edge, or of the end, in the output; empty if the output cannot have it.
   std::optional<Picoseconds> shifted(Picoseconds time) {
     if (shift_.count > 0 && time.count > std::numeric_limits<std::int64_t>::max() - shift_.count) {
       refused_ = fmt::format("{}: times of more than 106 days; cut a part out of it with --since",
@@ -207,7 +207,7 @@ class ConvertRun {
     return std::nullopt;
   }
 
-  // What is before zero, or begins at --since in samples, is moved as a whole.
+  // A capture that begins before zero, or at --since in samples, is moved as a whole.
   void choose_shift(Picoseconds first) {
     if (holds_negative_times(format_)) return;
     if (is_sampled(format_) && options_.since) {
@@ -299,7 +299,7 @@ void add_convert(Command& command) {
                   "Convert this line, and rename it; repeat it for several; all by default")
       .type_name("NAME|NAME=NEW");
   add_rate_option(verb, "--rate", into(options->rate),
-                  "Sample rate of .sr, .dsl and raw samples; by default that of the capture");
+                  "Sample rate of .sr, .dsl and raw samples; by default the rate of the capture");
   add_time_option(verb, "--since", into(options->since), "Begin at this time of the capture");
   add_time_option(verb, "--until", into(options->until), "End at this time of the capture");
   verb.add_flag("--partial", options->partial,

@@ -1,4 +1,4 @@
-// What the format of the output cannot hold, counted while a capture is converted.
+// Losses by the format of the output, counted while a capture is converted.
 #pragma once
 
 #include <cstdint>
@@ -18,15 +18,15 @@ namespace biss::verbs {
 /// More samples than this are a wrong rate or a wrong time, and would fill any disk.
 inline constexpr std::uint64_t most_samples = 1'000'000'000'000;
 
-/// What is known of the capture that is read.
+/// The clock of the capture that is read.
 struct CaptureClock {
-  Hertz rate;          ///< 0 Hz where it is not known
-  Picoseconds period;  ///< 0 where the capture holds changes
+  Hertz rate;          ///< 0 Hz if unknown
+  Picoseconds period;  ///< 0 if the capture contains changes
 };
 
 class Losses {
  public:
-  /// `rate` is that of the samples of the output. \pre it is not 0 Hz for a sampled format
+  /// `rate` is the sample rate of the output. \pre it is not 0 Hz for a sampled format
   Losses(CaptureFormat format, const std::vector<std::string>& names, Hertz rate);
 
   /// An edge that is written, with the time that is written.

@@ -49,7 +49,7 @@ class PartCutter {
   bool past_end() const { return past_end_; }
   /// The edges that are still due when the capture has ended.
   std::span<const wire::Edge> finish(Picoseconds end_time);
-  /// Where the part ends, in a capture that ends at `end_time`.
+  /// The end of the part, in a capture that ends at `end_time`.
   Picoseconds end_of(Picoseconds end_time) const;
 
  private:

@@ -1,4 +1,4 @@
-// `biss crc`: the frame for a position, or the one in a buffer, bit by bit.
+// `biss crc`: the frame for a position, or the frame in a buffer, bit by bit.
 #pragma once
 
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace biss::verbs {
 
-/// A frame from START on, as it is on the line.
+/// A frame from START on, as on the line.
 struct FrameWords {
   struct ChannelWord {
     std::uint64_t data = 0;
@@ -27,10 +27,10 @@ FrameWords frame_words(const FrameFormat& format, const Frame& frame, const Plai
 /// \pre the bits reach to the last one of the CRC
 FrameWords frame_words(const FrameFormat& format, const BitView& bits, const FrameStart& start);
 
-/// What was found in a buffer.
+/// The frame found in a buffer.
 struct Received {
   std::optional<FrameStart> start;
-  std::optional<FrameWords> line;  // nothing where the bits end before the last one of the CRC
+  std::optional<FrameWords> line;  // empty if the bits end before the last bit of the CRC
   std::optional<FrameFault> fault;
 };
 

@@ -68,7 +68,7 @@ Received receive(const BufferOptions& options, const Word& word, const Device& d
   const std::size_t end = start->start_bit + 2 + device.format.payload_bits();
   if (end <= bits.size_bits()) received.line = frame_words(device.format, bits, *start);
   if (options.reading.has_ack()) return received;
-  // The word has no such bits.
+  // The word does not have these bits.
   received.start.reset();
   if (received.line && options.reading.payload) {
     received.line->cds.reset();

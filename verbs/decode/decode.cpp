@@ -50,11 +50,10 @@ void add_decode_options(Verb verb, DecodeOptions& options) {
   add_time_option(verb, "--since", into(options.since), "Skip cycles that begin before this time");
   add_time_option(verb, "--until", into(options.until), "Skip cycles that begin after this time");
   const Verb own = verb.scope(Scope::command);
-  own.add_option(
-         "--fail-on", options.fail_on,
-         "Exit with 1 if such a row occurs: nE, nW, marginal, safety (a fault in that "
-         "column), one of its verdicts, limits, one of these such as clock_max, a status such "
-         "as crc, or any: nE, limits and every status but ok, cut_start and cut_end")
+  own.add_option("--fail-on", options.fail_on,
+                 "Exit with 1 if a row has one of these: nE, nW, marginal, safety (a fault in that "
+                 "column), one of its verdicts, limits, one limit such as clock_max, a status such "
+                 "as crc, or any: nE, limits and every status but ok, cut_start and cut_end")
       .delimiter(',')
       .type_name("CAUSE,...");
   own.add_flag("--no-verify", options.capture.no_verify,

@@ -11,7 +11,7 @@ namespace biss::verbs {
 
 namespace {
 
-// What makes the limit known.
+// The options that make the limit known.
 std::string_view source_of(decode::Limit limit) {
   switch (limit) {
     case decode::Limit::cycle_min:
@@ -23,8 +23,8 @@ std::string_view source_of(decode::Limit limit) {
   }
 }
 
-// The rows of --only-errors: those of `--fail-on any` that a format does not explain, and faults of
-// the safety monitor.
+// The rows of --only-errors: the rows of `--fail-on any` that a format does not explain, and faults
+// of the safety monitor.
 bool is_error(const decode::Cycle& cycle, std::optional<SafetyVerdict> verdict,
               decode::LimitSet exceeded) {
   return is_fault(cycle.status) || exceeded != 0 || (cycle.frame && !cycle.frame->trusted()) ||
@@ -50,7 +50,7 @@ ExitStatus DecodeRun::open() {
   const ExitStatus opened = capture_.open(capture, options_.margin);
   if (opened != ExitStatus::done) return opened;
   if (options_.to == report::Format::vcd && capture_.several()) {
-    return host_.fail(ExitStatus::usage, "--to vcd: of one capture and one pair of lines only");
+    return host_.fail(ExitStatus::usage, "--to vcd: only for one capture and one pair of lines");
   }
   if (const auto limit = fail_on_.unknown_limit(capture_.timing())) {
     return host_.fail(ExitStatus::usage,
@@ -60,7 +60,7 @@ ExitStatus DecodeRun::open() {
   return ExitStatus::done;
 }
 
-// The option for which each word needs a time; empty if there is none.
+// The option for which each word needs a time; empty if no option does.
 std::string DecodeRun::needs_times() const {
   if (options_.since || options_.until) return options_.since ? "--since" : "--until";
   if (options_.motion.velocity) return "--velocity";
@@ -107,8 +107,8 @@ void DecodeRun::choose_table() {
   }
 }
 
-// Returns what is wrong, or nothing. The watchdog depends on the rate of requests at the beginning
-// of the capture.
+// Returns the mistake as one line, or an empty text. The watchdog depends on the rate of requests
+// at the beginning of the capture.
 std::string DecodeRun::choose_monitor() {
   const auto& format = capture_.format();
   const bool asked = options_.safety.given() || fail_on_.asks_safety();
@@ -120,12 +120,12 @@ std::string DecodeRun::choose_monitor() {
     now_.safety_name = std::move((*choice)->name);
   } else if (fail_on_.asks_safety() && options_.safety.configuration != "off") {
     return format ? "--fail-on: this format is not one of BiSS Safety"
-                  : "BiSS Safety: what is in the words is not known without -f";
+                  : "BiSS Safety: the contents of the words are unknown without -f";
   }
   return "";
 }
 
-// Returns what is wrong, or nothing.
+// Returns the mistake as one line, or an empty text.
 std::string DecodeRun::choose_motion() {
   const MotionArguments& asked = options_.motion;
   if (!asked.columns().any()) return "";
@@ -151,7 +151,7 @@ ExitStatus DecodeRun::begin_rows() {
 
 bool DecodeRun::take(std::uint64_t number, const decode::Cycle& cycle,
                      report::TableWriter& writer) {
-  // What a row says depends on the cycles before it, those before --since too.
+  // The values of a row depend on the cycles before it, also on cycles before --since.
   const decode::LimitSet exceeded = now_.limits->judge(cycle);
   const bool too_late = options_.until && cycle.time > *options_.until;
   const bool wanted = !too_late && (!options_.since || cycle.time >= *options_.since);
@@ -206,7 +206,7 @@ ExitStatus DecodeRun::end_rows(bool read, RunMessages& messages) {
   return fail_on_.met_by(now_.statistics, safety()) ? ExitStatus::data_failed : ExitStatus::done;
 }
 
-// Why a column of motion is empty where there is a position.
+// Reports why a column of motion is empty although there is a position.
 void DecodeRun::report_motion(RunMessages& messages) const {
   const std::string name = capture_.name();
   const std::string why = fmt::format(

@@ -33,12 +33,12 @@ struct DecodeOptions {
   MotionArguments motion;
 };
 
-/// What the help says of the verb.
+/// The help of the verb.
 VerbText decode_text();
 /// Declares all options of the verb. \pre options outlives the parsing
 void add_decode_options(Verb verb, DecodeOptions& options);
 
-/// One run of the verb; what must live as long as the rows do. Either run(), or in steps:
+/// One run of the verb; it must live as long as its rows. Either run(), or in steps:
 ///
 ///     if (run.open() == ExitStatus::done && run.next() == ExitStatus::done) {
 ///       … a writer for run.columns()
@@ -88,7 +88,7 @@ class DecodeRun {
   FailOn fail_on_;
   DecodedCapture capture_{host_};
   std::optional<rows::DecodeTable> table_;
-  // Of the capture that is being read: each begins with a new one.
+  // The state for the current capture: each capture begins with a new one.
   struct OfCapture {
     decode::Statistics statistics;
     std::optional<decode::LimitWatch> limits;
@@ -96,7 +96,7 @@ class DecodeRun {
     std::string safety_name;
     std::uint64_t outside = 0;
     std::optional<rows::Motion> motion;
-    // The first cycle whose unwrapped position is not known.
+    // The first cycle with an unknown unwrapped position.
     std::optional<std::uint64_t> lost;
     // That position is known, and 64 bits with a sign do not hold it.
     bool beyond = false;

@@ -12,8 +12,9 @@ namespace biss::verbs {
 
 class FailOn {
  public:
-  /// any, nE, nW, marginal, safety, a SafetyVerdict, limits, a Limit or a CycleStatus but ok.
-  /// \return an empty text, or the one line why a word is wrong
+  /// any, nE, nW, marginal, safety, a SafetyVerdict, limits, a Limit, or a CycleStatus other than
+  /// ok.
+  /// \return an empty text, or one line why a word is wrong
   std::string read(const std::vector<std::string>& words);
 
   /// Whether a safety monitor is needed.
@@ -25,10 +26,10 @@ class FailOn {
   /// Whether a line is needed: for marginal and limits.
   bool asks_line() const { return marginal_ || limits_ || !each_limit_.empty(); }
 
-  /// The first limit that is asked for by its name and that this device does not have.
+  /// The first limit that is requested by name and unknown for this device.
   std::optional<decode::Limit> unknown_limit(const DeviceTiming& timing) const;
 
-  /// \param safety null where there is no monitor
+  /// \param safety null without a monitor
   bool met_by(const decode::Statistics& statistics, const decode::SafetyWatch* safety) const;
 
  private:

@@ -40,9 +40,8 @@ void add_motion_options(Verb verb, MotionArguments& arguments) {
             }
             arguments.scale = text;
           },
-          "Add the column position_deg or position_mm; deg and mm need a format that says how "
-          "large "
-          "a count is")
+          "Add the column position_deg or position_mm; deg and mm need a format with a "
+          "known size of a count")
       .type_name("deg|mm|N/turn|LENGTH");
   verb.add_flag(
       "--velocity", arguments.velocity,
@@ -59,10 +58,10 @@ tl::expected<rows::Motion, std::string> make_motion(const MotionArguments& argum
         std::string("--unwrap, --scale and --velocity: channel 1 of the format has no position"));
   }
   if (arguments.max_step.value_or(0) > TurnCounter::widest_step(bits)) {
-    return tl::unexpected(fmt::format(
-        "--max-step: {} is not below half of the range of {} bits; the direction of such "
-        "a step is not known",
-        *arguments.max_step, bits));
+    return tl::unexpected(
+        fmt::format("--max-step: {} is not below half of the range of {} bits; the direction of "
+                    "this step is not known",
+                    *arguments.max_step, bits));
   }
   std::optional<rows::Scale> scale;
   if (!arguments.scale.empty()) {

@@ -28,8 +28,8 @@ struct MotionArguments {
 
 void add_motion_options(Verb verb, MotionArguments& arguments);
 
-/// \param entry null where the format has no name of the catalogue
-/// \return one line where the format cannot give what is asked
+/// \param entry null if the format has no name of the catalogue
+/// \return one line if the format cannot give the requested values
 /// \pre arguments.columns().any()
 tl::expected<rows::Motion, std::string> make_motion(const MotionArguments& arguments,
                                                     const ChannelFormat& channel,

@@ -131,7 +131,7 @@ void add_safety_options(Verb verb, SafetyArguments& arguments) {
   std::vector<std::string> names{"off"};
   for (const SafetyConfiguration& each : safety_configurations) names.emplace_back(each.name);
   add_name_option(verb, "--safety", arguments.configuration, names,
-                  "Configuration of the safety monitor; by default that of the format");
+                  "Configuration of the safety monitor; by default the one of the format");
   add_check_options(verb, arguments);
   add_duration_option(verb, "--watchdog", into(arguments.watchdog),
                       "Longest time from one good frame to the next; one and a half cycles of the "
@@ -165,7 +165,8 @@ tl::expected<std::optional<SafetyChoice>, std::string> choose_monitor(SafetyArgu
   const auto& format = capture.format();
   if (!format) {
     if (!arguments.given()) return std::nullopt;
-    return tl::unexpected(std::string("BiSS Safety: what is in the words is not known without -f"));
+    return tl::unexpected(
+        std::string("BiSS Safety: the contents of the words are unknown without -f"));
   }
   if (arguments.configuration == "off") return std::nullopt;
   if (!arguments.given() && !is_safety_format(*format)) return std::nullopt;

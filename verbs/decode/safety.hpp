@@ -53,19 +53,19 @@ struct SafetyChoice {
   std::string name;
 };
 
-/// Chooses the configuration that is named, else that of the format's name, else the first one with
-/// the format's widths (not with by_widths), else the widths of the words. Single options override
-/// it. Faults do not latch without `--latch`, so that every cycle has its own verdict.
+/// Chooses the named configuration, else the configuration of the format's name, else the first one
+/// with the format's widths (not with by_widths), else the widths of the words. Single options
+/// override it. Faults do not latch without `--latch`, so that every cycle has its own verdict.
 /// \param cycle time from request to request; the watchdog allows one and a half of them
-/// \return or one line that says what is wrong (usage: exit status 2)
+/// \return the choice, or one line with the mistake (usage: exit status 2)
 tl::expected<SafetyChoice, std::string> choose_safety(const SafetyArguments& arguments,
                                                       std::string_view format_text,
                                                       const FrameFormat& format, Picoseconds cycle);
 
-/// How to monitor the capture at hand: nothing for a format that is none of BiSS Safety if no option
-/// is given, and with `--safety off`.
+/// How to monitor the current capture: empty with `--safety off`, and without options for a format
+/// that is not one of BiSS Safety.
 /// \param format_text the format as the user typed it; empty: the capture's own
-/// \return or one line that says what is wrong (usage: exit status 2)
+/// \return the choice, or one line with the mistake (usage: exit status 2)
 /// \pre next() was true and read() has not been called since
 tl::expected<std::optional<SafetyChoice>, std::string> choose_monitor(SafetyArguments arguments,
                                                                       std::string format_text,
@@ -74,7 +74,7 @@ tl::expected<std::optional<SafetyChoice>, std::string> choose_monitor(SafetyArgu
 /// Adds the lines `safety`, `counter` and `comparison`. \param name of the configuration
 void add_safety(report::Summary& summary, const decode::SafetyWatch& watch, std::string_view name);
 
-/// What is wrong with a setup, with the option that corrects it where there is one.
+/// The mistake in a setup, with the option that corrects it if there is one.
 std::string_view message_of(SafetySetupError mistake);
 
 /// The verdict of that name, or none.

@@ -61,10 +61,10 @@ std::optional<rows::Scale> scale_in(std::string_view text) {
 
 std::optional<rows::Scale> scale_of(const CatalogueEntry& entry) {
   std::string_view text = entry.resolution;
-  // The type of the encoder has to say which.
+  // Which of them is right depends on the type of the encoder.
   if (text.find(" or ") != std::string_view::npos) return std::nullopt;
   text = text.substr(0, text.find(','));
-  // Of two channels, the first.
+  // For two channels, the first one counts.
   text = text.substr(0, text.find(" and "));
   if (text.ends_with(" a turn")) {
     text.remove_suffix(std::string_view(" a turn").size());

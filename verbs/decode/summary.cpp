@@ -40,7 +40,7 @@ void add_spread(report::Summary& summary, std::string_view key, const decode::Di
   summary.entry(key, median, report::spread(text(values.min()), median, text(values.max())));
 }
 
-// Of a period or an interval the longest is the lowest rate.
+// The longest period or interval is the lowest rate.
 void add_rate(report::Summary& summary, std::string_view key, const decode::Distribution& periods) {
   if (periods.count() == 0) return;
   const std::string median = rate_text(periods.median());
@@ -81,7 +81,7 @@ std::string usual_hint(CycleStatus status, const decode::Statistics& statistics)
   return std::string(statistics.good() != 0 ? words.remedy_of_some : words.remedy_of_all);
 }
 
-// An option that accepts the ACK of this capture, where there is one.
+// An option that accepts the ACK of this capture, if there is one.
 std::string ack_hint(const decode::Statistics& statistics, const DecodedCapture& capture) {
   const DeviceTiming& timing = capture.timing();
   const decode::Distribution& clocks = statistics.ack_clocks();

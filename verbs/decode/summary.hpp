@@ -11,7 +11,7 @@
 namespace biss::verbs {
 
 /// \param capture the capture that has been read
-/// \param safety null where there is no monitor; `safety_name` is the name of its configuration
+/// \param safety null without a monitor; `safety_name` is the name of its configuration
 std::string decode_summary(const decode::Statistics& statistics, const DecodedCapture& capture,
                            const decode::SafetyWatch* safety, std::string_view safety_name);
 

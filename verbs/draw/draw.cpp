@@ -270,7 +270,8 @@ void add_draw(Command& command) {
   const auto options = std::make_shared<DrawOptions>();
   Verb verb = command.add_verb(
       {.name = "draw",
-       .purpose = "Draw a request cycle as text or SVG: of a capture, or of a format and a timing",
+       .purpose =
+           "Draw a request cycle as text or SVG, from a capture or from a format and a timing",
        .examples = {"biss draw capture.vcd -f resolute-26 --cycle 3",
                     "biss draw capture.vcd -f resolute-26 --cycle 3 -o cycle.svg",
                     "biss draw -f pos12,nE,nW,crc6 --clock 5MHz --ack 12 --cable 20m "
@@ -285,10 +286,11 @@ void add_draw(Command& command) {
       .type_name("N");
   add_count_option(verb, "--count", into(options->count), "Cycles to draw; 1 by default", count_max)
       .type_name("K");
-  add_count_option(verb, "--width", into(options->width),
-                   "Width: columns of text, 80 or those of the terminal by default; pixels of an "
-                   "image, 960 by default",
-                   draw::svg_width_max)
+  add_count_option(
+      verb, "--width", into(options->width),
+      "Width: columns of text, 80 or the width of the terminal by default; pixels of an "
+      "image, 960 by default",
+      draw::svg_width_max)
       .type_name("N");
   verb.add_repeated_option(
           "--mark",
@@ -297,7 +299,7 @@ void add_draw(Command& command) {
       .type_name("TIME=NAME");
   add_output_option(verb, options->output);
   add_name_option(verb, "--to", options->to, {"text", "svg"},
-                  "Output format; by default svg where the output file ends with .svg, else text");
+                  "Output format; by default svg if the output file ends with .svg, else text");
   add_line_options(verb.section("Simulated line"), *options);
 }
 

@@ -67,7 +67,7 @@ std::vector<SimulatedDrawing> run_line(const sim::LineSetup& setup, std::uint64_
   return drawn;
 }
 
-// Clocks from ACK to START, where START was found.
+// Clocks from ACK to START, if START was found.
 std::optional<std::size_t> ack_of(const draw::CycleDrawing& drawing) {
   for (const draw::DrawnBit& bit : drawing.bits) {
     if (bit.name == "START") return bit.clock - 1;

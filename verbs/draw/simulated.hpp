@@ -29,7 +29,7 @@ inline constexpr std::uint64_t simulated_cycles_max = 10'000;
 
 /// Draws `count` cycles from cycle `first` on.
 /// \param first empty: the first cycle that a fault is injected into by its number, else 0
-/// \param ack_clocks the length of ACK; empty: as `line.processing` says
+/// \param ack_clocks the length of ACK; empty: by `line.processing`
 tl::expected<SimulatedCycles, VerbError> draw_simulated(LineOptions line,
                                                         std::optional<std::uint64_t> ack_clocks,
                                                         std::optional<std::uint64_t> first,

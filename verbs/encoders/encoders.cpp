@@ -29,7 +29,7 @@ std::vector<std::string_view> doubts_of(const CatalogueEntry& entry) {
   return doubts;
 }
 
-// What a word matches: everything for an empty one.
+// The entries that a word matches: all entries for an empty word.
 struct Matches {
   std::vector<const CatalogueEntry*> encoders;
   std::vector<const SafetyConfiguration*> configurations;

@@ -16,7 +16,7 @@ const std::vector<report::Column>& drawing_columns();
 /// Writes the rows. False when the writer has failed.
 bool write_drawing(const draw::CycleDrawing& drawing, report::TableWriter& writer);
 
-/// The head of the drawing: what the cycle is, in one or two lines.
+/// The head of the drawing: a description of the cycle in one or two lines.
 std::string drawing_title(const draw::CycleDrawing& drawing);
 
 }  // namespace biss::verbs

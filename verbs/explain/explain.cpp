@@ -50,12 +50,12 @@ const std::vector<report::Column>& finding_columns() {
   return all;
 }
 
-// Two places: no more is known.
+// Two places: likelihoods are not more precise.
 double rounded(double likelihood) {
   return static_cast<double>(static_cast<int>(likelihood * 100 + 0.5)) / 100;
 }
 
-// Its signs of life, if it has any, are as wide as that of BiSS Safety.
+// Whether its signs of life, if it has any, are as wide as in BiSS Safety.
 bool has_usual_counter(const FrameFormat& format) {
   const auto channels = format.channels();
   return std::all_of(channels.begin(), channels.end(), [](const ChannelFormat& each) {
@@ -117,7 +117,7 @@ class ExplainRun final : public CycleRun {
   }
 
  private:
-  // What is wrong with the options of the monitor, else empty.
+  // The mistake in the options of the monitor, or an empty text.
   std::string choose_watch() {
     watch_.reset();
     if (!options_.safety.given()) return {};
@@ -172,7 +172,7 @@ class ExplainRun final : public CycleRun {
     findings_ = diagnose(evidence_, context_);
   }
 
-  // Reads until the cycle that is asked for. Nothing when the capture has fewer cycles.
+  // Reads until the requested cycle. Empty if the capture has fewer cycles.
   std::optional<draw::CycleDrawing> draw_cycle() {
     std::optional<draw::CycleDrawing> drawing;
     cycles_ = 0;
@@ -192,7 +192,7 @@ class ExplainRun final : public CycleRun {
     return drawing;
   }
 
-  // What comes before the damage of a capture is explained too.
+  // The cycles before the damage of a capture are explained, too.
   ExitStatus read_status(bool whole, RunMessages& messages) const {
     if (!whole) return messages.fail(ExitStatus::io, capture_.input().error());
     if (evidence_.cycles == 0) return messages.fail(ExitStatus::data_failed, capture_.no_request());
@@ -288,7 +288,7 @@ class ExplainRun final : public CycleRun {
   }
 
   const ExplainOptions options_;
-  // Of the capture that is being read.
+  // The evidence of the current capture.
   explain::Evidence evidence_;
   explain::Context context_;
   std::optional<CaptureObserver> observer_;

@@ -38,7 +38,7 @@ class Parts {
   std::string text_;
 };
 
-// What was seen, and in which cycles.
+// Adds an observation, and the cycles in which it was seen.
 void add_sightings(std::string_view what, const Sightings& where, const Evidence& evidence,
                    Parts& parts) {
   const std::string first = time_words(where.first_time.count);
@@ -51,7 +51,8 @@ void add_sightings(std::string_view what, const Sightings& where, const Evidence
   }
 }
 
-// The kinds of requests of a cause, the most frequent ones first, and where they were seen.
+// The kinds of requests of a cause, the most frequent ones first, and the cycles in which they were
+// seen.
 void add_kinds(Cause cause, const Evidence& evidence, Parts& parts) {
   std::vector<RequestKind> seen;
   for (const RequestKind kind : explain::kinds_of(cause)) {
@@ -115,9 +116,9 @@ void add_ack(const Evidence& evidence, Parts& parts) {
   const auto& late = evidence.truncated_ack_clocks;
   const auto& good = evidence.ack_clocks;
   if (late.count() != 0) {
-    parts.add("ACK takes up to {} clocks where bits are missing", late.max());
+    parts.add("ACK takes up to {} clocks in frames with missing bits", late.max());
   }
-  if (good.count() != 0) parts.add("{} clocks at most where the frame is good", good.max());
+  if (good.count() != 0) parts.add("at most {} clocks in good frames", good.max());
 }
 
 void add_pulses(std::string_view line, std::uint64_t pulses, Parts& parts) {
@@ -125,7 +126,7 @@ void add_pulses(std::string_view line, std::uint64_t pulses, Parts& parts) {
   parts.add("{} short pulse{} on {}", pulses, pulses == 1 ? "" : "s", line);
 }
 
-// What `biss check` fails: the rule, what was seen and what is allowed.
+// The rules that `biss check` fails, with the measured value and the limit.
 void add_limits(const Evidence& evidence, Parts& parts) {
   for (const explain::Exceeded& each : evidence.limits) {
     const decode::RuleText& rule = decode::text_of(each.rule);
@@ -136,8 +137,7 @@ void add_limits(const Evidence& evidence, Parts& parts) {
                    ? time_words(thousandths)
                    : fmt::format("{:.4g} {}", static_cast<double>(thousandths) / 1000, rule.unit);
       };
-      seen =
-          fmt::format(", {} where the limit is {}", value(measured->worst), value(measured->limit));
+      seen = fmt::format(", {} with a limit of {}", value(measured->worst), value(measured->limit));
     }
     parts.add("biss check fails {} in {} of {} cases{}", rule.name, each.result.faults,
               each.result.cases, seen);
@@ -168,7 +168,7 @@ void add_checksum(const Evidence& evidence, Parts& parts) {
 
 void add_sampling(const Evidence& evidence, Parts& parts) {
   if (evidence.resolution.count == 0 || evidence.period.count() == 0) return;
-  parts.add("the capture knows edges to {}: {:.1f} samples in a period of MA",
+  parts.add("edge times are accurate to {}: {:.1f} samples in a period of MA",
             time_words(evidence.resolution.count),
             static_cast<double>(evidence.period.median()) /
                 static_cast<double>(evidence.resolution.count));
@@ -202,7 +202,7 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
       } else if (cause == Cause::ma_slo_swapped) {
         parts.add("SLO stays high, as an open input does");
       } else if (cause == Cause::ma_inverted && evidence.count(RequestKind::stop_repeats) != 0) {
-        parts.add("where STOP is 1 it repeats the bit before: the encoder misses the last clock");
+        parts.add("a STOP of 1 repeats the bit before it: the encoder misses the last clock");
         add_delay(evidence, parts);
       }
       return;
@@ -224,7 +224,7 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
       }
       return;
     case Cause::requested_too_soon:
-      add_range("from the last edge of MA to such a request:", evidence.rest_of_bad, parts);
+      add_range("from the last edge of MA to such requests:", evidence.rest_of_bad, parts);
       return add_range("before good cycles:", evidence.good_rest, parts);
     case Cause::noise_on_slo:
       if (4 * evidence.likely_positions > 3 * evidence.failed_checks &&
@@ -245,7 +245,7 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
       return;
     case Cause::no_encoder:
     case Cause::stuck_low:
-      parts.add("{} edges on SLO beside {} on MA", evidence.slo_edges, evidence.ma_edges);
+      parts.add("{} edges on SLO and {} on MA", evidence.slo_edges, evidence.ma_edges);
       return;
     case Cause::sampling_too_slow:
       return add_sampling(evidence, parts);
@@ -312,8 +312,7 @@ std::string remedy_text(Cause cause, const Evidence& evidence, const Context& co
   if (cause == Cause::healthy && evidence.warnings.count != 0) {
     remedy =
         "the link needs nothing, and the positions are valid; the warning of a Renishaw encoder "
-        "asks to "
-        "clean the scale or the reading window; of others the data sheet has the meaning";
+        "asks to clean the scale or the reading window; for other encoders see the data sheet";
   }
   if (cause == Cause::wrong_format && context.identified) {
     remedy = fmt::format("give -f {}", format_text(context.identified->format).view());

@@ -11,7 +11,7 @@ namespace biss::verbs {
 std::string evidence_text(Cause cause, const explain::Evidence& evidence,
                           const explain::Context& context);
 
-/// remedy_of(), with a figure of this capture where one is known.
+/// remedy_of(), with a figure of this capture if there is one.
 std::string remedy_text(Cause cause, const explain::Evidence& evidence,
                         const explain::Context& context);
 

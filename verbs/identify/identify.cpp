@@ -1,4 +1,4 @@
-// `biss identify`: what the lines of a capture carry, and the frame format.
+// `biss identify`: the protocol on the lines of a capture, and the frame format.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -68,10 +68,10 @@ std::vector<report::Column> columns_for(report::Format to) {
   return {all.begin(), all.begin() + shown};
 }
 
-// Four places: no more is known.
+// Four places: confidences are not more precise.
 double rounded_down(double confidence) { return std::floor(confidence * 1e4) / 1e4; }
 
-// What was measured on one pair of lines.
+// The measurements on one pair of lines.
 struct Line {
   decode::Statistics statistics;
   identify::SampleCollector samples;
@@ -89,7 +89,7 @@ std::string joined(const std::vector<std::string>& texts) {
   return fmt::format("{}", fmt::join(texts, " | "));
 }
 
-// The guesses and their odds: without the first one where that is the format.
+// The guesses and their odds: without the first one if it is the format.
 std::string alternatives_of(const FormatFinding& finding, report::Format to) {
   const bool json = to == report::Format::jsonl;
   std::vector<std::string> texts;
@@ -249,7 +249,7 @@ class IdentifyRun final : public CycleRun {
   }
 
   const IdentifyOptions options_;
-  // Of the pair of lines that is being read.
+  // The guess for the current pair of lines.
   ProtocolGuess guess_;
   Line line_;
 };

@@ -9,8 +9,8 @@
 
 namespace biss::verbs {
 
-/// When the encoder releases SLO after a frame. The rule that fits best; where the clock and the
-/// length of the frames do not change, several fit.
+/// The rule by which the encoder releases SLO after a frame: the one that fits best. If the clock
+/// and the length of the frames do not change, several rules fit.
 class ReleaseRule {
  public:
   void add(const decode::Cycle& cycle) {
@@ -25,7 +25,7 @@ class ReleaseRule {
   /// From the last edge of MA to SLO, at the encoder.
   const decode::Distribution& after_clock() const { return after_clock_; }
 
-  /// The rule, where only one of the three fits.
+  /// The rule, if only one of the three fits.
   std::optional<Timeout> rule() const {
     if (after_clock_.count() < least_frames) return std::nullopt;
     const bool fixed = is_constant(after_clock_);

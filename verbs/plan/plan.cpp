@@ -1,4 +1,4 @@
-// biss plan: what a clock and a cable allow for an encoder.
+// biss plan: the limits that a clock and a cable set for an encoder.
 #include <fmt/format.h>
 
 #include <array>
@@ -115,7 +115,7 @@ void warn_of(const Plan& plan, Host& host) {
   }
 }
 
-/// The timeout rule, or the assumption where the frame is longer than that timeout.
+/// The timeout rule, or the assumption if the frame is longer than the timeout.
 std::string timeout_text(const Plan& plan) {
   const Timeout& timeout = plan.device.timing.timeout;
   const Picoseconds release = release_time(timeout, plan.budget.period);
@@ -176,7 +176,7 @@ bool is_interpolated(const Plan& plan) {
   return is_renishaw(plan.device) && plan.longest_compensated && !is_published_clock(plan.clock);
 }
 
-// Where the lengths of cable come from.
+// The source of the lengths of cable.
 std::string_view lengths_text(const Plan& plan) {
   if (!plan.longest_compensated) return "not known";
   if (!is_renishaw(plan.device)) return "Renishaw's rule";
@@ -190,7 +190,7 @@ void add_cable_facts(const Plan& plan, report::Summary& out) {
                         length_or(plan.longest_uncompensated, "no length"),
                         length_or(plan.longest_compensated, "an unknown length")));
   if (plan.clock > megahertz(5) && plan.clock < megahertz(10)) {
-    out.entry("", "", "no length is published between 5 and 10 MHz: that of 10 MHz is used");
+    out.entry("", "", "no length is published between 5 and 10 MHz: the length for 10 MHz is used");
   } else if (is_interpolated(plan)) {
     out.entry("", "", "the data sheet has no row for this clock: interpolated");
   }
@@ -206,8 +206,8 @@ void add_cable_facts(const Plan& plan, report::Summary& out) {
                              : "without: half a period minus the line delay");
 }
 
-// The notes at the table of cables: of the data sheet of BiSS Safety, whose frames have two words, or
-// of that of BiSS C.
+// The notes at the table of cables, from the data sheet of BiSS Safety for frames of two words,
+// otherwise from the data sheet of BiSS C.
 void add_cable_notes(const Plan& plan, report::Summary& out) {
   if (!is_renishaw(plan.device)) return;
   out.entry(

@@ -1,4 +1,4 @@
-// Accesses to registers, and commands, as rows: those of `biss registers`.
+// Accesses to registers, and commands, as the rows of `biss registers`.
 #pragma once
 
 #include <vector>
@@ -8,12 +8,12 @@
 
 namespace biss::verbs {
 
-/// The columns. The first one is the number of the cycle in which an access begins; `cycles` says how
-/// many it takes.
+/// The columns. The first one is the number of the cycle in which an access begins; `cycles` is the
+/// number of its cycles.
 const std::vector<report::Column>& access_columns();
 
-/// A row; of a command to several slaves a row for each. A broadcast, and what a damaged header leaves
-/// open, has no ID.
+/// Writes a row, or a row for each slave of a command to several slaves. The ID is empty for a
+/// broadcast, and if a damaged header leaves it open.
 void write_access(report::TableWriter& writer, const decode::SeenAccess& access);
 
 }  // namespace biss::verbs

@@ -31,7 +31,7 @@ struct RegistersOptions {
   report::Format to = report::Format::table;
 };
 
-// The registers of each slave as far as the traffic shows them.
+// The registers of each slave that the traffic shows.
 class Dumps {
  public:
   /// \param bank the bank of each slave at the beginning
@@ -39,7 +39,7 @@ class Dumps {
 
   void take(const SeenAccess& access) {
     if (!access.header_sent || access.kind == SeenAccess::Kind::command) return;
-    // An access of which the kind is not known does not show that there is such a slave.
+    // An access of unknown kind does not prove that the slave exists.
     if (access.kind == SeenAccess::Kind::unknown && !slaves_.contains(access.id)) return;
     slaves_.try_emplace(access.id, bank_).first->second.take(access);
   }
@@ -69,7 +69,7 @@ class RegistersRun {
     const ExitStatus opened = capture_.open(options_.capture);
     if (opened != ExitStatus::done) return opened;
     if (!options_.dump.empty() && capture_.several()) {
-      return host_.fail(ExitStatus::usage, "--dump: of one capture and one pair of lines only");
+      return host_.fail(ExitStatus::usage, "--dump: only for one capture and one pair of lines");
     }
     const ExitStatus status =
         write_captures(capture_, options_.output, options_.to, access_columns,

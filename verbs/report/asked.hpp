@@ -1,4 +1,4 @@
-// What other verbs of the command say of the same capture, from one reading of it.
+// The results of other verbs on the same capture, from one reading of it.
 #pragma once
 
 #include <memory>
@@ -12,8 +12,9 @@
 
 namespace biss::verbs {
 
-/// A verb that is asked: open(), then take() and watcher() for the cycles and the changes of another
-/// capture of the same file, then answer(). It reads the file itself where it looks at other lines.
+/// A verb that runs on the reading of another one: open(), then take() and watcher() for the cycles
+/// and the changes of another capture of the same file, then answer(). It reads the file itself if
+/// it uses other lines.
 class AskedVerb {
  public:
   /// \param make makes its run
@@ -26,9 +27,9 @@ class AskedVerb {
   void open(const DecodedCapture& reading);
   /// The next cycle of the reading.
   void take(std::uint64_t number, const decode::Cycle& cycle);
-  /// Who sees its changes; or null.
+  /// The object that gets the changes; may be null.
   ChangeWatcher* watcher() { return following_ ? &*following_ : run_->capture().watcher(); }
-  /// \return `status`, `out` and `err`, as RunResult of wasm/biss.d.mts; its own error where it could
+  /// \return `status`, `out` and `err`, as RunResult of wasm/biss.d.mts; its own error if it could
   ///   not judge the capture
   tl::expected<nlohmann::json, VerbError> answer(Picoseconds end_time);
 

@@ -31,7 +31,7 @@ void Excerpt::take(std::span<const Edge> edges) {
   }
 }
 
-// So have those of these changes, of which few are of use.
+// Takes changes of which only few are needed.
 void Excerpt::take(const capture::PairPiece& changes) {
   std::array<std::size_t, 2> at{};
   for (auto& [window, to] : queue_) {
@@ -43,7 +43,8 @@ void Excerpt::take(const capture::PairPiece& changes) {
   settle();
 }
 
-// Appends the changes between two times; `at`: of each line, the first that has not been looked at.
+// Appends the changes between two times; `at` is the first change of each line that has not been
+// visited.
 void Excerpt::fetch(const capture::PairPiece& changes, std::int64_t from, std::int64_t to,
                     std::array<std::size_t, 2>& at) {
   leave(from);
@@ -89,7 +90,7 @@ void Excerpt::queue(std::int64_t to) {
   if (pending_->wanted) queue_.emplace_back(std::move(*pending_), to);
 }
 
-// Takes the edges of what was added.
+// Copies the edges of the added cycles.
 void Excerpt::settle() {
   for (auto& [window, to] : queue_) copy(window, to);
   queue_.clear();

@@ -24,8 +24,8 @@ struct ExcerptCycle {
   bool chosen = false;
 };
 
-/// Sees the edges of a capture as they are read, and keeps those of the cycles that are chosen, of the
-/// one before and the one after each. Between them the lines are unknown.
+/// Sees the edges of a capture as they are read, and keeps the edges of each chosen cycle, of the
+/// cycle before it and of the cycle after it. Between them the lines are unknown.
 class Excerpt final : public ChangeWatcher {
  public:
   explicit Excerpt(const decode::Lines& lines) : lines_(lines) {}
@@ -39,7 +39,7 @@ class Excerpt final : public ChangeWatcher {
 
   /// The cycles with their edges, in their order.
   const std::vector<ExcerptCycle>& cycles() const { return cycles_; }
-  /// The first `count` of them as a VCD of the lines MA and SLO.
+  /// The first `count` cycles as a VCD of the lines MA and SLO.
   std::string vcd(std::size_t count) const;
   /// Cycles of the excerpt that are not there: their edges were too many, or before 0.
   std::uint64_t lost() const { return lost_; }
@@ -65,16 +65,16 @@ class Excerpt final : public ChangeWatcher {
   std::optional<Pending> pending_;
   bool chosen_before_ = false;
   std::vector<std::pair<Pending, std::int64_t>> queue_;
-  // Of line 0, MA, and line 1, SLO: not copied yet, and their levels before.
+  // Edges of line 0, MA, and line 1, SLO, that are not copied yet, and the levels before them.
   std::vector<wire::Edge> held_;
-  // Of held_, these first ones are of no use any more.
+  // The number of first edges of held_ that are no longer needed.
   std::ptrdiff_t left_ = 0;
   std::array<wire::Level, 2> levels_{wire::Level::unknown, wire::Level::unknown};
   std::int64_t dropped_to_ = before_all;
   std::int64_t last_to_ = before_all;
   std::vector<wire::Edge> edges_;
   std::vector<ExcerptCycle> cycles_;
-  // Of each cycle: where its edges end, and when.
+  // For each cycle the index and the time at which its edges end.
   std::vector<std::pair<std::size_t, std::int64_t>> ends_;
   std::int64_t end_ = 0;
   std::uint64_t lost_ = 0;

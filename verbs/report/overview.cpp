@@ -15,10 +15,10 @@ namespace {
 using nlohmann::json;
 
 constexpr std::size_t groups_max = 10'000;
-// Of the pictures beside the counts.
+// Bins of the pictures next to the counts.
 constexpr std::size_t bins = 60;
 
-// Times as the page has them: picoseconds.
+// Times in picoseconds, as in the page.
 std::optional<double> number_of(const report::Cell& cell) {
   switch (cell.kind()) {
     case report::Kind::unsigned_integer:
@@ -34,7 +34,7 @@ std::optional<double> number_of(const report::Cell& cell) {
   }
 }
 
-// A picture needs no more digits; null where there is no value.
+// A picture needs no more digits; null if there is no value.
 json drawn_number(double value) {
   if (std::isnan(value)) return nullptr;
   const double rounded = std::strtod(fmt::format("{:.6g}", value).c_str(), nullptr);
@@ -119,7 +119,7 @@ void Overview::count_cells(Group& group, std::span<const report::Cell> cells) {
   }
 }
 
-// There are few of them.
+// A linear search is enough for the few causes.
 std::size_t Overview::cause_for(const std::string& column, std::string_view name) {
   const auto found = std::find_if(causes_.begin(), causes_.end(), [&](const Cause& cause) {
     return cause.name == name && cause.column == column;

@@ -1,4 +1,5 @@
-// What a page shows of a whole capture: lowest and highest values against time, and counts by cause.
+// The overview of a whole capture in a page: lowest and highest values against time, and counts by
+// cause.
 #pragma once
 
 #include <cstdint>
@@ -52,7 +53,7 @@ class Overview {
   std::size_t cause_for(const std::string& column, std::string_view name);
 
   std::size_t time_column_ = 0;
-  // Places of the columns that are drawn, and of those that have causes.
+  // Places of the columns that are drawn, and of the columns with causes.
   std::vector<std::pair<std::size_t, std::string>> drawn_;
   std::vector<std::pair<std::size_t, report::Column>> counted_;
   std::vector<Cause> causes_;

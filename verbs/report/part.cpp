@@ -60,8 +60,8 @@ class PartMaker final : private ChangeWatcher {
   PartMaker(DecodeOptions& options, DecodeRun& run, std::string_view name)
       : options_(options), run_(run), name_(name) {}
 
-  // And asks what the verbs of the page's panels say of the whole capture: `check` with the limits of
-  // the profiles, and of the encoder that the format names.
+  // Reads the capture, and runs the verbs of the page's panels on it: `check` runs with the limits
+  // of the profiles, and with the limits of the encoder that the format names.
   ExitStatus read() {
     DecodedCapture& capture = run_.capture();
     const auto& format = capture.format();
@@ -129,7 +129,7 @@ class PartMaker final : private ChangeWatcher {
   /// Cycles in the part.
   std::size_t count() const { return count_; }
 
-  // Of the cycles in the part, as `biss decode --to csv` writes them.
+  // The rows of the cycles in the part, as `biss decode --to csv` writes them.
   std::string rows() const {
     std::string text = header_;
     for (std::size_t i = 0; i < count_; ++i) text += excerpt_->cycles()[i].row;
@@ -154,7 +154,7 @@ class PartMaker final : private ChangeWatcher {
             {"causes", overview_->causes()}};
   }
 
-  // What the verbs say, by their names: `check` by that of its limits too.
+  // The results of the verbs by their names; for `check` also by the name of its limits.
   tl::expected<json, VerbError> verbs() {
     json answers = json::object();
     for (AskedVerb& verb : asked_) {
@@ -190,8 +190,8 @@ class PartMaker final : private ChangeWatcher {
                                   accesses_max));
     }
     notes.emplace_back(
-        "Plots, causes, summary, identify, check, explain and accesses to registers are those of "
-        "the whole capture; the eye and the margins are those of the cycles in the report.");
+        "Plots, causes, summary, identify, check, explain and accesses to registers cover "
+        "the whole capture; the eye and the margins cover the cycles in the report.");
     return notes;
   }
 

@@ -1,4 +1,4 @@
-// A part of a capture that is too large for a page, and what the page shows of the whole.
+// A part of a capture that is too large for a page, and the overview of the whole capture.
 #pragma once
 
 #include <cstddef>
@@ -17,15 +17,15 @@ struct CapturePart {
   std::string capture;
   std::string report;
   PageSettings settings;
-  /// What the part contains and what was left out, a sentence each.
+  /// The contents of the part and the omissions, one sentence each.
   std::vector<std::string> notes;
 };
 
-/// Reads the capture once; other verbs judge what it reads.
-/// \param options those of `run`, which has gone to its capture
+/// Reads the capture once; other verbs judge this reading.
+/// \param options the options of `run`, which has gone to its capture
 /// \param settings of the command line
 /// \param room the most characters of both texts
-/// \return why there is none; it has been printed
+/// \return the status if there is no part; the reason has been printed
 tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, DecodeRun& run,
                                                       const PageSettings& settings,
                                                       std::string_view name, std::size_t room);

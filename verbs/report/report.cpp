@@ -79,7 +79,7 @@ class ReportRun {
     return fs::path(options_.decode.capture.files.front()).filename().string();
   }
 
-  // The bytes of the capture as text; nothing where they are too many.
+  // The bytes of the capture as text; empty if there are too many.
   std::optional<std::string> whole_capture() const {
     const std::vector<std::string>& files = options_.decode.capture.files;
     std::error_code problem;

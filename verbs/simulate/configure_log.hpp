@@ -1,4 +1,4 @@
-// The summary of `biss simulate --configure`: what the master asked, and what it found.
+// The summary of `biss simulate --configure`: the requests of the master, and the results.
 #pragma once
 
 #include <cstdint>
@@ -15,11 +15,11 @@ class ConfigureLog {
   /// Call before each request and after the last one.
   void note(const Configurator& configurator);
 
-  /// The options of a configuration whose findings this log takes. \pre it outlives the run
+  /// The options of a configuration that reports its findings to this log. \pre it outlives the run
   ConfigureOptions options();
 
-  /// The steps with their requests; format, timing and identity, each with its source, where they
-  /// were found. \param time the duration of the configuration
+  /// The steps with their requests; format, timing and identity, each with its source, if they were
+  /// found. \param time the duration of the configuration
   std::string text(const Result<Configuration, ConfigureFault>& found, Picoseconds time) const;
 
  private:

@@ -1,4 +1,4 @@
-// `--fault`: the faults to inject, in which cycles, and where in a cycle.
+// `--fault`: the faults to inject, their cycles, and their places in a cycle.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ tl::expected<void, std::string> check_faults(std::span<const sim::FaultRule> rul
 /// The names of all kinds, separated by commas.
 std::string fault_kinds_text();
 
-/// Where faults began, as `flip@bit=7;cut@clock=12.25`, chosen at random or not.
+/// The places at which faults began, as `flip@bit=7;cut@clock=12.25`, chosen at random or given.
 std::string text_of(std::span<const sim::InjectedFault> injected);
 
 }  // namespace biss::verbs

@@ -1,4 +1,4 @@
-// A capture of which one or two lines are used, as `simulate` takes it.
+// A capture of which `simulate` uses one or two lines.
 #pragma once
 
 #include <span>
@@ -10,12 +10,12 @@
 
 namespace biss::verbs {
 
-/// The capture, and what its beginning shows.
+/// The capture, and the properties that its beginning shows.
 class RecordedLine {
  public:
   explicit RecordedLine(Host& host) : host_(host), input_(host) {}
 
-  /// Opens it and finds MA, and SLO where `needs_slo`. Prints why it cannot.
+  /// Opens it and finds MA, and SLO if `needs_slo`. Prints why it cannot.
   ExitStatus open(const std::string& file, const std::string& ma, const std::string& slo,
                   const RawSamples& raw, bool needs_slo);
 

@@ -163,7 +163,7 @@ decode::Cycle cycle_of(const sim::ReplayReading& replayed, const FrameFormat& fo
   if (reading.line_delay) cycle.marginal = reading.marginal;
   if (replayed.period.count != 0) cycle.period = replayed.period;
   if (reading.ack_clocks != 0) cycle.ack = reading.ack_clocks * replayed.period;
-  // The channels whose checksums are right; the master reads none after a wrong one.
+  // The number of channels with a good checksum; the master reads no channel after a wrong one.
   std::size_t right = format.channel_count;
   if (reading.frame.ok()) {
     cycle.frame = *reading.frame;
@@ -200,7 +200,7 @@ ExitStatus no_request(const CaptureInput& input, Host& host) {
                                input.name()));
 }
 
-// Answers the recording as it is now.
+// Answers the recording with this timing.
 ExitStatus answer_recording(const ReplayOptions& options, const sim::LineSetup& setup,
                             bool timeout_known, const std::vector<std::uint64_t>& positions,
                             AnswerLog& log, Host& host) {

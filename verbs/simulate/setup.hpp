@@ -28,7 +28,7 @@ struct LineOptions {
   /// One way each in the cable. Empty: half of the cable's.
   std::optional<Picoseconds> ma_delay;
   std::optional<Picoseconds> slo_delay;
-  /// Of each line that has no jitter of its own.
+  /// The jitter of each line without its own value.
   Picoseconds jitter{};
   std::optional<Picoseconds> ma_jitter;
   std::optional<Picoseconds> slo_jitter;
@@ -66,13 +66,13 @@ struct LineOptions {
 /// of text (wrong usage). \pre options.device.format is given
 tl::expected<sim::LineSetup, std::string> line_setup(const LineOptions& options);
 
-/// Why the encoder cannot send START as early as the options say at this clock: it comes after the
-/// position was taken. Empty if it can. Not for the clock of a recorded master.
+/// Why the encoder cannot send START as early as the options require at this clock: it comes after
+/// the position was sampled. Empty if it can. Not for the clock of a recorded master.
 std::string wrong_start(const sim::LineSetup& setup);
 
 /// Reads the value of `--register-busy`: frames, or a time, which is rounded up to frames of
 /// `interval`.
-/// \return an empty text, or the one line why the value is wrong; `busy` is then unchanged
+/// \return an empty text, or one line why the value is wrong; `busy` is then unchanged
 std::string read_busy(const std::string& text, Picoseconds interval, RegisterBusy& busy);
 
 }  // namespace biss::verbs

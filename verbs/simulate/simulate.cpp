@@ -1,4 +1,5 @@
-// `biss simulate`: a master, a cable and encoders, written as a capture with the truth beside it.
+// `biss simulate`: a master, a cable and encoders, written as a capture, with the true values in a
+// second file.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,4 +1,5 @@
-// The rows of `biss simulate --truth`: what the encoder sent, and the faults of each cycle.
+// The rows of `biss simulate --truth`: the values that the encoder sent, and the faults of each
+// cycle.
 #pragma once
 
 #include <cstdint>
@@ -12,10 +13,10 @@
 namespace biss::verbs {
 
 /// The columns are `cycle,time_ns,position,nE,nW,faults`, then position, nE and nW of each further
-/// channel, then `places` (where faults began in the cycle), `marginal` (our master sampled SLO
+/// channel, then `places` (the places of faults in the cycle), `marginal` (our master sampled SLO
 /// within 5 % of a period of a change) and `sampled_ns` (when the position of channel 1 was taken).
-/// Values that a channel does not have are empty, those of a channel for which no position was taken
-/// too, and `marginal` with a recorded master.
+/// A value is empty if the channel does not have it, or if the channel's position was not sampled.
+/// `marginal` is empty with a recorded master.
 class TruthTable {
  public:
   /// \param changes the format changes: the last column is `format`

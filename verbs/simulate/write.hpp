@@ -18,15 +18,16 @@ inline constexpr std::uint64_t usual_cycles = 100;
 struct WriteOptions {
   std::string output;
   std::optional<Hertz> sample_rate;
-  /// Empty: usual_cycles, or more where the accesses take more.
+  /// Empty: usual_cycles, or more if the accesses take more.
   std::optional<std::uint64_t> cycles;
   /// Files; empty: none.
   std::string truth;
-  /// A row per access, `cycle,time_ns,id,access,address,name,data,outcome` as `biss registers` has
-  /// them, and `cycles`. `cycle` and `time_ns` are those of the master's first step, zeros before
-  /// the control frame included; `cycles` is how many it took. `data` is what was read, or written
-  /// with a good echo. `outcome` is `ok`, the one cause, or `unfinished` where the run ended first.
-  /// A command has a row for each slave that it addresses; a broadcast has one without ID.
+  /// A row per access, `cycle,time_ns,id,access,address,name,data,outcome` as in `biss registers`,
+  /// and `cycles`. `cycle` and `time_ns` belong to the master's first step, zeros before the
+  /// control frame included; `cycles` is the number of cycles. `data` are the bytes read, or
+  /// written with a good echo. `outcome` is `ok`, the one cause, or `unfinished` if the run ended
+  /// first. A command has a row for each slave that it addresses; a broadcast has one row without
+  /// ID.
   std::string outcomes;
   /// The master reads format and timing from the encoders' registers first.
   bool configure = false;
@@ -35,7 +36,7 @@ struct WriteOptions {
   std::uint64_t then_cycle = 0;
 };
 
-/// Returns data_failed where the master could not configure itself; the capture then holds its
+/// Returns data_failed if the master could not configure itself; the capture then contains its
 /// requests.
 ExitStatus write_line(const sim::LineSetup& setup, const WriteOptions& options, Host& host);
 
