@@ -49,12 +49,12 @@ test:  ## the checks of every change: both compilers, sanitizers, microcontrolle
 	@scripts/test quick
 
 .PHONY: test-long
-test-long:  ## besides: exhaustive sweeps, campaigns, all rooms under sanitizers, Cortex-M0, the page
+test-long:  ## also: exhaustive sweeps, campaigns, all rooms under sanitizers, Cortex-M0, the page
 	@scripts/install-packages build test fuzz firmware coverage long wasm view embedded python viewers
 	@scripts/test long
 
 .PHONY: test-release
-test-release:  ## what takes hours: 10^7 executions of each fuzz target, mutants, 10^9 frames, foreign lines
+test-release:  ## tests that take hours: 10^7 executions of each fuzz target, mutants, 10^9 frames, foreign lines
 	@scripts/install-packages build test fuzz long
 	@scripts/test release
 	@$(MAKE) --no-print-directory fuzz fuzz-compare mutants safety-sequences foreign-lines
@@ -89,7 +89,7 @@ view: wasm  ## the page that opens a capture in a browser: view/dist/biss.html
 	@cd view && npm ci --silent && npm run --silent check && npm run --silent build
 
 .PHONY: test-view
-test-view: build view  ## the page in Chromium: what it shows, against the command
+test-view: build view  ## the page in Chromium, compared with the command
 	@scripts/install-packages test view
 	@cd view && BISS=../build/biss npm --silent test
 
@@ -98,7 +98,7 @@ view-picture: view  ## draws the picture of the playground again: docs/pictures/
 	@cd view && node test/picture.mjs
 
 .PHONY: view-speed
-view-speed: build view  ## the page with large captures: BISS_GB says how large
+view-speed: build view  ## the page with large captures (BISS_GB: their size in GB)
 	@cd view && BISS=../build/biss node test/speed.mjs
 
 .PHONY: report-pictures
@@ -149,7 +149,7 @@ bench:  ## the benchmarks, at full optimisation
 	@scripts/bench
 
 .PHONY: fuzz
-fuzz:  ## the fuzz targets, for as long as FUZZ_RUNS says
+fuzz:  ## the fuzz targets, FUZZ_RUNS executions each
 	@scripts/install-packages build fuzz
 	@fuzz/run
 
@@ -184,7 +184,7 @@ test-embedded:  ## these packages, and the examples for boards in rp2040js and Q
 	@embedded/test
 
 .PHONY: identify-tables
-identify-tables:  ## what is taken for which protocol; renews docs/identify.md
+identify-tables:  ## which lines are identified as which protocol; renews docs/identify.md
 	@scripts/install-packages build test
 	@cmake --preset release -DBISS_TESTS=ON >/dev/null
 	@cmake --build --preset release --target biss_protocol_table biss_format_table
@@ -203,7 +203,7 @@ safety-sequences: build  ## the safety monitor before 10^9 frames a counter and 
 	@nice -n 10 build/biss safety sequences -f fs-36-28 --frames 1000000000 --faults 1000000
 
 .PHONY: format
-format:  ## rewrite every C++ file as .clang-format says
+format:  ## rewrite every C++ file by .clang-format
 	@scripts/install-packages format
 	@scripts/check-format --fix
 

@@ -1,5 +1,5 @@
-# Run at each build: writes OUTPUT with the commit that SOURCE_DIR is at, where git knows one; else
-# the commit in commit.txt, which `git archive` and packaging/build write.
+# Run at each build: writes OUTPUT with the commit of SOURCE_DIR if git has one, otherwise the
+# commit in commit.txt, which `git archive` and packaging/build write.
 #   cmake -DSOURCE_DIR=… -DOUTPUT=… -P BissCommit.cmake
 execute_process(COMMAND git -C "${SOURCE_DIR}" describe --always --dirty --abbrev=40 --match=-
                 OUTPUT_VARIABLE commit OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET

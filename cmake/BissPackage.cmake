@@ -3,11 +3,11 @@
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 
-# Component `core` is the headers of the core; `c` what a C program is compiled and linked with; each
-# of them has the package files; `c-runtime`, which `c` needs, the shared library that it runs with;
-# `c-sim` and `c-sim-runtime` the same for the simulated line, which need these; `command` the program
-# with its manual page and its completion for bash; `python` the Python module; `sigrok` the decoder
-# for sigrok, which needs the module.
+# Components: `core` has the headers of the core; `c` has the files to compile and link a C program;
+# both have the package files. `c-runtime` has the shared library of the C interface, and `c` needs
+# it. `c-sim` and `c-sim-runtime` are the same for the simulated line, and need `c` and `c-runtime`.
+# `command` has the program with its manual page and its completion for bash, `python` the Python
+# module, and `sigrok` the decoder for sigrok, which needs the module.
 function(biss_install)
   set(package_dir "${CMAKE_INSTALL_LIBDIR}/cmake/biss")
   install(DIRECTORY "${PROJECT_SOURCE_DIR}/biss" DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}"
@@ -19,7 +19,7 @@ function(biss_install)
   configure_package_config_file("${PROJECT_SOURCE_DIR}/cmake/biss-config.cmake.in"
                                 "${PROJECT_BINARY_DIR}/package/biss-config.cmake"
                                 INSTALL_DESTINATION "${package_dir}")
-  # Before 1.0 a minor version may change the interface. Headers know no word size.
+  # Before 1.0 a minor version may change the interface. Headers do not depend on the word size.
   write_basic_package_version_file("${PROJECT_BINARY_DIR}/package/biss-config-version.cmake"
                                    COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
   foreach(part IN ITEMS core c)
@@ -39,7 +39,7 @@ function(biss_install)
             COMPONENT command)
     install(FILES "${PROJECT_BINARY_DIR}/biss.bash" RENAME biss
             DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions" COMPONENT command)
-    # Where make view has built it; the command looks for it there.
+    # The page that make view has built; the command searches it there.
     install(FILES "${PROJECT_SOURCE_DIR}/view/dist/biss.html"
             DESTINATION "${CMAKE_INSTALL_DATADIR}/biss" COMPONENT command OPTIONAL)
   endif()
@@ -49,7 +49,7 @@ function(biss_install)
 endfunction()
 
 # One library of the C interface, static and shared, with its headers and its package file for
-# pkg-config. Its targets are exported apart, so that what is installed is a whole package.
+# pkg-config. Its targets are exported separately, so that each installed package is complete.
 #   biss_install_c(PACKAGE_DIR NAME PC HEADER…): components NAME (with `-` for `_`) and NAME-runtime
 function(biss_install_c package_dir name pc)
   string(REPLACE _ - part ${name})
@@ -87,7 +87,7 @@ endfunction()
 # Installs the libraries into an empty prefix, builds the project in tests/package against them and
 # runs it.
 function(biss_package_test)
-  # What the library is instrumented with, its user has to link.
+  # A program that uses an instrumented library has to link the instrumentation.
   set(linker_flags "${CMAKE_EXE_LINKER_FLAGS}")
   if(BISS_COVERAGE)
     string(APPEND linker_flags " -fprofile-instr-generate")

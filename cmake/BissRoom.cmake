@@ -16,18 +16,18 @@ if(BISS_COVERAGE)
   target_link_options(biss_flags INTERFACE -fprofile-instr-generate)
 endif()
 
-# Two things halve the time of a build, in which parsing and instantiating headers was the most. The
-# headers below are parsed once for all rooms and once for all tests. The release build joins up to
-# ten source files of a target into one (CMAKE_UNITY_BUILD): a name that only one file uses has to be
-# unique within its target, and a test file keeps its names in a namespace of its own.
+# Two measures halve the time of a build, most of which went into parsing and instantiating headers.
+# The headers below are parsed once for all rooms and once for all tests. The release build joins up
+# to ten source files of a target into one (CMAKE_UNITY_BUILD): a name that only one file uses has
+# to be unique within its target, and a test file keeps its names in a namespace of its own.
 set(biss_common_headers
     <algorithm> <array> <bit> <charconv> <cstdint> <functional> <memory> <optional> <span> <string>
     <string_view> <utility> <variant> <vector> <fmt/format.h> <fmt/ranges.h>
     <nlohmann/json.hpp> <tl/expected.hpp>
     "${PROJECT_SOURCE_DIR}/biss/frame/decode.hpp")
 
-# biss_kind(TARGET room|small|test): TARGET uses the common headers, test those of GoogleTest too,
-# and the compiler options of its kind: BISS_SMALL_OPTIONS, BISS_TEST_OPTIONS.
+# biss_kind(TARGET room|small|test): TARGET uses the common headers, a test also the headers of
+# GoogleTest, and the compiler options of its kind: BISS_SMALL_OPTIONS, BISS_TEST_OPTIONS.
 function(biss_kind target kind)
   string(TOUPPER ${kind} upper)
   if(NOT TARGET biss_${kind}_headers)
@@ -49,7 +49,7 @@ function(biss_kind target kind)
 endfunction()
 
 # A library of the given sources; without sources an interface of its headers. SMALL: compiled for
-# size, where a user does not wait for it.
+# size, for code that no user waits for.
 function(biss_room name)
   cmake_parse_arguments(PARSE_ARGV 1 room "SMALL" "" "SOURCES;LINKS")
   if(room_UNPARSED_ARGUMENTS)

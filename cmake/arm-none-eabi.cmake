@@ -5,7 +5,7 @@ set(CMAKE_SYSTEM_NAME Generic)
 set(CMAKE_SYSTEM_PROCESSOR arm)
 
 set(BISS_CPU "cortex-m4" CACHE STRING "The -mcpu of the target")
-# try_compile runs this file again in a project of its own.
+# try_compile runs this file again in a separate project.
 set(CMAKE_TRY_COMPILE_PLATFORM_VARIABLES BISS_CPU)
 
 set(CMAKE_C_COMPILER arm-none-eabi-gcc)
@@ -15,7 +15,8 @@ set(CMAKE_ASM_COMPILER arm-none-eabi-gcc)
 # There is no start-up code at the time CMake probes the compiler, so it may not link.
 set(CMAKE_TRY_COMPILE_TARGET_TYPE STATIC_LIBRARY)
 
-# Soft floats on every core: the core of the library has none, and one ABI serves all of them.
+# Soft floats on every processor: the library's core uses no floating point, and one ABI serves all
+# processors.
 set(biss_machine "-mcpu=${BISS_CPU} -mthumb -mfloat-abi=soft -ffunction-sections -fdata-sections")
 set(CMAKE_C_FLAGS_INIT "${biss_machine}")
 set(CMAKE_ASM_FLAGS_INIT "${biss_machine}")

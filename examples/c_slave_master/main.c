@@ -1,5 +1,5 @@
-/* A master reads an encoder over 50 m of cable, in plain C. Both are steppers: this loop owns the
- * time, carries levels from one end to the other, and calls whoever is due. */
+/* A master reads an encoder over 50 m of cable, in plain C. Both are steppers: this loop sets the
+ * time, carries levels from one end to the other, and calls each stepper when it is due. */
 #include <biss_c.h>
 #include <inttypes.h>
 #include <stdio.h>
@@ -72,7 +72,7 @@ static biss_status request(line* l, int64_t now) {
   return status;
 }
 
-/* 0 where the position read is the one that the encoder sampled. */
+/* 0 if the position read is the position that the encoder sampled. */
 static int show(const biss_reading* reading, uint64_t sent) {
   printf("%8.1f us  %-11s", (double)reading->begin_ps / 1e6, biss_cause_name(reading->cause));
   if (reading->cause != BISS_CAUSE_OK) {

@@ -1,10 +1,10 @@
 // A small BiSS C master for one channel: a position, nE, nW and CRC6. Written to be read.
 //
-// MA is `clk` divided by 2 * HALF. SLO falls for ACK wherever the line delay puts it; from there on
-// a bit is sampled every 2 * HALF clocks, HALF clocks into the bit: that is line-delay compensation.
-// MA runs until STOP has been sampled, then rests high. `start` is taken while `ready`, which waits
-// for the encoder to release SLO. After a bad frame SLO means nothing: MA rests for RESPONSE_MAX
-// periods, which is longer than a whole frame and its timeout.
+// MA is `clk` divided by 2 * HALF. SLO falls for ACK at any line delay; from this edge on a bit is
+// sampled every 2 * HALF clocks, HALF clocks into the bit: that is line-delay compensation. MA runs
+// until STOP has been sampled, then rests high. `start` is taken while `ready`, which waits for the
+// encoder to release SLO. After a bad frame SLO means nothing: MA rests for RESPONSE_MAX periods,
+// which is longer than a whole frame and its timeout.
 module biss_master #(
     parameter int POSITION_BITS = 26,
     parameter int HALF = 8,           // clocks in half a period of MA
@@ -63,8 +63,8 @@ module biss_master #(
   logic [5:0] crc;
   logic [COUNT_BITS-1:0] count;
 
-  // x^6 + x + 1, most significant bit first. Over data and the CRC as it is before its inversion,
-  // the remainder is 0.
+  // x^6 + x + 1, most significant bit first. The remainder over the data and the CRC before its
+  // inversion is 0.
   function automatic logic [5:0] crc_of(input logic [5:0] old, input logic data);
     crc_of = {old[4:0], 1'b0} ^ (old[5] ^ data ? 6'h03 : 6'h00);
   endfunction

@@ -20,7 +20,7 @@ constexpr std::int64_t line_delay_ps = 333'000;
 // MA to STOP and the longest timeout, and a lot more.
 constexpr int clocks_max = 100'000;
 
-/// What the encoder is to say in a request, and what is done to the line.
+/// The values that the encoder sends in a request, and the faults of the line.
 struct Request {
   const char* what;
   std::uint64_t position;
@@ -92,7 +92,7 @@ class Bench {
 
   bool opened() const { return slave_ != nullptr; }
 
-  /// One request; false where the master does not say what it should.
+  /// One request; false if the outputs of the master are wrong.
   bool run(const Request& request) {
     request_ = &request;
     for (int i = 0; i < clocks_max && !master_->ready; ++i) clock();

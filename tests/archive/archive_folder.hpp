@@ -1,5 +1,5 @@
-// An archive to read: simulated captures of several encoders in several file formats, of which some
-// are damaged and some are no captures.
+// An archive to read: simulated captures of several encoders in several file formats, some of them
+// damaged, and some files that are no captures.
 #pragma once
 
 #include <cstddef>
@@ -23,7 +23,8 @@ class ArchiveFolder {
   Folder folder_;
 };
 
-/// Kills and repeats the command, and compares the summary with that of a run that was not killed.
+/// Kills and repeats the command, and compares the summary with the summary of an uninterrupted
+/// run.
 /// \return how often the process was killed before its end
 int kill_and_resume(const ArchiveFolder& archive, int kills, unsigned seed);
 

@@ -11,7 +11,7 @@ namespace biss::verbs {
 
 /// The result of a run.
 struct Outcome {
-  int status = -1;  ///< exit status; 128 and the signal's number where one ended it
+  int status = -1;  ///< exit status; 128 plus the signal's number if a signal ended it
   std::string out;
   std::string err;
   long peak_kib = 0;  ///< peak memory, by run_measured() only
@@ -20,8 +20,8 @@ struct Outcome {
 /// Runs `biss` with these arguments; its standard input is `input` (a file), or empty.
 Outcome run(const std::vector<std::string>& arguments,
             const std::filesystem::path& input = "/dev/null");
-/// Measures peak memory too. The peak of a process contains that of the one which started it, so a
-/// small process stands between.
+/// Measures peak memory too. The peak of a process contains the peak of its parent, so a small
+/// process starts the command.
 Outcome run_measured(const std::vector<std::string>& arguments);
 
 /// A temporary folder for each test, removed by the destructor.

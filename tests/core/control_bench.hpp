@@ -69,7 +69,7 @@ constexpr bool control_frame(Servers& servers, bool cdm) {
 }
 
 /// Compares the CDS bits of a control frame, spelled in '0' and '1' (blanks are ignored), with
-/// `cds`. Each CDS bit is read in the frame after the CDM bit of the same index. Where `cds` is
+/// `cds`. Each CDS bit is read in the frame after the CDM bit of the same index. If `cds` is
 /// shorter than `cdm`, the rest is 0.
 /// \return the index of the first difference; none if all bits are equal
 template <class Servers>

@@ -83,7 +83,7 @@ class ControlLink {
 
   ControlError error() const { return session.outcome().error.value_or(no_error); }
 
-  /// Means "ended without error" where outcomes are compared.
+  /// Means "ended without error" in comparisons of outcomes.
   static constexpr auto no_error = static_cast<ControlError>(255);
   static constexpr Picoseconds cycle = microseconds(100);
 

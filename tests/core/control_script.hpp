@@ -51,7 +51,7 @@ constexpr void add_byte(CdsScript& line, std::uint32_t data) {
 inline constexpr std::string_view read_accepted = "1000000000000000 101";
 inline constexpr std::string_view write_accepted = "1000000000000000 011";
 
-/// Steps frame by frame. CDS bit k of the script comes in the frame after the one that CDM bit k
+/// Steps frame by frame. CDS bit k of the script comes in the frame after the frame that CDM bit k
 /// ended. Bit 0 belongs to the next 1 of CDM.
 class Frames {
  public:

@@ -11,9 +11,9 @@
 // `biss_tests` and a failure is a line through semihosting. A test source keeps to the headers that
 // the core may use, so that both builds have the same tests.
 //
-// EXPECT_EQ and ASSERT_EQ compare integers by value, whatever their types and signs, and show
-// integers, bools and enumerators (as their number); of any other type with == the expression is
-// shown. Context streamed after a check is limited to integers and C strings.
+// EXPECT_EQ and ASSERT_EQ compare integers by value, for all types and signs, and show integers,
+// bools and enumerators (as their number); of any other type with == the expression is shown.
+// Context streamed after a check is limited to integers and C strings.
 #pragma once
 
 #include "tests/core/compare.hpp"

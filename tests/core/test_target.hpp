@@ -49,7 +49,7 @@ struct Leave {
 
 namespace biss::test {
 
-/// Two values compared once, with what a failure shows of them.
+/// Two values compared once, with their text for a failure.
 struct Pair {
   template <class A, class B>
   constexpr Pair(const A& left, const B& right)

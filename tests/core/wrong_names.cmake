@@ -11,10 +11,10 @@ foreach(word IN LISTS words)
   string(REPLACE "// says: " "" word "${word}")
   string(FIND "${said}" "${word}" at)
   if(at EQUAL -1)
-    message(FATAL_ERROR "the compiler does not say \"${word}\" but\n${said}")
+    message(FATAL_ERROR "the compiler does not print \"${word}\" but\n${said}")
   endif()
 endforeach()
-# Clang reports the variable that is not initialised as an error of its own.
+# Clang reports the uninitialised variable as a separate error.
 list(LENGTH words count)
 math(EXPR most "2 * ${count}")
 string(REGEX MATCHALL "error: " errors "${said}")

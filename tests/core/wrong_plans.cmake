@@ -17,7 +17,7 @@ foreach(sentence IN LISTS sentences)
   string(REPLACE "// says: " "" sentence "${sentence}")
   string(FIND "${said}" "${sentence}" at)
   if(at EQUAL -1)
-    message(FATAL_ERROR "the compiler does not say \"${sentence}\" but\n${said}")
+    message(FATAL_ERROR "the compiler does not print \"${sentence}\" but\n${said}")
   endif()
 endforeach()
 # The static assertions once each: a plan has one mistake and hears of no other.

@@ -14,8 +14,8 @@
 
 namespace exhaustive {
 
-/// A frame with its true values (right), with others (wrong), one whose nE reads 0 and is therefore
-/// not used, or a cause. The causes have the numbers of biss::FrameError.
+/// A frame with its true values (right), with other values (wrong), with nE = 0 and therefore not
+/// used, or a cause. The causes have the numbers of biss::FrameError.
 enum class Outcome : std::uint8_t {};
 inline constexpr Outcome right{biss::frame_error_count};
 inline constexpr Outcome wrong{biss::frame_error_count + 1};
@@ -29,7 +29,7 @@ std::string name_of(Outcome outcome);
 /// How many positions (of a total) have each outcome.
 using Tally = std::array<std::uint64_t, outcome_count>;
 
-/// Positions that share an outcome and the place where START is seen.
+/// Positions that share an outcome and the place at which START is seen.
 struct Leaf {
   Outcome outcome{};
   std::size_t start_bit = 0;

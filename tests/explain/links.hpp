@@ -14,7 +14,7 @@
 
 namespace biss::explain::test {
 
-/// A capture, and what its user says about it.
+/// A capture, and the options of its user.
 struct Link {
   Cause truth{};
   /// How it was made.
@@ -24,7 +24,7 @@ struct Link {
   decode::Lines lines{.ma = 0, .slo = 1};
   FrameFormat format;
   DeviceTiming timing;
-  /// As the file states it; 0 where it holds changes.
+  /// As the file states it; 0 if it contains changes.
   Picoseconds resolution{};
 };
 
@@ -32,7 +32,7 @@ struct Link {
 /// gives the same capture. At least 10 cycles are affected.
 Link make_link(Cause truth, std::uint64_t seed);
 
-/// What `biss explain` finds in it; the truth is not looked at.
+/// The findings of `biss explain`; the truth is not used.
 std::vector<Finding> explain_link(const Link& link);
 
 /// The evidence in it, for messages of tests.

@@ -28,7 +28,7 @@ struct Container {
   std::string bytes;
 };
 
-/// Containers of changes; those of samples are `sampled_containers`.
+/// Containers of changes; containers of samples are `sampled_containers`.
 std::vector<Container> change_containers(const Trial& trial);
 std::vector<Container> sampled_containers(const Trial& trial);
 

@@ -27,7 +27,7 @@ FormatTrial trial_of(const FrameFormat& format, sim::MotionKind motion, unsigned
 
 struct TrialResult {
   identify::FormatFinding finding;
-  /// How the first candidate differs from the truth on these frames; empty where the checksums have
+  /// How the first candidate differs from the truth on these frames; empty if the checksums have
   /// the same verdict on every frame, and the bits that moved have the same meaning.
   std::string mistake;
   /// The coding of the position differs: Gray for binary, or the other way round.

@@ -14,7 +14,8 @@ namespace oracle {
 /// Levels of SLO, one a MA clock, in transmission order.
 using Bits = std::vector<bool>;
 
-/// What an item of a channel means. `nE`, `nW` are low-active on the line, `E`, `W` high-active.
+/// The meaning of an item of a channel. `nE`, `nW` are low-active on the line, `E`, `W`
+/// high-active.
 enum class Kind {
   position,
   multiturn,
@@ -54,7 +55,7 @@ struct Description {
   bool cds_must_be_0 = false;
 };
 
-/// A channel's values. The flags in the sense of nE and nW (false = error, warning); true where the
+/// A channel's values. The flags in the sense of nE and nW (false = error, warning); true if the
 /// channel has none.
 struct Values {
   std::uint64_t position = 0;
@@ -76,7 +77,7 @@ struct Limits {
 /// A decoded frame: the cause of the failure (empty: none), else its values.
 struct Reading {
   std::string cause;
-  std::size_t channel = 0;  ///< where the cause is `crc`
+  std::size_t channel = 0;  ///< if the cause is `crc`
   std::vector<Values> values;
   std::size_t lead = 0;
   std::size_t ack = 0;

@@ -54,7 +54,7 @@ class Wave {
   std::vector<std::pair<Picoseconds, Picoseconds>> pulses_;
 };
 
-/// What a generator draws.
+/// The drawing of a generator.
 struct Drawing {
   std::vector<Wave> lines;
   Picoseconds end{};
@@ -78,8 +78,8 @@ struct Capture {
 };
 
 /// Lets an analyser see the drawing: as changes or at a sample rate of 4 to 40 samples in `finest`,
-/// lines in any order, now and then inverted, begun in the middle, with idle lines beside or with
-/// one that changes now and then.
+/// lines in any order, now and then inverted, begun in the middle, with additional lines that are
+/// idle or change now and then.
 Capture captured(const Drawing& drawing, Dice& dice);
 
 /// A position at a time: standstill, slow, fast, or with noise in its last bits.

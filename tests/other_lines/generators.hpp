@@ -1,4 +1,5 @@
-// Captures of what is not BiSS C, each as its devices make it; facts from public documents.
+// Captures of other protocols than BiSS C, each as its devices make it; facts from public
+// documents.
 #pragma once
 
 #include "tests/other_lines/drawing.hpp"

@@ -12,7 +12,7 @@
 
 namespace biss::other_lines {
 
-/// A kind of capture, how many there are in a thousand, and what it is to be called.
+/// A kind of capture, how many there are in a thousand, and the expected name.
 struct Kind {
   std::string_view name;
   unsigned share = 0;

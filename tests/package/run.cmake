@@ -62,7 +62,7 @@ if(NOT folders STREQUAL "libdir=/opt/biss/lib;includedir=\${prefix}/include")
   message(FATAL_ERROR "biss.pc has the folders ${folders}")
 endif()
 
-# The version file says no to what this version is not.
+# The version file refuses other versions.
 execute_process(COMMAND ${configure} -B "${WORK_DIR}/other-version" -DBISS_WANTED=99.0
                 RESULT_VARIABLE status OUTPUT_VARIABLE output ERROR_VARIABLE output)
 if(status EQUAL 0)

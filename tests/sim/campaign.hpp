@@ -18,7 +18,7 @@ struct Tally {
   std::array<std::uint64_t, decode::cycle_status_count> statuses{};
   /// `ok` with another position, nE = 1.
   std::uint64_t wrong = 0;
-  /// `ok` with another position and nE = 0: trusted() says no.
+  /// `ok` with another position and nE = 0: not trusted().
   std::uint64_t wrong_error = 0;
   /// No row at the time of the request.
   std::uint64_t missing = 0;

@@ -24,7 +24,7 @@ struct CleanCapture {
   Picoseconds sample{};
   Picoseconds phase{};
 
-  /// What a reader needs to make it again.
+  /// The values from which it can be made again.
   std::string name() const;
 };
 

@@ -1,4 +1,4 @@
-// A feature of the protocol as a file: what is done to the slaves, and what they are to answer.
+// A feature of the protocol as a file: the lines to the slaves, and their expected answers.
 //
 //   feature  its heading
 //   text     a line of explanation; any number of them
@@ -12,7 +12,7 @@
 //   mark     TIME NAME, for the picture
 //   draw     FROM TO STEP …, the pieces of time that the picture shows, STEP a character
 //
-// Times are in ns: 1500, or +500 after the one before, or +500*3 for three of these.
+// Times are in ns: 1500, or +500 after the previous edge, or +500*3 for three of these.
 #pragma once
 
 #include <map>
@@ -49,7 +49,7 @@ struct Feature {
 /// All files of a folder in the order of their names. Throws std::runtime_error with file and line.
 std::vector<Feature> read_features(const std::string& folder);
 
-/// The page with all of them: headings, text, and each picture as a block of text.
+/// The page with all features: headings, text, and each picture as a block of text.
 std::string document_of(const std::vector<Feature>& features);
 
 }  // namespace timing_test
