@@ -43,7 +43,7 @@ class Folder {
   std::filesystem::path path_;
 };
 
-// The time of a whole process. False where it failed.
+// The time of a whole process. False if it failed.
 bool run_process(benchmark::State& state, const std::string& command) {
   for ([[maybe_unused]] auto _ : state) {
     const auto begin = std::chrono::steady_clock::now();

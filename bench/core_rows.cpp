@@ -51,7 +51,7 @@ void turns(benchmark::State& state) {
   });
 }
 
-// An addition that depends on the one before takes one clock.
+// An addition that depends on the previous one takes one clock.
 void one_clock(benchmark::State& state) {
   measure_chain(state, pool_size, [](std::size_t i, std::uint64_t before) {
     std::uint64_t sum = before + i;

@@ -19,7 +19,7 @@ std::vector<std::uint64_t> words(unsigned bits) {
   return words;
 }
 
-// The compiler must not know the specification.
+// The compiler must not see the specification as a constant.
 template <class Engine>
 Engine hidden(const CrcSpec& spec) {
   Engine engine(spec);

@@ -35,7 +35,7 @@ Codec hidden_codec(const char* text) {
   return codec;
 }
 
-// What a user reads of each channel: the position, and whether it may be used.
+// The values that a user reads of each channel: the position, and whether it may be used.
 std::uint64_t used(const Channel& channel) {
   return channel.position * 2U + std::uint64_t{channel.nE};
 }
@@ -183,8 +183,8 @@ inline constexpr FrameFormat format_of = parse_format(PositionBits == 22   ? "po
                                                                            : "pos36,nE,nW,crc6")
                                              .value();
 
-// A loop in a function of its own, as users write it: nothing but the library's own attributes
-// decides what is inlined.
+// A loop in a separate function, as users write it: only the library's attributes decide what is
+// inlined.
 template <class Decode>
 [[gnu::noinline]] std::uint64_t loop(const Pool::Buffers& buffers, const Decode& decode) {
   std::uint64_t hash = 0;
@@ -208,7 +208,7 @@ Pool::Shape short_ack(unsigned position_bits, std::size_t bytes) {
   return {.lead_least = lead_of_plain,
           .lead_most = lead_of_plain,
           .ack_least = 1,
-          // What a decoder of one word can read, too.
+          // Frames that a decoder of one word can read, too.
           .ack_most = longest_ack(position_bits, std::min<std::size_t>(bytes, 8)),
           .bytes = bytes};
 }

@@ -22,7 +22,7 @@ template <class Work>
   state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(count));
 }
 
-/// The same, but each call waits for the result of the one before: `work(i, answer)`.
+/// The same, but each call waits for the result of the previous one: `work(i, answer)`.
 template <class Work>
 [[gnu::flatten]] void measure_chain(benchmark::State& state, std::size_t count, Work work) {
   for ([[maybe_unused]] auto _ : state) {

@@ -35,7 +35,7 @@ class Random {
 /// A pool fits a second-level cache.
 class Pool {
  public:
-  /// What precedes the data, and the length of all buffers; 0: the length that the longest frame
+  /// The bits before the data, and the length of all buffers; 0: the length that the longest frame
   /// needs.
   struct Shape {
     std::uint16_t lead_least = 2;
@@ -59,7 +59,7 @@ class Pool {
     }
   };
   Buffers buffers() const { return {bytes_.data(), stride_}; }
-  /// What was encoded.
+  /// The encoded frame.
   const Frame& frame(std::size_t index) const { return frames_[index]; }
 
  private:

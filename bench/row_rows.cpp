@@ -16,7 +16,7 @@ namespace biss::bench {
 
 namespace {
 
-// So few that they stay in the second-level cache, as those of a decoder do.
+// Few enough to stay in the second-level cache, as in a decoder.
 constexpr std::size_t row_cycles = 500;
 
 struct Cycles {

@@ -13,7 +13,7 @@ inline constexpr const char* sampled_format_text = "pos32,nE,nW,crc6";
 
 /// Samples of the whole line, ten seconds.
 inline constexpr std::size_t whole_samples = 1'000'000'000;
-/// Samples of an archive, and after how many of them there is a request, of some 600.
+/// Samples of an archive, and the number of samples from request to request, of some 600.
 inline constexpr std::size_t archive_samples = std::size_t{192} << 20U;
 inline constexpr std::size_t request_period = 3'125;
 inline constexpr const char* request_line = "a request each 31 us";
@@ -27,7 +27,7 @@ inline constexpr double verified_share = 1 / 0.5;
 struct SampledLine {
   std::vector<std::uint8_t> samples;
   std::uint64_t requests = 0;
-  /// Of the frames that are not damaged: their number, and the sum of their positions.
+  /// The number of undamaged frames, and the sum of their positions.
   std::uint64_t good = 0;
   std::uint64_t position_sum = 0;
 };

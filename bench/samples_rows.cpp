@@ -1,4 +1,4 @@
-// Sampled captures on their way to the changes of two lines, beside what the machine can do.
+// Sampled captures on their way to the changes of two lines, next to the limits of the machine.
 #include <hwy/highway.h>
 
 #include <algorithm>
@@ -55,7 +55,7 @@ const Archive& archive_of(std::size_t period) {
   return archive;
 }
 
-// Decodes the capture to its request cycles and their statistics; false where a position is wrong.
+// Decodes the capture to its request cycles and their statistics; false if a position is wrong.
 bool decode_all(capture::Opened opened, const SampledLine& line, unsigned threads) {
   if (!opened) return false;
   const auto format = parse_format(sampled_format_text).value();

@@ -1,4 +1,4 @@
-// What planes of samples cost at the least: reading them, testing two bits, storing the planes.
+// The least cost of planes of samples: reading them, testing two bits, storing the planes.
 #define HWY_WANT_AVX3_DL
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_AVX3_DL)
 

@@ -16,7 +16,7 @@ enum class Unit {
   million_a_second  ///< 10^6 items a second
 };
 
-/// One row of the table. The figure is the median of the repetitions; the best one is shown beside
+/// One row of the table. The figure is the median of the repetitions; the best one is shown next to
 /// it.
 struct Row {
   /// Also the name to filter for.
@@ -34,7 +34,7 @@ struct Row {
 
 class Table {
  public:
-  /// Registers `run` under the row's name. Rows of nanoseconds and items count items, those of
+  /// Registers `run` under the row's name. Rows of nanoseconds and items count items, rows of
   /// megabytes count bytes; both by the state's own counters.
   void add(Row row, std::function<void(benchmark::State&)> run);
   void take(const benchmark::BenchmarkReporter::Run& run);

@@ -1,4 +1,4 @@
-// The axis of time of a drawing: where a time stands, and which stretches are cut out.
+// The axis of time of a drawing: the place of each time, and the stretches that are cut out.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,8 @@ struct Cut {
 /// periods before and after each change stay, and around the times in `kept`.
 std::vector<Cut> cuts_of(const CycleDrawing& drawing, std::span<const Picoseconds> kept = {});
 
-/// Where times stand, in ticks from the left. Integers alone: the same on every machine.
+/// The places of times, in ticks from the left. Only integers, so that every machine has the same
+/// result.
 class Axis {
  public:
   /// Half a clock is drawn before the cycle.
@@ -31,9 +32,9 @@ class Axis {
   Axis(const CycleDrawing& drawing, const std::vector<Cut>& cuts, std::size_t clock_ticks,
        std::size_t cut_clocks);
 
-  /// The tick of a time; within a cut that of its beginning. At most ticks().
+  /// The tick of a time; within a cut the tick of the cut's beginning. At most ticks().
   std::size_t at(Picoseconds time) const;
-  /// False within a cut, and after the end of what is drawn.
+  /// False within a cut, and after the end of the drawing.
   bool shows(Picoseconds time) const;
   /// The tick at which a cut begins.
   std::size_t cut_at(std::size_t cut) const { return pieces_[cut].last; }
@@ -52,7 +53,7 @@ class Axis {
     std::size_t first = 0;
     std::size_t last = 0;
   };
-  // The longest request has some 700 clocks; what is longer is no request.
+  // The longest request has some 700 clocks.
   static constexpr std::int64_t clocks_max = 1365;
 
   std::int64_t ticks_of(Picoseconds from, Picoseconds to) const;

@@ -18,7 +18,7 @@ using wire::Level;
 // SLO is drawn for this many periods after the last edge of MA and of SLO's bits.
 constexpr std::int64_t periods_after = 2;
 
-// A bit of data or CRC: its name, and that of its field.
+// A bit of data or CRC: its name, and the name of its field.
 struct BitName {
   std::string name;
   std::string field;
@@ -79,7 +79,7 @@ std::vector<DrawnCheck> checks_of(BitView raw, const FrameFormat& format) {
     const ChannelFormat& channel = format.channel_list[k];
     // START and CDS come before.
     if (at + 2 + channel.total_bits() > raw.size_bits()) break;
-    // The checksum of the frame before says nothing about these bits.
+    // The checksum of the previous frame does not cover these bits.
     if (channel.crc.present() && !channel.crc.of_previous) {
       const std::uint64_t data = raw.word(at + 2, channel.data_bits);
       DrawnCheck check{.channel = k,
@@ -161,7 +161,7 @@ class Drawer {
         bit.sampled_at = sampled_[clock];
         const Level level = level_at(drawing_.slo, drawing_.slo_before, *bit.sampled_at);
         if (level != Level::unknown) bit.level = level == Level::high;
-        // The reader has found ACK there, whatever the sample shows.
+        // The reader has found ACK there, with any level of the sample.
         if (clock <= 1) bit.level = clock == 0;
       }
       drawing_.bits.push_back(std::move(bit));

@@ -1,5 +1,5 @@
 // A request cycle as a drawing: both lines over time, the sampling points, the bits by name, the
-// checksums and the flips that would mend them. How it looks is the matter of a renderer.
+// checksums, and the flips that would correct them. A renderer decides the appearance.
 #pragma once
 
 #include <cstddef>
@@ -19,34 +19,34 @@ struct DrawnBit {
   std::size_t clock = 0;
   /// The rising edge of MA.
   Picoseconds time{};
-  /// When SLO is sampled for it; absent where there was no ACK.
+  /// The time at which SLO is sampled for it; absent if there was no ACK.
   std::optional<Picoseconds> sampled_at;
-  /// Of SLO at the sample; absent where it is not known.
+  /// The level of SLO at the sample; absent if unknown.
   std::optional<bool> level;
   /// `LAT`, `ACK`, `START`, `CDS`, `STOP`, a field of the format with the bit's number (`pos25`,
   /// `crc0`, `nE`), with the number of the channel after a dot from the second one on (`pos27.2`);
-  /// `bit` where no format is known; empty after STOP.
+  /// `bit` without a known format; empty after STOP.
   std::string name;
-  /// The name without the bit's number: `pos`, `nE`, `crc.2`; empty where `name` is no field's.
+  /// The name without the bit's number: `pos`, `nE`, `crc.2`; empty if `name` is not a field's.
   std::string field;
   /// Number among the bits of data and CRC, from 0, as `bit=N` of a fault.
   std::optional<std::size_t> payload_bit;
-  /// Of a CRC bit: what the received data need.
+  /// For a CRC bit: the level that the received data need.
   std::optional<bool> expected;
 };
 
 /// One or two bits of data and CRC, by their payload_bit.
 using Flips = std::vector<std::size_t>;
 
-/// The checksum of a channel whose bits are all there.
+/// The checksum of a channel with all its bits.
 struct DrawnCheck {
   std::size_t channel = 0;
   std::uint16_t received = 0;
-  /// Of the received data.
+  /// The checksum of the received data.
   std::uint16_t expected = 0;
-  /// Where they differ: single bits that would mend the channel.
+  /// If the checksums differ: single bits whose flip would correct the channel.
   std::vector<Flips> singles;
-  /// Pairs of bits: how many would mend it, and the first of them.
+  /// The number of pairs of bits whose flip would correct the channel, and the first pairs.
   std::size_t pair_count = 0;
   std::vector<Flips> pairs;
 
@@ -56,7 +56,7 @@ struct DrawnCheck {
 inline constexpr std::size_t drawn_pairs = 4;
 
 struct CycleDrawing {
-  /// Of a cycle whose clock was not measured.
+  /// The period of a cycle without a measured clock.
   static constexpr Picoseconds period_when_unknown = microseconds(1);
 
   std::uint64_t number = 0;
@@ -71,7 +71,7 @@ struct CycleDrawing {
   std::vector<DrawnCheck> checks;
 
   Picoseconds period() const { return cycle.period.value_or(period_when_unknown); }
-  /// The name of a bit of data and CRC; empty where it was not received.
+  /// The name of a bit of data and CRC; empty if it was not received.
   std::string_view name_of(std::size_t payload_bit) const;
 };
 

@@ -337,7 +337,7 @@ class Planner {
     }
   }
 
-  // The rising edge of MA whose distance from the one before is the farthest from a period.
+  // The rising edge of MA with the least regular distance from the previous one.
   Picoseconds uneven_edge() const {
     Picoseconds place = drawing_.cycle.time;
     Picoseconds most{};

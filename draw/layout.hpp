@@ -1,5 +1,5 @@
-// What is in the picture of a cycle: its parts by name and value, cuts, and marks of failures. It is
-// the same for every renderer.
+// The contents of the picture of a cycle: its parts by name and value, cuts, and marks of failures.
+// It is the same for every renderer.
 #pragma once
 
 #include <cstddef>
@@ -27,23 +27,23 @@ struct Part {
   Picoseconds to{};
   /// It is not as it should be; an active error or warning of the encoder counts too.
   bool wrong = false;
-  /// A shorter text, where there is one, for a part that is too narrow for `text`.
+  /// A shorter text for a part that is too narrow for `text`; may be empty.
   std::string brief{};
-  /// What it is, without its value: `ACK`, `START`, a field as DrawnBit::field, `timeout`.
+  /// The name without the value: `ACK`, `START`, a field as DrawnBit::field, `timeout`.
   std::string name{};
-  /// Of a field or a bit whose bits are all there: as `text` has it.
+  /// The value of a complete field or bit, as in `text`.
   std::optional<std::uint64_t> value{};
-  /// Of a checksum: what the received data need, where that is not `value`.
+  /// For a checksum: the value that the received data need, if it is not `value`.
   std::optional<std::uint64_t> expected{};
 };
 
-/// Parts beside one another in the order of time.
+/// Parts next to one another in the order of time.
 struct Track {
   std::string name;
   std::vector<Part> parts;
 };
 
-/// A moment and what is said of it: where a cycle fails, and why.
+/// A moment and its text: the place and the cause of a failure.
 struct Mark {
   Picoseconds time{};
   std::string text;
@@ -52,7 +52,7 @@ struct Mark {
 struct Layout {
   CycleDrawing drawing;
   std::vector<Cut> cuts;
-  /// Of each cut: `27 clocks`, or its time where MA rests.
+  /// The text of each cut: `27 clocks`, or its time if MA rests.
   std::vector<std::string> cut_texts;
   std::vector<Track> tracks;
   std::vector<Mark> failures;
@@ -61,18 +61,18 @@ struct Layout {
 /// How a time is written, with its unit.
 using TimeText = std::string (*)(Picoseconds time);
 
-/// Values are decimal where the frame is good, and hexadecimal, as received, where it is not.
+/// Values are decimal in a good frame, and hexadecimal, as received, in any other.
 /// \param drawing of the whole cycle, DrawnExtent::cycle
 /// \param format  that the drawing was made with
-/// \param marks   of the user; those outside the cycle are left out
+/// \param marks of the user; marks outside the cycle are left out
 Layout lay_out(CycleDrawing drawing, const std::optional<FrameFormat>& format, TimeText time_text,
                std::span<const Mark> marks = {});
 
-/// The tracks of Layout alone, without those of marks.
+/// The tracks of Layout alone, without the tracks of marks.
 std::vector<Track> tracks_of(const CycleDrawing& drawing, const std::optional<FrameFormat>& format,
                              TimeText time_text);
 
-/// A label of a part, and where it stands.
+/// A label of a part, and its place.
 struct Label {
   std::string text;
   std::size_t begin = 0;
@@ -95,8 +95,8 @@ struct Piece {
 std::vector<Piece> pieces_of(const Track& track, const Axis& axis, std::size_t first,
                              std::size_t last);
 
-/// The labels of the pieces: within a piece where it is wide enough, else below it, so that no two
-/// labels overlap.
+/// The labels of the pieces: within a piece if it is wide enough, otherwise below it, so that no
+/// two labels overlap.
 /// \param width_of  a text in ticks, with the space that it needs around it
 /// \param row_width of the row
 std::vector<Label> labels_of(std::span<const Piece> pieces, std::size_t (*width_of)(std::size_t),

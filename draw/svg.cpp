@@ -115,7 +115,7 @@ class PanelWriter {
         y_(top),
         out_(out) {}
 
-  /// \return where the next panel begins
+  /// \return the place at which the next panel begins
   std::size_t write() {
     y_ += margin;
     put_title();
@@ -227,7 +227,7 @@ class PanelWriter {
         if (is_cut && to < last_) put_break(x_of(to), y);
       }
       if (!is_cut || to == last_) break;
-      // What happens within the cut stands at its beginning.
+      // An event within the cut is drawn at its beginning.
       pass(to + axis_.cut_ticks());
       from = std::max(first_, to + axis_.cut_ticks());
       if (from < last_ && from > first_) put_break(x_of(from), y);
@@ -326,7 +326,7 @@ class PanelWriter {
       }
       y_ = top + box_height + label.line * text_height;
       const std::size_t stroke = left + label.part_begin + 1;
-      // A label that ends with the row is below its stroke, and not beside it.
+      // A label that ends with the row is below its stroke, and not next to it.
       const bool beside = label.begin == label.part_begin;
       put("<path class=\"grid\" d=\"M{} {}V{}\"/>", stroke, top + box_height, beside ? y_ : y_ - 9);
       put_text(left + label.begin + 4, "", label.text);

@@ -26,7 +26,7 @@ inline constexpr std::size_t svg_width_usual = 960;
 /// \param width in pixels, svg_width_min to svg_width_max
 std::string svg_text(std::span<const Panel> panels, std::size_t width = svg_width_usual);
 
-/// Text as it stands in an element or in the value of an attribute, of SVG and of HTML.
+/// Text as written in an element or in the value of an attribute, of SVG and of HTML.
 std::string markup_text(std::string_view text);
 
 }  // namespace biss::draw

@@ -22,7 +22,7 @@ using wire::Level;
 constexpr std::size_t clock_columns_min = 6;
 constexpr std::size_t drawing_columns_min = 60;
 constexpr std::size_t label_columns = 9;
-// Of a cut; its text stands in it.
+// The width of a cut, which contains its text.
 constexpr std::size_t cut_clocks = 2;
 
 // A row of text by columns: each cell is one character.
@@ -226,7 +226,7 @@ class Renderer {
     }
   }
 
-  // The text ends with the block where it is too long for what is left of it.
+  // If the text is too long for the rest of the block, it ends with the block.
   void put_failure(const Mark& failure, std::size_t first, std::size_t last) {
     const std::size_t place = std::min(axis_.at(failure.time), columns_ - 1);
     if (place < first || place >= last) return;

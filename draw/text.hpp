@@ -8,7 +8,7 @@
 
 namespace biss::draw {
 
-/// The lines of a cycle, in blocks that follow one another where it is wider than `columns`:
+/// The lines of a cycle, in consecutive blocks if it is wider than `columns`:
 ///
 ///     MA     ──┐  ┌──┐  ┌──
 ///              └──┘  └──┘
@@ -18,12 +18,12 @@ namespace biss::draw {
 ///     bit         1     0
 ///     field      LAT   ACK
 ///
-/// Below a bit of the CRC that is wrong stands what it should be. UTF-8.
+/// The line below a wrong bit of the CRC has its correct value. UTF-8.
 /// \param columns at least 60
 std::string drawing_text(const CycleDrawing& drawing, std::size_t columns = 80);
 
 /// The same with the parts of the cycle by name and value below the bits, with cuts (`…`), and with
-/// marks where it fails:
+/// marks at failures:
 ///
 ///     frame    │request    │ACK 1 us, 1 clock │START│CDS=0│      pos=181     …
 ///     delay                 │line delay 50 ns

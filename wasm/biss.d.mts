@@ -3,12 +3,12 @@
  * loading, so a page calls it in a worker. Times are picoseconds.
  */
 
-/** Where the bytes of a file are. It must not change while the file is in use. */
+/** The source of the bytes of a file. It must not change while the file is in use. */
 export interface ByteSource {
   readonly size: number;
   /**
-   * At least one and at most `length` bytes from `offset` on; in a worker by FileReaderSync, in Node
-   * by fs.readSync. What it throws is reported as a file that cannot be read further.
+   * At least one and at most `length` bytes from `offset` on; in a worker by FileReaderSync, in
+   * Node by fs.readSync. If it throws, the file is reported as one that cannot be read further.
    */
   read(offset: number, length: number): Uint8Array;
 }
@@ -24,13 +24,13 @@ export class BissError extends Error {
 /** The result of a verb. */
 export interface RunResult {
   status: Status;
-  /** What the command writes to stdout. */
+  /** The bytes that the command writes to stdout. */
   out: Uint8Array;
-  /** What it writes to stderr. */
+  /** The text that it writes to stderr. */
   err: string;
 }
 
-/** What is known of a capture; times as decimal text, because they have up to 63 bits. */
+/** Facts about a capture; times as decimal text, because they have up to 63 bits. */
 export interface About {
   name: string;
   /** All lines of the capture. */
@@ -43,13 +43,14 @@ export interface About {
   looksSwapped: boolean;
   /** Names show further encoders. */
   furtherPairs: boolean;
-  /** The longest time between two samples; 0 where the file holds changes. */
+  /** The longest time between two samples; 0 if the file contains changes. */
   samplePeriod: string;
-  /** In hertz, 0 where it is not known. */
+  /** In hertz; 0 if unknown. */
   sampleRate: number;
   /** The last time that was read. */
   endTime: string;
-  /** What the file holds: times of changes, samples of levels, or voltages with a threshold. */
+  /** The contents of the file: times of changes, samples of levels, or voltages with a threshold.
+  /** */
   lineKind: 'changes' | 'samples' | 'voltages';
   /** Request cycles read so far. */
   cycles: number;
@@ -60,9 +61,9 @@ export interface About {
   status: Status;
   /** Why reading ended before the end of the capture, or empty. */
   error: string;
-  /** Absent where no format is given and none is sure. */
+  /** Absent if no format is given and none is sure. */
   format?: string;
-  /** Of an encoder or of a safety configuration, where one was given for the format. */
+  /** The name of an encoder or of a safety configuration, if one was given for the format. */
   formatName?: string;
   /** Of the format that was identified, 0 to 1. */
   confidence?: number;
@@ -70,7 +71,7 @@ export interface About {
   encoders?: string[];
 }
 
-/** What users see of statuses and verdicts, in the order of their values. */
+/** The words for users of statuses and verdicts, in the order of their values. */
 export interface Words {
   /** Of a request cycle. `fault`: the transmission is wrong; `cut`: an end of the capture cuts it. */
   statuses: { name: string; seen: string; fault: boolean; cut: boolean }[];
@@ -78,20 +79,20 @@ export interface Words {
   verdicts: { name: string; fault: boolean }[];
 }
 
-/** What an option is for; verbs/common/verb.hpp explains the scopes. */
+/** The scope of an option; verbs/common/verb.hpp explains it. */
 export interface DescribedOption {
   /** `-f,--format`, or `FILE` of an argument. */
   names: string;
   /** The long name. */
   name: string;
-  /** What the help calls the value; empty for a flag. */
+  /** The name of the value in the help; empty for a flag. */
   value: string;
   meaning: string;
   heading: string;
   scope: 'reading' | 'file' | 'judging' | 'rows' | 'command';
   repeats: boolean;
   required: boolean;
-  /** The values that are allowed; empty where they are not a list. */
+  /** The allowed values; empty if they are not a list. */
   choices: string[];
 }
 
@@ -104,7 +105,7 @@ export interface DescribedVerb {
 
 export type ColumnKind = 'unsigned' | 'signed' | 'time' | 'real' | 'text' | 'bits' | 'flag';
 
-/** What a value says of its row; the names of report/table.hpp. */
+/** The meaning of a value for its row; the names of report/table.hpp. */
 export type Role =
   | 'value' | 'status' | 'verdict' | 'warnings' | 'error_at_0' | 'check_at_0' | 'warning_at_0' | 'warning_at_1';
 
@@ -127,7 +128,7 @@ export interface Column {
 /** Values of a column, a row each. */
 export interface ColumnValues {
   kind: ColumnKind;
-  /** 0 where the cell is empty. */
+  /** 0 if the cell is empty. */
   present: Uint8Array;
   /**
    * Without loss: `time` in picoseconds. `real` is a Float64Array; of `text` and `flag` the values are
@@ -166,19 +167,19 @@ export interface CycleCheck {
   received: number;
   expected: number;
   right: boolean;
-  /** Single bits that would mend the channel, by payloadBit. */
+  /** Single bits whose flip would correct the channel, by payloadBit. */
   singles: number[][];
   /** The first pairs of bits that would. */
   pairs: number[][];
   pairCount: number;
 }
 
-/** A stretch of a cycle with a name, as `biss draw` has it. */
+/** A stretch of a cycle with a name, as in `biss draw`. */
 export interface CyclePart {
   kind: 'line' | 'frame' | 'data' | 'flag' | 'crc';
   /** `ACK 3.2 µs, 32 clocks`, `pos=1234`, `crc=0x16`. */
   text: string;
-  /** A shorter text, where there is one. */
+  /** A shorter text, if there is one. */
   brief?: string;
   from: string;
   to: string;
@@ -201,13 +202,13 @@ export interface Cycle {
   checks: CycleCheck[];
   /** Tracks that the cycle has, each with its parts in the order of time. */
   tracks: { frame?: CyclePart[]; delay?: CyclePart[]; CDM?: CyclePart[] };
-  /** Where it fails, and why: `crc: received 0x36, expected 0x1`. */
+  /** The places and causes of failures: `crc: received 0x36, expected 0x1`. */
   failures: { time: string; text: string }[];
-  /** The bit of the master; absent where MA does not show it. */
+  /** The bit of the master; absent if MA does not show it. */
   cdm?: 0 | 1;
   /**
-   * From the last edge of MA until the encoder releases SLO; negative where MA still runs then. Absent
-   * where SLO does not show it.
+   * From the last edge of MA until the encoder releases SLO; negative if MA still runs then. Absent
+   * if SLO does not show it.
    */
   release?: string;
 }
@@ -227,12 +228,11 @@ export interface Access {
   busy_ns: number | null;
 }
 
-/** A capture that is read step by step. What has been read can be asked for at any time. */
+/** A capture that is read step by step. The part that has been read is available at any time. */
 export interface Session {
   /**
-   * Reads on for about this time. `more` is false at the end; then `messages` are those of the
-   * command, its summary included.
-   * @throws BissError when memory has run out
+   * Reads on for about this time. `more` is false at the end; then `messages` are the messages of
+   * the command, its summary included. @throws BissError when memory has run out
    */
   advance(milliseconds: number): { more: boolean; messages: string };
   about(): About;
@@ -250,13 +250,14 @@ export interface Session {
    */
   view(line: 'ma' | 'slo', from: bigint, to: bigint, columns: number): LineView;
   /**
-   * Accesses to registers, and commands, within the cycles from number `from` to before `to`; those
-   * that have ended.
+   * Accesses to registers, and commands, within the cycles from number `from` to before `to`, only
+   * completed ones.
    */
   accesses(from: number, to: number): Access[];
-  /** The summary of `biss decode` of what has been read. */
+  /** The summary of `biss decode` for the part that has been read. */
   summary(): string;
-  /** A row's cycle; undefined where its edges alone do not show it again. `number` names it otherwise. */
+  /** A row's cycle; undefined if its edges alone do not show it again. `number` names it otherwise.
+  /** */
   cycle(row: number, number?: number): Cycle | undefined;
   /** Frees the memory. Nothing may be called afterwards. */
   close(): void;
@@ -264,12 +265,12 @@ export interface Session {
 
 export interface Biss {
   /**
-   * Makes a file known by its name, which verbs and messages use. Of a source only what a verb reads
-   * is asked, in blocks; it cannot be written. Bytes are copied.
+   * Makes a file known by its name, which verbs and messages use. From a source only the blocks
+   * that a verb reads are requested; it cannot be written. Bytes are copied.
    */
   addFile(name: string, source: Uint8Array | ByteSource): void;
   removeFile(name: string): void;
-  /** The names of all files, those that verbs have written included. */
+  /** The names of all files, also of files that verbs have written. */
   fileNames(): string[];
   /** A file that a verb has written with `-o NAME`. */
   readFile(name: string): Uint8Array;
@@ -282,15 +283,15 @@ export interface Biss {
    */
   run(args: string[]): RunResult;
   /**
-   * Opens a capture as `biss decode ARGS` does. `messages` are the warnings so far.
-   * @param options anyLines: take the two busiest lines where none look like MA and SLO
-   * @throws BissError with the message of the command
+   * Opens a capture as `biss decode ARGS` does. `messages` are the warnings so far. @param options
+   * anyLines: take the two busiest lines if none look like MA and SLO @throws BissError with the
+   * message of the command
    */
   open(args: string[], options?: { anyLines?: boolean }): { session: Session; messages: string };
 }
 
 /**
- * Loads the core. `wasmBinary` holds the bytes of biss_core.wasm where they are not to be fetched
- * from beside this file.
+ * Loads the core. `wasmBinary` has the bytes of biss_core.wasm; without it they are fetched from
+ * the folder of this file.
  */
 export function loadBiss(options?: { wasmBinary?: Uint8Array }): Promise<Biss>;

@@ -9,7 +9,7 @@
 
 namespace biss::wasm {
 
-/// A verb as biss.mjs asks for it: the JSON object `{"words": ["decode", …], "options":
+/// A request for a verb by biss.mjs: the JSON object `{"words": ["decode", …], "options":
 /// [["--format", ["pos26"]], …]}`, see verbs::Command::run().
 struct Request {
   std::vector<std::string> words;

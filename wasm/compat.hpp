@@ -1,4 +1,4 @@
-// What the C++20 library of emscripten 3.1.6 does not have yet. Included before every source.
+// Parts that the C++20 library of emscripten 3.1.6 lacks. Included before every source.
 #pragma once
 
 #include <charconv>

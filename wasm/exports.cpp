@@ -1,4 +1,5 @@
-// What biss.mjs calls. Texts and arrays are in memory of this module until the next call.
+// The functions that biss.mjs calls. Texts and arrays are in memory of this module until the next
+// call.
 #include <emscripten.h>
 
 #include <bit>
@@ -58,7 +59,7 @@ EMSCRIPTEN_KEEPALIVE const char* biss_words() {
   return keep(biss::wasm::dumped(words));
 }
 
-// Null where memory has run out. What is in the session where it cannot be opened is its status.
+// Null if memory has run out. If the capture cannot be opened, the session has only its status.
 EMSCRIPTEN_KEEPALIVE Session* biss_open(const char* request, int any_lines) {
   try {
     return new Session(biss::wasm::Request(request), any_lines != 0);
@@ -99,7 +100,7 @@ EMSCRIPTEN_KEEPALIVE const char* biss_rows(const Session* session, double from, 
                                    static_cast<std::size_t>(to)));
 }
 
-// The values, and by biss_present() which of them are there. Bits are not values.
+// The values; biss_present() has their presence. Bits are not values.
 EMSCRIPTEN_KEEPALIVE const std::uint64_t* biss_column(const Session* session, int index,
                                                       double from, double to) {
   const auto& stored = session->rows().columns()[static_cast<std::size_t>(index)];
@@ -136,7 +137,7 @@ EMSCRIPTEN_KEEPALIVE const char* biss_summary(const Session* session) {
   return keep(session->summary());
 }
 
-// Null where the edges do not show the cycle. A negative number is that of the row.
+// Null if the edges do not show the cycle. A negative number stands for the number of the row.
 EMSCRIPTEN_KEEPALIVE const char* biss_cycle(Session* session, double row, double number) {
   auto cycle =
       session->cycle(static_cast<std::uint64_t>(row),

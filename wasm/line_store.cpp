@@ -11,8 +11,8 @@ Level inverse(Level level) { return level == Level::high ? Level::low : Level::h
 
 Shown shown_of(Level level) { return static_cast<Shown>(level); }
 
-// A change is the time since the one before, and whether its level is the inverse of that one. Where
-// it is not, a byte with the level follows.
+// A change is the time since the previous one, and whether its level is the inverse of the previous
+// level. If it is not, a byte with the level follows.
 constexpr std::uint64_t plain = 0;
 constexpr std::uint64_t with_level = 1;
 
@@ -138,7 +138,7 @@ void LineStore::view(Picoseconds from, Picoseconds to, std::uint32_t columns,
       at = next;
       continue;
     }
-    // Changes follow one another within a column: the last one of the column goes on.
+    // Changes follow one another within a column: the last one of the column continues.
     const std::int64_t end = std::max(at.time(), from.count) + column;
     put(at.time(), Shown::busy);
     at = at_or_before(picoseconds(end));

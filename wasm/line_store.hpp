@@ -13,7 +13,7 @@
 
 namespace biss::wasm {
 
-/// What a line shows from a time on, as a page draws it.
+/// The level of a line from a time on, as a page draws it.
 enum class Shown : std::uint8_t {
   low,
   high,
@@ -84,9 +84,9 @@ class LineStore {
     bool at_end_ = false;
   };
 
-  // The block of the last change at or before `time`; the first block where there is none.
+  // The block of the last change at or before `time`; the first block if there is none.
   std::size_t block_of(Picoseconds time) const;
-  // At the last change at or before `time`; at the first one where there is none.
+  // At the last change at or before `time`; at the first one if there is none.
   Reader at_or_before(Picoseconds time) const;
   std::uint64_t changes_in(std::size_t block) const;
   void begin_block(std::int64_t time, wire::Level level);

@@ -62,7 +62,7 @@ bool is_part_of_number(char c) { return c != 0 && std::strchr("0123456789.-+eE",
 
 namespace std {
 
-// Decimal numbers alone. What is longer than any that a user types is none.
+// Only decimal numbers. A text longer than any number that a user types is refused.
 from_chars_result from_chars(const char* begin, const char* end, double& value) {
   array<char, 64> text{};
   size_t count = 0;
@@ -75,7 +75,7 @@ from_chars_result from_chars(const char* begin, const char* end, double& value) 
   return {begin + (stop - text.data()), stop == text.data() ? errc::invalid_argument : errc{}};
 }
 
-// The shorter of both notations; fixed where they are equally long.
+// The shorter of both notations; fixed if they are equally long.
 to_chars_result to_chars(char* begin, char* end, double value) {
   string text = signbit(value) ? "-" : "";
   const Digits number = shortest(fabs(value));

@@ -35,7 +35,7 @@ std::string_view line_kind(const verbs::CaptureInput& input) {
   return input.sample_period() == Picoseconds{} ? "changes" : "samples";
 }
 
-// The edges of both lines in time order, of each line only the first ones where they are many.
+// The edges of both lines in time order, of each line only the first ones if there are many.
 std::vector<wire::Edge> edges_between(const LineStore& ma, const LineStore& slo,
                                       const decode::Lines& lines, Picoseconds from,
                                       Picoseconds to) {

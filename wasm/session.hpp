@@ -21,14 +21,14 @@ using Blocks = std::deque<T>;
 /// They grow without a copy of all.
 using Rows = report::RowStore<Blocks>;
 
-/// A capture as `biss decode` reads it. Messages are those of the command, on stderr.
+/// A capture as `biss decode` reads it. Messages are the same as on the command's stderr.
 ///
 /// Memory: about two bytes for each change of MA and SLO, and about 100 for each request cycle and for
 /// each access to a register.
 class Session final : private verbs::ChangeWatcher {
  public:
   /// Opens the capture that a request of `decode` names.
-  /// \param any_lines where no lines look like MA and SLO, take the two busiest ones
+  /// \param any_lines if no lines look like MA and SLO, take the two busiest ones
   Session(const Request& request, bool any_lines);
   ~Session() override;
   Session(const Session&) = delete;
@@ -43,7 +43,7 @@ class Session final : private verbs::ChangeWatcher {
   bool advance(double milliseconds);
   bool ended() const { return ended_; }
 
-  /// What is known of the capture, as a JSON object; see biss.d.mts.
+  /// Facts about the capture, as a JSON object; see biss.d.mts.
   std::string about();
   /// The columns, as a JSON array.
   std::string columns_text() const;
@@ -55,9 +55,9 @@ class Session final : private verbs::ChangeWatcher {
   /// Accesses to registers, and commands, that take place within the cycles from number `first` to
   /// before number `end`, as `biss registers --to jsonl` writes them.
   std::string accesses(std::uint64_t first, std::uint64_t end) const;
-  /// A cycle bit by bit and part by part, as a JSON object. Nothing where its edges do not show it
+  /// A cycle bit by bit and part by part, as a JSON object. Empty if its edges do not show it
   /// again.
-  /// \param number the name of the cycle; by default the one in its row
+  /// \param number the number of the cycle; by default the number in its row
   /// \pre row < rows().rows()
   std::optional<std::string> cycle(std::uint64_t row, std::optional<std::uint64_t> number);
 

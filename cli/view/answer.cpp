@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t token_bytes = 16;
 
-// getrandom() gives so few bytes at once, or none.
+// getrandom() returns this few bytes in one call, or fails.
 std::string random_token() {
   std::array<unsigned char, token_bytes> bytes{};
   if (::getrandom(bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) {
@@ -28,7 +28,7 @@ std::string random_token() {
   return text;
 }
 
-// Takes as long whatever differs.
+// Takes the same time for any difference.
 bool same_token(std::string_view given, std::string_view token) {
   return !token.empty() && given.size() == token.size() &&
          CRYPTO_memcmp(given.data(), token.data(), token.size()) == 0;
@@ -46,7 +46,7 @@ std::optional<std::uint64_t> number_of(std::string_view text) {
   return number;
 }
 
-// One range of bytes. What is anything else is ignored, as RFC 9110 has it.
+// One range of bytes. Any other text is ignored, as RFC 9110 allows.
 std::optional<AskedRange> range_of(std::string_view text) {
   constexpr std::string_view unit = "bytes=";
   if (!text.starts_with(unit)) return std::nullopt;
@@ -78,7 +78,7 @@ std::string ServedPage::address_to_open() const {
   return fmt::format("http://127.0.0.1:{}/{}", port_, opening_token_);
 }
 
-// A page of elsewhere whose name leads here has a Host of its own.
+// A foreign page whose name resolves to this machine has another Host.
 bool ServedPage::is_own_host(std::string_view host) const {
   const auto is = [&](std::string_view name) {
     return host == fmt::format("{}:{}", name, port_) || (port_ == 80 && host == name);
@@ -113,7 +113,7 @@ PageAnswer ServedPage::give(std::string_view path, std::string_view range) {
   if (path != "/" && path != "/capture" && path != "/size") return {404, "Not here.\n"};
   const auto size = capture_.look(path != "/capture");
   if (path == "/") {
-    // The page says what is wrong, when it asks for the capture.
+    // The page shows the error when it requests the capture.
     return {200, page_(size.value_or(0)), "text/html; charset=utf-8"};
   }
   if (!size) return {410, size.error()};

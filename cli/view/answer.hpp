@@ -1,4 +1,4 @@
-// What `biss view` answers to a request, without the network.
+// The answers of `biss view` to requests, without the network.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,8 @@
 
 namespace biss::cli {
 
-/// A request, as far as it counts. A header that is not there, or there more than once, is empty.
+/// The parts of a request that matter. A header that is missing, or present more than once, is
+/// empty.
 struct PageRequest {
   std::string_view method;
   std::string_view target;

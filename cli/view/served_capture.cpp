@@ -18,7 +18,7 @@ namespace biss::cli {
 
 namespace {
 
-// What is compared of a file to see that it was only added to.
+// The part of a file that is compared to see that the file has only grown.
 constexpr std::size_t compared_bytes = 4096;
 constexpr std::size_t block_bytes = std::size_t{64} << 10U;
 // A line is not longer.
@@ -79,7 +79,7 @@ tl::expected<std::uint64_t, std::string> ServedCapture::look(bool closely) {
   return size_;
 }
 
-// The file of this name must be the one that is open, and have what has been served.
+// The file of this name must be the open file, and must still begin with the served bytes.
 std::string ServedCapture::wrong_identity() const {
   struct stat named {};
   struct stat opened {};
@@ -121,7 +121,7 @@ std::string ServedCapture::refuse_to_follow(std::string_view why) const {
   return fmt::format("{}: cannot be followed while it grows: {}; leave out --follow", path_, why);
 }
 
-// A first line may be half written: it is none where it does not grow from one close look to the next.
+// A first line may be half written. If it does not grow from one look to the next, it is refused.
 std::string ServedCapture::wrong_lines(std::uint64_t available) {
   if (available - std::min(available, size_) > line_bytes_max) {
     return refuse_to_follow("its last line has more than 1 MiB");
@@ -173,7 +173,7 @@ void ServedCapture::remember(std::uint64_t size) {
   tail_ = text_at(size - compared, compared);
 }
 
-// CRC-32 of these bytes, which follow those of `before`.
+// CRC-32 of these bytes, continued from `before`.
 std::uint32_t ServedCapture::checksum(std::uint32_t before, std::uint64_t begin,
                                       std::uint64_t end) const {
   while (begin < end) {
@@ -186,7 +186,7 @@ std::uint32_t ServedCapture::checksum(std::uint32_t before, std::uint64_t begin,
   return before;
 }
 
-// Shorter where the file is.
+// The text is shorter if the file is.
 std::string ServedCapture::text_at(std::uint64_t offset, std::size_t size) const {
   std::string text(size, '\0');
   std::size_t got = 0;

@@ -17,7 +17,7 @@
 
 namespace biss::cli {
 
-/// What is known of a file that is still being written.
+/// The state of a file that is still being written.
 struct Growth {
   /// Bytes of a raw sample; without it the file is read by lines.
   std::optional<std::uint64_t> sample_bytes;
@@ -32,7 +32,7 @@ class ServedCapture {
   ServedCapture(const ServedCapture&) = delete;
   ServedCapture& operator=(const ServedCapture&) = delete;
 
-  /// Opens a regular file. \param growth nothing: what it has now is all that is served
+  /// Opens a regular file. \param growth empty: only its present content is served
   tl::expected<void, verbs::VerbError> open(const std::string& path, std::optional<Growth> growth);
 
   /// The size now. The error is one line: the file has shrunk, was replaced or rewritten, or is of a
@@ -41,7 +41,7 @@ class ServedCapture {
   tl::expected<std::uint64_t, std::string> look(bool closely);
 
   /// Reads at `offset`, at most to the size that look() gave last.
-  /// \return how much; 0 where reading fails
+  /// \return the number of bytes; 0 if reading fails
   std::size_t read(std::uint64_t offset, std::span<char> bytes) const;
 
  private:
@@ -59,10 +59,10 @@ class ServedCapture {
   int descriptor_ = -1;
   std::optional<Growth> growth_;
   std::uint64_t size_ = 0;
-  // The bytes at the beginning and before the end of what has been served.
+  // The bytes at the beginning and before the end of the served part.
   std::string head_;
   std::string tail_;
-  // CRC-32 of what has been served, and when the file had been changed as that was compared last.
+  // CRC-32 of the served part, and the time of the file's last change at the last comparison.
   std::uint32_t checksum_ = 0;
   timespec compared_{};
   // Bytes without a line feed at the last close look.

@@ -41,7 +41,7 @@ using tcp = asio::ip::tcp;
 constexpr std::size_t connections_max = 32;
 constexpr std::uint32_t header_bytes_max = 8192;
 constexpr std::size_t block_bytes = std::size_t{256} << 10U;
-// From the first byte of a request, or the end of the one before, to its last one.
+// From the first byte of a request, or the end of the previous one, to its last byte.
 constexpr std::chrono::seconds request_time{10};
 // For each block.
 constexpr std::chrono::seconds write_time{30};
@@ -51,7 +51,7 @@ std::string_view view_of(boost::beast::string_view text) { return {text.data(), 
 
 using Header = http::request_header<>;
 
-// Empty where the request has it more than once.
+// Empty if the request has it more than once.
 std::string_view only_value(const Header& header, http::field field) {
   if (header.count(field) != 1) return {};
   return view_of(header[field]);
@@ -61,7 +61,7 @@ void secure(http::response<http::empty_body>& response) {
   response.set(http::field::cache_control, "no-store");
   response.set("X-Content-Type-Options", "nosniff");
   response.set("X-Frame-Options", "DENY");
-  // What the page may do is in the page.
+  // The page itself contains its further policy.
   response.set("Content-Security-Policy", "frame-ancestors 'none'");
   response.set("Referrer-Policy", "no-referrer");
   response.set("Cross-Origin-Opener-Policy", "same-origin");
@@ -102,7 +102,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     PageAnswer answer =
         page_.answer({method, view_of(header.target()), only_value(header, http::field::host),
                       only_value(header, http::field::range)});
-    // What follows a request that says it has a body is not looked at.
+    // After a request with a body, further bytes are ignored.
     const bool goes_on = parser_->is_done() && parser_->keep_alive() && answer.status < 400;
     send(std::move(answer), method == "HEAD", goes_on);
   }
@@ -196,7 +196,7 @@ struct PageServer::Parts {
     });
   }
 
-  // Where there are too many, whoever has let us wait longest has to leave.
+  // If there are too many connections, the one that has been idle longest is closed.
   void take(tcp::socket socket) {
     connections.remove_if([](const auto& each) { return each.expired(); });
     if (connections.size() >= connections_max) {
