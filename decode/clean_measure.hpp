@@ -77,8 +77,8 @@ class CleanScratch {
   alignas(64) Times found_before{};
 };
 
-/// False if the cycle is not clean: MA is uneven, a gap may be a pause, SLO moves where it should
-/// not, or the end of the cycle is not in these arrays. The cycle must then be read edge by edge. A
+/// False if the cycle is not clean: MA is uneven, a gap may be a pause, SLO changes at a wrong
+/// time, or the end of the cycle is not in these arrays. The cycle must then be read edge by edge. A
 /// clean cycle has the same values as from CycleReader and Decoder;
 /// docs/decisions/house-0019-flow.md explains why.
 bool measure_clean(const CleanLines& lines, const CleanSetup& setup, CleanScratch& scratch,

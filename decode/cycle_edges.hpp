@@ -60,7 +60,7 @@ class CycleEdgeReader {
   CycleEdgeReader(const CycleEdgeReader&) = delete;
   CycleEdgeReader& operator=(const CycleEdgeReader&) = delete;
 
-  /// Edges in time order; those of other lines are ignored.
+  /// Edges in time order; edges of other lines are ignored.
   void push(std::span<const wire::Edge> edges);
   /// As Decoder::finish().
   void finish(Picoseconds end_time);

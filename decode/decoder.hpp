@@ -52,7 +52,7 @@ class Decoder {
   void push_ma(LevelChange change);
   void push_slo(LevelChange change);
 
-  /// The same for a capture's edges; those of other lines are ignored.
+  /// The same for a capture's edges; edges of other lines are ignored.
   void push(std::span<const wire::Edge> edges, const Lines& lines);
 
   /// The same for the next stretch of a capture as arrays, with the clean cycles in it: a clean

@@ -198,7 +198,7 @@ void FrameRules::judge_bits(std::uint64_t number, const Cycle& cycle) {
   if (unidirectional_ && cds) {
     tallies_.count_sampled(Rule::cds_zero, !*cds, *cycle.period, number, "CDS is 1");
   }
-  // If a checksum is wrong, the bits may not be those of the format.
+  // If a checksum is wrong, the bits may not fit the format.
   const bool has_stop = is_good(cycle.status) || cycle.status == CycleStatus::stop_bit;
   if (!has_stop || !was_checked(cycle)) return;
   const bool clocked = !cycle.frame || cycle.frame->stop_seen;

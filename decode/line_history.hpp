@@ -69,7 +69,7 @@ class LineHistory {
   std::size_t size() const { return changes_.size(); }
   const LevelChange& operator[](std::size_t index) const { return changes_[index]; }
 
-  /// Forgets what lies before `time`, keeping the level it left.
+  /// Forgets the changes before `time`, and keeps the level after them.
   void forget_before(Picoseconds time) {
     const std::size_t gone = after(time);
     before_since_ = taken_at(gone);

@@ -12,7 +12,7 @@
 
 namespace biss::decode {
 
-/// docs/check.md explains each. New rules are added at the end: the order is that of the rows.
+/// docs/check.md explains each. New rules are added at the end: the rows have the same order.
 enum class Rule : std::uint8_t {
   frame_structure,
   frame_crc,

@@ -10,7 +10,7 @@
 
 namespace biss::sim {
 
-/// The places where a level can be changed.
+/// The places at which a level can be changed.
 enum class Place : std::uint8_t {
   ma_master,   ///< on the line at the master: recorded, and passed on to the encoder
   ma_slave,    ///< only at the input of the encoder

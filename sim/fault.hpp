@@ -253,7 +253,7 @@ struct FaultPlace {
   bool operator==(const FaultPlace&) const = default;
 };
 
-/// The place where a fault began.
+/// The place at which a fault began.
 struct InjectedFault {
   FaultKind kind{};
   FaultPlace place{};

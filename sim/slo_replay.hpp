@@ -26,7 +26,7 @@ struct SloReplaySetup {
 /// The reading of our master at a request of the recorded master.
 struct ReplayReading {
   BasicReading<Frame> reading;
-  /// The period of our MA; 0 where no request was made.
+  /// The period of our MA; 0 if no request was made.
   Picoseconds period{};
 };
 

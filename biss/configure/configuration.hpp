@@ -87,7 +87,7 @@ constexpr std::string_view name_of(ConfigureError error) {
   return names[static_cast<std::size_t>(error)];
 }
 
-/// A cause, and the step where it occurred.
+/// A cause, and the step in which it occurred.
 struct ConfigureFault {
   ConfigureError cause{};
   ConfigureStep step{};

@@ -132,7 +132,7 @@ class SlaveQuery {
   constexpr const SlaveDescription& description() const { return description_; }
   /// The error that ended the query early.
   constexpr std::optional<ControlError> failed() const { return failed_; }
-  /// The step where that happened. \pre failed()
+  /// The step in which the query failed. \pre failed()
   constexpr ConfigureStep failed_step() const { return failed_step_; }
   /// BSEL may not have its original value.
   constexpr bool bank_dirty() const { return bank_dirty_; }

@@ -16,8 +16,8 @@ namespace biss {
 /// An encoder: the meaning of its bits, and its behaviour in time.
 struct Device {
   FrameFormat format;
-  /// That of the catalogue or of the safety configuration; without one the widest limits that BiSS C
-  /// allows.
+  /// The timing of the catalogue or of the safety configuration; without one, the widest limits
+  /// that BiSS C allows.
   DeviceTiming timing;
   /// Null unless the text is a name of the catalogue. Lives as long as the program.
   const CatalogueEntry* entry = nullptr;

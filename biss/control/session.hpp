@@ -514,7 +514,7 @@ class ControlSession {
   Picoseconds busy_since_{};
   ControlOutcome outcome_;
   ControlRequest request_;
-  std::uint32_t word_ = 0;      // what is sent, the first bit topmost
+  std::uint32_t word_ = 0;      // the bits to send, the first one topmost
   std::uint16_t received_ = 0;  // the last 16 bits of CDS, the latest lowest
   Phase phase_ = Phase::idle;
   std::uint8_t k_ = 0;      // the next bit of word_; in the lead the frames lost

@@ -362,7 +362,7 @@ class FormatParser {
 }  // namespace frame_detail
 
 /// Parses the text of a frame format; the grammar is at the top of this file.
-/// \return the format, or the mistake and the character where it is
+/// \return the format, or the mistake and the index of its character
 constexpr Result<FrameFormat, FormatTextError> parse_format(std::string_view text) {
   return frame_detail::FormatParser(text).parse();
 }

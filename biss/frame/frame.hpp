@@ -57,7 +57,7 @@ struct BasicFrame {
 /// A frame of any format. A codec's Frame has room for the codec's channels only.
 using Frame = BasicFrame<max_channels>;
 
-/// The cause, and its channel (0 where the channel does not matter).
+/// The cause, and its channel (0 if the channel does not matter).
 struct FrameFault {
   FrameError cause{};
   std::uint8_t channel = 0;

@@ -156,7 +156,7 @@ class BitSampler {
   constexpr BitView bits() const { return bits_.view(); }
   /// The rising edge of MA that makes START. \pre `cds` was returned
   constexpr std::uint32_t start_clock() const { return start_clock_; }
-  /// Nothing, or what is wrong although bits() are complete: ack_range.
+  /// Empty, or the cause if bits() are complete but wrong: ack_range.
   constexpr std::optional<FrameError> cause() const { return cause_; }
 
   /// Begins a request.

@@ -148,7 +148,7 @@ class SelfTest {
     return found;
   }
 
-  // No answer, no START, cut short, STOP = 1, CDS = 1 where it must be 0.
+  // No answer, no START, cut short, STOP = 1, CDS = 1 although it must be 0.
   constexpr bool refuses_lines() {
     const BitView line = bits_.view();
     for (const std::size_t size : {std::size_t{0}, std::size_t{1}, payload_at_ - 2U,

@@ -107,7 +107,7 @@ struct RegisterBusy {
 
 /// The registers of one slave. A device with several slaves has one for each (PerSlave).
 ///
-/// BSEL (0x40) is built in: refused where there is only one bank, else readable and writable. It
+/// BSEL (0x40) is built in: refused if there is only one bank, otherwise readable and writable. It
 /// holds the value written. If no bank has this number, no register at 0x00 … 0x3F is available.
 template <std::size_t Banks, RegisterHooks Hooks = NoRegisterHooks>
 class BankedRegisters {

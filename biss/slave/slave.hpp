@@ -78,7 +78,7 @@ enum class SlaveState : std::uint8_t {
   ack,            ///< its answer, and the predecessor's START; SLO is 0
   start,          ///< the clock that sends CDS
   data,           ///< the clocks that send its own bits
-  stop,           ///< the timeout; SLO is 0, or what a predecessor sends
+  stop,           ///< the timeout; SLO is 0, or the predecessor's bits
   early_request,  ///< as `stop`: a request came before the timeout was over, and is not answered
   chain_busy,     ///< SLI = 1: its own timeout is over, a predecessor's is not; SLO is 0
 };

@@ -90,7 +90,7 @@ class TurnCounter {
   /// turns() × 2^width + count(); empty if that does not fit.
   constexpr std::optional<std::int64_t> position() const {
     if (width_bits_ == 64) {
-      // The upper half of turn -1 and the lower half of turn 0 are what 64 bits hold.
+      // The upper half of turn -1 and the lower half of turn 0 fill 64 bits.
       const auto value = static_cast<std::int64_t>(count_);
       if (turns_ != (value < 0 ? -1 : 0)) return std::nullopt;
       return value;

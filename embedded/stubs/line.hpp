@@ -18,7 +18,7 @@ namespace stubs {
 /// `no_dma`: the transfer ends, and nothing was written.
 enum class LineFault : std::uint8_t { none, no_response, crc, error_bit, no_dma };
 
-/// Fills what the SPI received.
+/// Fills in the bytes that the SPI received.
 inline void receive(std::span<std::uint8_t> bytes, const biss::FrameFormat& format,
                     std::uint64_t position, std::uint16_t ack_clocks, LineFault fault) {
   if (fault == LineFault::no_dma) return;

@@ -1,4 +1,4 @@
-// Counts instructions with SysTick under QEMU's -icount, where every instruction takes the same
+// Counts instructions with SysTick under QEMU's -icount, which gives every instruction the same
 // virtual time. The ticks per instruction are measured on blocks of known length in the same run.
 #pragma once
 

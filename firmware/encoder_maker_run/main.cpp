@@ -122,7 +122,7 @@ void frame() {
   }
   // 1 until ACK, 0, START.
   const bool begun = bits.view().word(0, 3) == 0b101U;
-  expect(begun, "no START where it is due");
+  expect(begun, "no START when it is due");
   if (line.channels_on) {
     check_position(bits);
   } else {

@@ -10,7 +10,7 @@ package biss_pkg is
   -- biss_compare.
   procedure biss_value(name : string; channel : natural; position : std_logic_vector;
                        nE, nW : std_logic);
-  -- `cause` as in `biss decode`: "ok", "crc", "no_response"; "fault" where the design names none.
+  -- `cause` as in `biss decode`: "ok", "crc", "no_response"; "fault" if the design names none.
   procedure biss_compare(name : string; cause : string);
   -- The next frame of an encoder.
   procedure biss_next(name : string; channel : natural; position : std_logic_vector;

@@ -284,7 +284,7 @@ void add_check(Command& command) {
         return CheckRun(*options, host).write(options->output, options->to);
       });
   verb.add_option("--against", options->against,
-                  "The limits: biss-c (by default; those of BiSS C, and of the name given to -f), "
+                  "The limits: biss-c (the default: BiSS C and the name given to -f), "
                   "renishaw (its data sheets), or a name that 'biss encoders' lists, whose format "
                   "-f then has by default")
       .type_name("LIMITS");

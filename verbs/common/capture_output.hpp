@@ -48,7 +48,7 @@ bool holds_negative_times(CaptureFormat format);
 /// Writes edges to an Output, which outlives it, in this format.
 class CaptureOutput final : public capture::ByteSink {
  public:
-  /// `sample_rate` is for the sampled formats, and for Saleae's binary export, where it may be 0 Hz.
+  /// `sample_rate` is for the sampled formats, and for Saleae's binary export, which allows 0 Hz.
   /// \pre at most 64 lines for sampled formats, and for these sample_rate is not 0 Hz
   CaptureOutput(CaptureFormat format, const std::vector<std::string>& lines, Hertz sample_rate,
                 Output& output);

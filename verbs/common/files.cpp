@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A file, or the place in a folder where it will be.
+// A file, or its future place in a folder.
 struct Target {
   dev_t device{};
   ino_t inode{};

@@ -17,7 +17,7 @@ class TemporaryFile {
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
 
-  /// Creates the file in the target's folder; its mode is that of any created file (umask).
+  /// Creates the file in the target's folder; its mode is as for any created file (umask).
   /// \return a descriptor open for reading and writing, owned by this object; -1 and errno on failure
   int create(const std::string& target);
   /// Gives the file the target's name, in place of any file with this name, and closes it. False

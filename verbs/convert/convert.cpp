@@ -303,7 +303,7 @@ void add_convert(Command& command) {
   add_time_option(verb, "--since", into(options->since), "Begin at this time of the capture");
   add_time_option(verb, "--until", into(options->until), "End at this time of the capture");
   verb.add_flag("--partial", options->partial,
-                "Convert what comes before the damage in a damaged capture; the exit status is 3");
+                "Convert the part before the damage of a damaged capture; the exit status is 3");
   add_raw_options(verb, options->input.raw);
 }
 

@@ -19,7 +19,7 @@ void add_motion_options(Verb verb, MotionArguments& arguments) {
   verb = verb.scope(Scope::rows);
   verb.add_flag(
       "--unwrap", arguments.unwrap,
-      "Add the column unwrapped: the position of channel 1, continued where it rolls over, "
+      "Add the column unwrapped: the position of channel 1, continued when it rolls over, "
       "with a sign");
   add_count_option(
       verb, "--max-step",

@@ -21,7 +21,7 @@ namespace biss::verbs {
 class DecodedCapture;
 class Verb;
 
-/// The options as given on the command line; empty where not given.
+/// The options as given on the command line; empty if not given.
 struct SafetyArguments {
   std::string configuration;
   std::string counter;

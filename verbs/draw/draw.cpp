@@ -37,7 +37,7 @@ struct DrawOptions {
   std::vector<draw::Mark> marks;
   std::string output;
   std::string to;
-  /// Those of the simulated line alone.
+  /// Options of the simulated line alone.
   std::vector<Option> of_line;
   std::optional<Verb> verb;
 };

@@ -235,7 +235,7 @@ Hertz rate_seen(const Plan& plan) {
 std::string_view seen_text(const Timeout& timeout) {
   return timeout.rule == TimeoutRule::cycle
              ? "for a master that waits until it sees SLO high"
-             : "over SPI, where the clocks of the line delay are sent before the timeout begins";
+             : "over SPI: the clocks of the line delay are sent before the timeout begins";
 }
 
 std::string facts(const Plan& plan) {

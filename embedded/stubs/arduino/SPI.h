@@ -1,4 +1,4 @@
-// Arduino's SPI library on a PC; the test supplies what is received.
+// Arduino's SPI library on a PC; the test supplies the received bytes.
 #pragma once
 
 #include <Arduino.h>

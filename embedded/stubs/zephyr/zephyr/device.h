@@ -1,5 +1,5 @@
 /* Zephyr's device model with one instance of one driver, on a PC. The instance is what a devicetree
- * with the node of the test says. */
+ * with the node of the test describes. */
 #pragma once
 
 #include <stdbool.h>
