@@ -60,7 +60,7 @@ void CleanCycleFinder::find(const PairRun& run, std::vector<CleanCycle>& found,
     // Before the first change of this run, SLO is not known.
     const bool high = slo != 0 && ((slo - 1) % 2 == 0) == run.slo.first_high;
     const CleanLines lines{run.ma.times.subspan(at), run.slo.times.subspan(slo)};
-    // The first change of a run may be none.
+    // The first change of a run may repeat the level.
     const bool clean =
         high && (slo > 1 || !margin_.signal) && read(cycle, lines) &&
         (!margin_.signal || measure_signal(lines, run.slo.times[slo - 1], cycle.reading.cycle));

@@ -197,7 +197,7 @@ Picoseconds CycleReader::jitter_in_doubt() const {
   return std::min(jitter_factor * median(steps), clock_.period / uncertain_share);
 }
 
-// The mean of the intervals that are a period; notes the first that is none.
+// The mean of the intervals that are a period; notes the first interval that is not.
 Picoseconds CycleReader::usual_period() {
   const auto [least, most] = std::minmax_element(clock_.intervals.begin(), clock_.intervals.end());
   // The median is computed only if it can change the verdict on an interval.

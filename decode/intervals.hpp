@@ -1,4 +1,4 @@
-// Distances of clock edges: the usual one, and which are none.
+// Distances of clock edges: the usual one, and irregular ones.
 #pragma once
 
 #include <algorithm>

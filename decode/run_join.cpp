@@ -22,7 +22,7 @@ void RunJoin::Line::take(const LineRun& run, std::size_t from) {
   times.assign(rest.begin(), rest.end());
 }
 
-// The changes of the next run before `end`; its first one may be none.
+// The changes of the next run before `end`; the first one may repeat the level.
 void RunJoin::Line::append(const LineRun& next, std::size_t end) {
   const bool is_high = level(run(), times.size() - 1);
   const std::size_t begin = next.first_high == is_high ? 1 : 0;

@@ -17,7 +17,7 @@ namespace biss::decode::test {
 
 inline constexpr std::string_view usual_format = "pos26,nE,nW,crc6";
 
-/// What the master leaves on MA after a cycle.
+/// The end of a cycle on MA.
 enum class Ending : std::uint8_t {
   idle_high,          ///< CDM = 0
   low_until_timeout,  ///< CDM = 1
@@ -157,8 +157,8 @@ class TestLine {
   std::mt19937_64 random_;
 };
 
-/// The edges as an analyser with this sample period sees them: at the next sample. What it does
-/// not see is gone.
+/// The edges as an analyser with this sample period sees them: at the next sample. Pulses
+/// between samples are lost.
 inline std::vector<LevelChange> sampled(const std::vector<LevelChange>& line, Picoseconds sample,
                                         Picoseconds phase = {}) {
   std::vector<LevelChange> seen;

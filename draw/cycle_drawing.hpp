@@ -78,7 +78,7 @@ struct CycleDrawing {
 /// How much of a cycle is drawn.
 enum class DrawnExtent : std::uint8_t {
   frame,  ///< until SLO has settled after the last sample
-  cycle,  ///< also what follows until both lines rest: the timeout, CDM, pulses
+  cycle,  ///< also the time until both lines rest: the timeout, CDM, pulses
 };
 
 /// \param margin as for the reader of the cycle

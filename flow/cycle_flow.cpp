@@ -21,7 +21,7 @@ namespace {
 // Threads that have a number each take turns in the order of their numbers.
 class Turns {
  public:
-  // Waits for the turn of this number. False: there are no more turns.
+  // Waits for the turn of this number. False: no further turn comes.
   bool wait(std::uint64_t number) {
     std::uint64_t now = next_.load(std::memory_order_acquire);
     for (int i = 0; now != number && now != over && i < most_yields; ++i) {

@@ -37,7 +37,7 @@ Hdf5Storage storage_of(const Column& column) {
   return Hdf5Storage::real;
 }
 
-// The texts of a column by number, from 1 on; 0 is none.
+// The texts of a column by number, from 1 on; 0 means no text.
 class Texts {
  public:
   std::uint32_t number_of(std::string_view text) {
@@ -184,7 +184,7 @@ class StoredColumn {
   Texts texts_;
 };
 
-// Tells MATLAB that this is a file of version 7.3: 116 bytes of text, an offset that is not used, the
+// Marks the file for MATLAB as one of version 7.3: 116 bytes of text, an offset that is not used, the
 // version 2.0 and the byte order.
 std::array<std::byte, hdf5_user_bytes> matlab_header() {
   constexpr std::string_view text = "MATLAB 7.3 MAT-file, Platform: biss, HDF5 schema 1.00 .";

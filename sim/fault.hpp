@@ -41,7 +41,7 @@ enum class FaultKind : std::uint8_t {
   nW,
   brown_out,
   frozen,
-  // Wrong frames: all checksums are good, except those of `masquerade`.
+  // Wrong frames: all checksums are good, except in `masquerade`.
   repeat,
   reorder,
   loss,
@@ -165,7 +165,7 @@ inline constexpr std::array<FaultEntry, fault_kind_count> fault_list = [] {
       {F::masquerade, "masquerade", "noise in place of the last word", X::cycle, E::masquerade},
       {F::other_encoder, "other_encoder", "frames of another encoder", X::cycles, E::addressing},
       {F::lc_restart, "lc_restart", "the sign of life starts again", X::permanent, E::sequence},
-      {F::lc_frozen, "lc_frozen", "the sign of life stands still", X::cycles, E::repetition},
+      {F::lc_frozen, "lc_frozen", "the sign of life does not change", X::cycles, E::repetition},
       {F::flips, "flips", "each bit is wrong with the same probability", X::bits, E::corruption},
       {F::lost_bit, "lost_bit", "a bit is skipped: the next ones are read a clock early", X::frame,
        E::corruption},

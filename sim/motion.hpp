@@ -30,7 +30,7 @@ class Motion {
   /// \param interval from one request to the next; positive
   Motion(MotionKind kind, const ChannelFormat& channel, Picoseconds interval, std::uint64_t seed);
 
-  /// Stands still from now on. \param position not wider than position_bits()
+  /// Stops the motion from now on. \param position not wider than position_bits()
   void hold(std::uint64_t position) {
     kind_ = MotionKind::constant;
     start_ = position_bits_ == 0 ? 0 : position << (64U - position_bits_);

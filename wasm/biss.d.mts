@@ -73,7 +73,7 @@ export interface About {
 
 /** The words for users of statuses and verdicts, in the order of their values. */
 export interface Words {
-  /** Of a request cycle. `fault`: the transmission is wrong; `cut`: an end of the capture cuts it. */
+  /** The status of a request cycle. `fault`: the transmission is wrong; `cut`: an end of the capture cuts it. */
   statuses: { name: string; seen: string; fault: boolean; cut: boolean }[];
   /** Of the safety monitor. `fault`: it is no state. */
   verdicts: { name: string; fault: boolean }[];
@@ -157,7 +157,7 @@ export interface CycleBit {
   level?: 0 | 1;
   /** Number among the bits of data and CRC. */
   payloadBit?: number;
-  /** Of a bit of the CRC: what the data received need. */
+  /** For a bit of the CRC: the level that the received data need. */
   expected?: 0 | 1;
 }
 

@@ -34,7 +34,7 @@ struct LineView {
 
 class LineStore {
  public:
-  /// Changes in time order; one to the level that the line has is none.
+  /// Changes in time order; a change to the present level is ignored.
   void push(Picoseconds time, wire::Level level);
 
   std::uint64_t changes() const { return changes_; }

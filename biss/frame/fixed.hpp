@@ -61,7 +61,7 @@ class FixedCodec {
     return frame_detail::sent_crc(format_.channel_list[K], engines_[K], data, cds);
   }
 
-  // For decode_frame(), as FrameCodec has them.
+  // For decode_frame(), as in FrameCodec.
   static constexpr std::size_t clocks() { return 3U + payload_bits_; }
   static constexpr std::uint64_t last_ack() { return frame_detail::last_ack_of(clocks()); }
   static constexpr bool may_fit_windows = frame_detail::fits_windows(Format);

@@ -344,7 +344,7 @@ class RegisterServer {
 
   constexpr void finish_byte(bool good) {
     ++bytes_;
-    if (!good) bytes_ = options_.sequence_bytes;  // what follows could land at a wrong address
+    if (!good) bytes_ = options_.sequence_bytes;  // the next bytes could get wrong addresses
     phase_ = Phase::byte_end;
   }
 

@@ -220,7 +220,7 @@ void switch_channels() {
   line.session.command(1, ControlCommand::channels);
   expect(run(), "channels on");
   line.channels_on = true;
-  expect(read(biss::reg::mfr_id, id) && id[0] == 'X', "registers beside positions again");
+  expect(read(biss::reg::mfr_id, id) && id[0] == 'X', "registers together with positions again");
 }
 
 void print(const char* what, std::uint64_t value) {

@@ -50,7 +50,7 @@ bool Output::open(const std::string& path) {
   if (exists && ::access(target.c_str(), W_OK) != 0) return fail("cannot write", errno);
   if ((!exists || S_ISREG(about.st_mode)) && !names_a_descriptor(target)) {
     descriptor_ = temporary_.create(target);
-    if (descriptor_ < 0) return fail("cannot create a file beside", errno);
+    if (descriptor_ < 0) return fail("cannot create a file next to", errno);
     // A file that was made private stays private.
     if (exists && ::fchmod(descriptor_, about.st_mode & 07777U) != 0) {
       return fail("cannot set the mode of", errno);

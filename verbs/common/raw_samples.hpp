@@ -18,7 +18,7 @@ class Verb;
 struct RawSamples {
   /// Of raw samples. Empty: not given.
   std::optional<Hertz> rate;
-  /// Of a raw sample, 1 to 8.
+  /// Size of a raw sample, 1 to 8.
   std::uint64_t bytes = 1;
   /// How voltages become levels.
   capture::AnalogOptions analog = {};

@@ -11,7 +11,7 @@ namespace biss::verbs {
 
 class Host;
 
-/// Columns of the terminal that `descriptor` is; 0 when it is none, or its width is not known.
+/// Columns of the terminal that `descriptor` is; 0 if it is not a terminal, or its width is unknown.
 std::size_t terminal_columns(int descriptor);
 
 /// One line on stderr that a long run replaces while it runs:

@@ -34,7 +34,7 @@ std::optional<double> number_of(const report::Cell& cell) {
   }
 }
 
-// A picture needs no more digits; null if there is no value.
+// A picture needs no further digits; null if there is no value.
 json drawn_number(double value) {
   if (std::isnan(value)) return nullptr;
   const double rounded = std::strtod(fmt::format("{:.6g}", value).c_str(), nullptr);

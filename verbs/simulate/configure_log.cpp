@@ -22,7 +22,7 @@ std::string counted(std::uint32_t requests) {
   return fmt::format("{} {}", requests, requests == 1 ? "request" : "requests");
 }
 
-// "4D484D234400 (MHM#D)": the number, and its bytes as characters up to the first that is none.
+// "4D484D234400 (MHM#D)": the number, and its bytes as characters up to the first other byte.
 std::string device_text(std::uint64_t device) {
   std::string letters;
   for (unsigned shift = 48; shift != 0;) {

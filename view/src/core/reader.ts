@@ -28,7 +28,7 @@ export class Reader {
   #saved = mostSavedMilliseconds;
   #analyses: (() => void)[] = [];
 
-  /** Without `report` only the end is told, by `ended`. */
+  /** Without `report` only the end is reported, by `ended`. */
   constructor(session: Session, generation: number, sources: MeasuredSource[],
     report?: (message: ReadingMessage) => void) {
     this.session = session;

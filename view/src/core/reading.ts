@@ -95,7 +95,7 @@ export function isServed({ address }: ServedFile): boolean {
 
 /**
  * Reads on in a file of the server that has grown: the whole file again, so that a row that was cut is
- * right, behind what is shown until it is there. False where another capture has been opened.
+ * right, in the background until it is ready. False where another capture has been opened.
  */
 export async function readOn(name: string, content: ServedFile): Promise<boolean> {
   const isOpen = () => isServed(content);
