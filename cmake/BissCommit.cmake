@@ -4,7 +4,7 @@
 execute_process(COMMAND git -C "${SOURCE_DIR}" describe --always --dirty --abbrev=40 --match=-
                 OUTPUT_VARIABLE commit OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET
                 RESULT_VARIABLE failed)
-# A source folder inside somebody else's repository is not that repository.
+# A source folder inside another repository does not have its commit.
 execute_process(COMMAND git -C "${SOURCE_DIR}" rev-parse --show-prefix
                 OUTPUT_VARIABLE prefix OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
 if(failed OR prefix)

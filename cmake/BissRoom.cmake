@@ -19,7 +19,7 @@ endif()
 # Two measures halve the time of a build, most of which went into parsing and instantiating headers.
 # The headers below are parsed once for all rooms and once for all tests. The release build joins up
 # to ten source files of a target into one (CMAKE_UNITY_BUILD): a name that only one file uses has
-# to be unique within its target, and a test file keeps its names in a namespace of its own.
+# to be unique within its target, and a test file keeps its names in a separate namespace.
 set(biss_common_headers
     <algorithm> <array> <bit> <charconv> <cstdint> <functional> <memory> <optional> <span> <string>
     <string_view> <utility> <variant> <vector> <fmt/format.h> <fmt/ranges.h>

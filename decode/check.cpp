@@ -95,7 +95,7 @@ void explain(const CheckSetup& setup, Tallies& tallies) {
   if (!setup.unidirectional) {
     tallies.explain(Rule::cds_zero, "the encoder may be bidirectional: CDS may be 1");
   }
-  if (setup.format) tallies.explain(Rule::extra_clocks, "no limit is known for such a frame");
+  if (setup.format) tallies.explain(Rule::extra_clocks, "no limit is known for this format");
   if (!setup.compensated) {
     tallies.explain(Rule::sampling_margin, "the master does not compensate the line delay");
   }

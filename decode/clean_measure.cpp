@@ -40,7 +40,7 @@ using Times = CleanScratch::Times;
 static_assert(std::endian::native == std::endian::little,
               "convert() takes the first half of a time");
 
-// The times of a capture may lie further apart than 64 bits hold. \pre time >= begin
+// The times of a capture may be further apart than 64 bits can hold. \pre time >= begin
 inline std::int64_t since(std::int64_t begin, std::int64_t time) {
   return elapsed(Picoseconds{begin}, Picoseconds{time}).count;
 }
@@ -97,7 +97,8 @@ HWY_INLINE auto fold_to_block(Tag tag, hn::Vec<Tag> v, Fold fold) {
   }
 }
 
-// Both at once: of `a` in the lower half, of `b` in the upper one. Even lanes and odd ones stay apart.
+// Folds two vectors in one step: `a` into the lower half, `b` into the upper half. Even and odd
+// lanes stay separate.
 template <class Tag, class Fold>
 HWY_INLINE auto fold_both(Tag tag, hn::Vec<Tag> a, hn::Vec<Tag> b, Fold fold) {
   const hn::CappedTag<hn::TFromD<Tag>, 16 / sizeof(hn::TFromD<Tag>)> block;
@@ -766,7 +767,7 @@ bool measure(const CleanLines& lines, const CleanSetup& setup, CleanScratch& scr
 
   const std::int32_t half = m.period / 2;
   const float per_period = 1.0F / static_cast<float>(m.period);
-  // Nothing that comes later may count: it may not have been seen when the cycle is read.
+  // Later changes must not count: they may be unknown when the cycle is read.
   if (last_rise + (m.fall - m.second_rise) + half >= m.limit) return false;
   const Measured rises(edges, static_cast<std::int32_t>(m.rises));
   if (!measure_delay(clock, rises, per_period, scratch, m)) return false;

@@ -67,7 +67,7 @@ struct SeenAccess {
   bool reduced = false;        ///< a reduced frame was among its cycles: CDS is not known
   bool header_sent = false;    ///< the header's CRC was right: id or slaves are known
   bool next_available = true;  ///< P was 0: the next address may be accessed
-  /// A further byte of a sequential access: no header of its own.
+  /// A further byte of a sequential access: without its own header.
   bool continues = false;
 };
 

@@ -542,7 +542,7 @@ bool CycleReader::pauses_are_certain(const CycleSpan& span, const LineHistory& s
   return right || waited;
 }
 
-// Whether the encoder certainly still takes a clock that comes so long after the edge before.
+// Whether the encoder certainly still takes a clock that comes this long after the previous edge.
 bool CycleReader::outlasts(Picoseconds pause) const {
   if (timing_.timeout.rule == TimeoutRule::adaptive) return 2 * pause < 3 * clock_.period;
   if (timing_.timeout.rule == TimeoutRule::fixed) return pause < timing_.timeout.time;

@@ -92,8 +92,8 @@ class CycleReader {
     std::vector<Picoseconds> rises;
     std::vector<Picoseconds> even_rises;
     std::vector<Picoseconds> intervals;
-    // Index into `rises` of the first edge whose distance from the one before is not a period, and
-    // of the first that is too early.
+    // Index into `rises` of the first edge whose distance from the previous one is not a period,
+    // and of the first edge that is too early.
     std::size_t first_irregular = SIZE_MAX;
     std::size_t first_early = SIZE_MAX;
   };

@@ -85,8 +85,8 @@ void Decoder::push(const PairRun& run, RunPlace from, RunPlace to,
       at = begun;
       if (!waits_since_this_edge()) continue;
     }
-    // All before it is read: only now is it known what may go on. The clock of STOP may come after a
-    // pause.
+    // All edges before it are read, so the cycles that may continue are known. The clock of STOP
+    // may come after a pause.
     if (may_join(cycle.reading, Picoseconds{run.ma.times[cycle.ma_end]})) continue;
     emit_clean(cycle, run);
     at = cycle.end();
@@ -427,7 +427,7 @@ void Decoder::emit(const CycleReading& reading) {
                                       : clocks_between(0, scanned_, *cycle.period);
   }
   const Picoseconds last = ma_[scanned_ - 1].time;
-  // A rise before the next request is MA that goes back to idle, or goes on after a pause.
+  // A rise before the next request is MA that goes back to idle, or continues after a pause.
   std::size_t next = scanned_;
   while (next < ma_.size() && ma_[next].level == Level::high) ++next;
   const bool last_of_capture = next == ma_.size();
@@ -488,14 +488,14 @@ bool Decoder::may_begin(const Cycle& cycle) const {
   }
 }
 
-// Whether the cycle may go on with the next request.
+// Whether the cycle may continue with the next request.
 bool Decoder::may_wait(const Cycle& cycle, Picoseconds pause) const {
   return (reader_.checked_payload_bits() || reader_.knows_timeout()) &&
          pause <= longest_pause(cycle) && held_edges_.size() + scanned_ < max_cycle_edges &&
          (!held_.empty() || may_begin(cycle));
 }
 
-// Delivers the held cycles up to this edge as one, and those before it as they are.
+// Delivers the held cycles up to this edge as one, and the cycles before it unchanged.
 bool Decoder::emit_joined(std::size_t end, Picoseconds limit, bool last_of_capture, bool waits) {
   const auto edges = std::span<const LevelChange>(held_edges_).first(end);
   const Picoseconds after = elapsed(edges.back().time, limit);

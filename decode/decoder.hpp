@@ -31,7 +31,7 @@ struct Lines {
 /// A cycle begins with the first falling edge of MA after an idle gap and ends when no edge of MA
 /// follows for more than 1.25 periods. The period is measured in the cycle: every cycle may have
 /// its own clock. A gap of up to 4 periods is doubtful, because edges may be missing. It ends a
-/// cycle whose frame is complete, a cycle that is as long as the one before, and a cycle that is
+/// cycle whose frame is complete, a cycle that is as long as the previous one, and a cycle that is
 /// followed by a frame with a correct checksum and is not shorter than that frame. A gap below 1.25
 /// periods ends a cycle if SLO shows that the encoder went idle in it.
 ///
@@ -61,7 +61,7 @@ class Decoder {
   void push(const PairRun& run, std::span<const CleanCycle> clean) {
     push(run, {}, run.end(), clean);
   }
-  /// The same for a part of a run that the clean cycles lie in.
+  /// The same for the part of a run that contains the clean cycles.
   void push(const PairRun& run, RunPlace from, RunPlace to, std::span<const CleanCycle> clean);
 
   /// The capture ends at this time, which is not before its last edge; reads what is left.
@@ -143,7 +143,7 @@ class Decoder {
   std::size_t scanned_ = 0;
   // The edges before the last doubtful gap, as a cycle.
   std::optional<Doubt> doubt_;
-  // The frame that showed that the cycle before it is over.
+  // The frame that showed that the previous cycle is over.
   std::optional<Proof> proof_;
   Picoseconds period_{};
   // A gap of MA longer than this is between two requests, or comes from jitter.

@@ -115,8 +115,8 @@ void FrameRules::judge_idle(std::uint64_t number, const Cycle& cycle) {
       cycle.time, clocks + longest + biss_line_delay_max + (whole ? Picoseconds{} : biss_busy_max));
 }
 
-// The master waits for SLO. An encoder with a fixed cycle time may be asked by the time: the
-// request then arrives when it is ready, and the master sees that a line delay later.
+// The master waits for SLO. An encoder with a fixed cycle time may get its request by time: the
+// request then arrives when the encoder is ready, and the master sees SLO rise a line delay later.
 void FrameRules::judge_ready(std::uint64_t number, const Cycle& cycle, bool early) {
   if (!cycle.signal || !cycle.signal->ready || is_no_evidence(cycle.status)) return;
   const Picoseconds ready = *cycle.signal->ready;

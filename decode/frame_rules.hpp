@@ -69,7 +69,7 @@ class FrameRules {
   std::uint32_t usual_edges_ = 0;
   Unanswered unanswered_;
   std::optional<Aborted> aborted_;
-  // The cycle before, if it is a right frame without STOP.
+  // The number of the previous cycle, if it is a good frame without STOP.
   std::optional<std::uint64_t> without_stop_;
   bool has_start_ = false;
   bool has_truncated_ = false;

@@ -12,8 +12,8 @@
 namespace biss::decode {
 
 // A distance of rising edges outside these shares of the usual one means that an edge is missing or
-// too many: a lost edge doubles it, an extra one leaves at most half. Between lies the jitter of a
-// capture with only two samples a period.
+// too many: a lost edge doubles it, an extra one leaves at most half. The range between them is the
+// jitter of a capture with only two samples per period.
 inline constexpr std::int64_t irregular_above_percent = 160;
 inline constexpr std::int64_t irregular_below_percent = 55;
 

@@ -31,7 +31,7 @@ enum class Limit : std::uint8_t {
 
 inline constexpr std::size_t limit_count = 5;
 
-/// The name of its rule; `release` has two rules and a name of its own.
+/// The name of its rule; `release` has two rules and therefore a separate name.
 std::string_view name_of(Limit limit);
 
 /// A set of limits: bit k is the limit of that number.
@@ -98,7 +98,7 @@ class LimitWatch {
   // SLO may be released too early and too late.
   std::array<LimitCase, limit_count + 1> cases_{};
   std::size_t count_ = 0;
-  // The request before.
+  // The time of the previous request.
   std::optional<Picoseconds> last_time_;
   Picoseconds last_uncertainty_{};
 };

@@ -1,4 +1,4 @@
-// A line's levels over a stretch of time, to be asked "what was it at t?".
+// A line's levels over a stretch of time, for look-ups of the level at a time.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ struct LevelChange {
   wire::Level level = wire::Level::unknown;
 };
 
-/// A level of a line that is taken for inverted, or not.
+/// The level of a line that may be inverted.
 constexpr wire::Level seen_as(wire::Level level, bool inverted) {
   if (!inverted || level == wire::Level::unknown) return level;
   return level == wire::Level::low ? wire::Level::high : wire::Level::low;

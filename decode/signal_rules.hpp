@@ -35,7 +35,7 @@ class SignalRules {
 
   Setup setup_;
   Tallies& tallies_;
-  // Of the capture so far.
+  // The line delays of the capture so far.
   std::optional<Picoseconds> least_delay_;
   Picoseconds most_delay_{};
 };

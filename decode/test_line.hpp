@@ -102,7 +102,7 @@ class TestLine {
     return request(shape, bits_of(format, position, shape.ack_clocks));
   }
 
-  /// A pulse of the other level on a line, over whatever else happens there.
+  /// A pulse of the other level on a line, over all other changes there.
   static void add_pulse(std::vector<LevelChange>& line, Picoseconds from, Picoseconds width,
                         std::optional<wire::Level> level = {}) {
     const auto later = [&](Picoseconds time) {

@@ -175,7 +175,7 @@ struct TableOptions {
   bool colour = false;               ///< the terminal shows colour and wants it
   std::size_t rows_measured = 1000;  ///< rows held back to find the widths
   /// Columns of the terminal; 0: any number. Columns of the table that do not fit are left out:
-  /// first those that are empty in all rows measured, then bits, then the last ones. The first
+  /// first columns that are empty in all measured rows, then bits, then the last ones. The first
   /// column always stays.
   std::size_t width = 0;
   /// Called once with the headings left out, if there are any.

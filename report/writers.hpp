@@ -70,7 +70,7 @@ class BlockWriter {
   bool good_ = true;
 };
 
-/// Which bytes a format writes as they are.
+/// The bytes that a format writes unchanged.
 template <class IsPlain>
 constexpr std::array<bool, 256> byte_set(IsPlain is_plain) {
   std::array<bool, 256> set{};

@@ -84,8 +84,8 @@ class Encoder {
   /// \param registers must outlive it
   void set_registers(EncoderRegisters& registers) { control_.emplace(RegistersAt{&registers}); }
 
-  /// The position as of a moment, not wider than its word; nothing: there is no valid one, and the
-  /// frame means "no data", positions 0, nE and nW active.
+  /// The position as of a moment, not wider than its word; empty: there is no valid position, and
+  /// the frame means "no data", positions 0, nE and nW active.
   using Positions = std::optional<std::uint64_t> (*)(void* user, Picoseconds moment);
   /// From now on positions come from this function and not from the motion.
   void set_positions(Positions positions, void* user) {

@@ -235,7 +235,7 @@ Picoseconds FarEnd::arrival(Picoseconds delay, Picoseconds jitter) {
 void FarEnd::act() {
   while (schedule_.next() <= now_) {
     const FaultAction action = schedule_.take();
-    // A fault that ends with the begin of this request concerns only those before it.
+    // A fault that ends with the begin of this request concerns only earlier requests.
     if (action.begins || action.time > cycle_.begin) cycle_.faults |= set_of(action.kind);
     action.begins ? begin_fault(action.kind) : end_fault(action.kind);
   }

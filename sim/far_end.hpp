@@ -81,7 +81,7 @@ class FarEnd {
   /// Flags that the encoder reports in addition to faults, from the next sample on.
   void set_flags(bool nE, bool nW);
   SlaveState state() const { return slave_.state(); }
-  /// The registers as they are, and as they are when the encoder has lost its supply. \pre the setup has registers
+  /// The registers now, and the registers after a loss of supply. \pre the setup has registers
   EncoderRegisters& registers() { return *registers_; }
   EncoderRegisters& initial_registers() { return setup_.line.registers[0]; }
 

@@ -43,7 +43,8 @@ struct BitPattern {
   std::uint64_t bits = 0;
 };
 
-/// Of `flip` and `burst`. \param place given by a rule \param payload_bits 2 or more for a burst
+/// The bits of `flip` and `burst`. \param place given by a rule \param payload_bits 2 or more for a
+/// burst
 constexpr BitPattern pattern_of(FaultKind kind, std::uint64_t detail,
                                 const std::optional<FaultPlace>& place, unsigned payload_bits) {
   Random random(detail);
@@ -60,8 +61,8 @@ constexpr BitPattern pattern_of(FaultKind kind, std::uint64_t detail,
   return {place ? given : drawn, (random.next() & low_mask(length)) | ends};
 }
 
-/// Of `masquerade`: random bits of the last word and its checksum, at most 64, the first one always
-/// inverted.
+/// The bits of `masquerade`: random bits of the last word and its checksum, at most 64, the first
+/// one always inverted.
 constexpr BitPattern noise_of(std::uint64_t detail, const FrameFormat& format) {
   const unsigned all = format.payload_bits();
   const unsigned word = format.channel_list[format.channel_count - 1U].total_bits();

@@ -373,7 +373,7 @@ Picoseconds Line::arrival(Picoseconds delay, Picoseconds jitter) {
 void Line::act() {
   while (schedule_.next() <= now_) {
     const FaultAction action = schedule_.take();
-    // A fault that ends with the begin of this cycle concerns only those before it.
+    // A fault that ends with the begin of this cycle concerns only earlier cycles.
     if (action.begins || action.time > begin_) cycle_.faults |= set_of(action.kind);
     action.begins ? begin_fault(action.kind) : end_fault(action.kind);
   }

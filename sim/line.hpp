@@ -70,7 +70,7 @@ class Line {
   const SimulatedCycle& next();
 
   /// Lets an unconfigured, ideal master read the configuration from the encoders first. No fault is
-  /// injected meanwhile. \pre next() has not been called
+  /// injected during this time. \pre next() has not been called
   /// \param clock 250 kHz to 1 MHz
   void begin_configuration(const ConfigureOptions& options, Hertz clock);
   bool configuring() const { return configurer_ && !configuration_; }

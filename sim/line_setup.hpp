@@ -57,8 +57,8 @@ struct LineSetup {
   std::int32_t drift = 0;
   std::uint64_t seed = 1;
   std::vector<FaultRule> faults;
-  /// MA pauses this long, high, after each `pause_clocks` clocks (0: never), and with `ma_pause`; 0:
-  /// a pause of that fault is 1 to 16 periods long. The master samples nothing meanwhile.
+  /// MA pauses this long, high, after each `pause_clocks` clocks (0: never), and with `ma_pause`;
+  /// 0: a pause of this fault is 1 to 16 periods long. The master samples nothing during a pause.
   Picoseconds pause{};
   std::uint32_t pause_clocks = 0;
   /// The number of the first cycle, and when its 20 idle periods begin.

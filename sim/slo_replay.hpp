@@ -57,7 +57,8 @@ class SloReplay {
  private:
   using Master = RequestCycle<FrameCodec<>>;
 
-  // The longest frame has fewer edges; more are no request, and further changes of SLO are dropped.
+  // The longest frame has fewer edges; more edges do not count as a request, and further changes of
+  // SLO are dropped.
   static constexpr std::size_t edges_max = 4096;
 
   void put_ma(const wire::Edge& edge, std::vector<wire::Edge>& out);

@@ -40,8 +40,8 @@ int biss_tb_latches(int id);
 /* Requests that have ended. */
 int biss_tb_requests(int id);
 
-/* The next frame of this encoder has these values in `channel`, in place of the values in its
-/* settings.
+/* The next frame of this encoder has these values in `channel`, in place of the values in
+ * its settings.
  * nE or nW below 0: the values have bits that are neither 0 nor 1, which is an error. */
 void biss_tb_next(const char* name, int channel, long long position, int nE, int nW);
 

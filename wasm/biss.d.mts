@@ -49,8 +49,7 @@ export interface About {
   sampleRate: number;
   /** The last time that was read. */
   endTime: string;
-  /** The contents of the file: times of changes, samples of levels, or voltages with a threshold.
-  /** */
+  /** Contents of the file: times of changes, samples of levels, or voltages with a threshold. */
   lineKind: 'changes' | 'samples' | 'voltages';
   /** Request cycles read so far. */
   cycles: number;
@@ -65,17 +64,17 @@ export interface About {
   format?: string;
   /** The name of an encoder or of a safety configuration, if one was given for the format. */
   formatName?: string;
-  /** Of the format that was identified, 0 to 1. */
+  /** The confidence of the identified format, 0 to 1. */
   confidence?: number;
-  /** Of the same: names of the encoders in the catalogue that these frames can be from. */
+  /** With `confidence`: names of encoders in the catalogue that may send these frames. */
   encoders?: string[];
 }
 
 /** The words for users of statuses and verdicts, in the order of their values. */
 export interface Words {
-  /** The status of a request cycle. `fault`: the transmission is wrong; `cut`: an end of the capture cuts it. */
+  /** For a cycle. `fault`: the transmission is wrong; `cut`: an end of the capture cuts it. */
   statuses: { name: string; seen: string; fault: boolean; cut: boolean }[];
-  /** Of the safety monitor. `fault`: it is no state. */
+  /** Verdicts of the safety monitor. `fault`: it is not a state. */
   verdicts: { name: string; fault: boolean }[];
 }
 
@@ -114,12 +113,12 @@ export interface Column {
   name: string;
   kind: ColumnKind;
   heading: string;
-  /** Of the value as the table shows it, which is divided by 10 to the power of `shift`. */
+  /** The unit of the value in the table, which is divided by 10 to the power of `shift`. */
   unit: string;
   valueUnit: string;
   shift: number;
   role: Role;
-  /** Of its plot, or of the causes that its role counts. */
+  /** The title of its plot, or of the causes that its role counts. */
   title: string;
   /** Place of its plot among the plots, which columns may share; 0: it has none. */
   plot: number;
@@ -192,7 +191,7 @@ export interface Cycle {
   number: number;
   time: string;
   end: string;
-  /** Of MA. */
+  /** The period of MA. */
   period: string;
   status: string;
   /** The head of `biss explain --cycle`, and its drawing. */
@@ -232,7 +231,8 @@ export interface Access {
 export interface Session {
   /**
    * Reads on for about this time. `more` is false at the end; then `messages` are the messages of
-   * the command, its summary included. @throws BissError when memory has run out
+   * the command, its summary included.
+   * @throws BissError when memory has run out
    */
   advance(milliseconds: number): { more: boolean; messages: string };
   about(): About;
@@ -256,8 +256,9 @@ export interface Session {
   accesses(from: number, to: number): Access[];
   /** The summary of `biss decode` for the part that has been read. */
   summary(): string;
-  /** A row's cycle; undefined if its edges alone do not show it again. `number` names it otherwise.
-  /** */
+  /**
+   * A row's cycle; undefined if its edges alone do not show it again. `number` names it otherwise.
+   */
   cycle(row: number, number?: number): Cycle | undefined;
   /** Frees the memory. Nothing may be called afterwards. */
   close(): void;
@@ -283,9 +284,9 @@ export interface Biss {
    */
   run(args: string[]): RunResult;
   /**
-   * Opens a capture as `biss decode ARGS` does. `messages` are the warnings so far. @param options
-   * anyLines: take the two busiest lines if none look like MA and SLO @throws BissError with the
-   * message of the command
+   * Opens a capture as `biss decode ARGS` does. `messages` are the warnings so far.
+   * @param options anyLines: take the two busiest lines if none look like MA and SLO
+   * @throws BissError with the message of the command
    */
   open(args: string[], options?: { anyLines?: boolean }): { session: Session; messages: string };
 }

@@ -174,7 +174,7 @@ class BitView {
     const std::size_t stored = size_bits_ >> 3U;
     if (stored <= 8) return 0;
     if (stored < 16) return load(p + stored - 8U) << (8U * (16U - stored));
-    // Words that overlap, all at once for the usual lengths.
+    // Overlapping words, without a loop for the usual lengths.
     std::uint64_t ones = load_any_order(p + 8) | load_any_order(p + stored - 8U);
     if (stored <= 24) return ones;
     ones |= load_any_order(p + 16) | load_any_order(p + stored - 16U);

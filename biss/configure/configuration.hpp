@@ -98,7 +98,7 @@ struct ConfigureFault {
   std::optional<ProfileError> profile{};
   std::optional<EdsDeviceCause> eds{};
   std::optional<EdsProblem> problem{};
-  /// Of the data sheet, as check_eds() names it; static text.
+  /// The field of the data sheet, as check_eds() names it; static text.
   std::string_view field{};
 
   constexpr bool operator==(const ConfigureFault&) const = default;

@@ -25,7 +25,7 @@ struct Device {
   /// Lives as long as the program.
   const SafetyConfiguration* configuration = nullptr;
 
-  /// Whether the text names a device with a timing of its own, not only the limits of BiSS C.
+  /// Whether the text names a device with its own timing, not only the limits of BiSS C.
   constexpr bool timing_known() const {
     return entry != nullptr ||
            (configuration != nullptr && configuration->timing != DeviceTiming{});

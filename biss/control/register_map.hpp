@@ -22,7 +22,7 @@ inline constexpr std::uint8_t bsel = 0x40;      ///< bank select; refused if the
 inline constexpr std::uint8_t eds_bank = 0x41;  ///< bank of the EDS
 inline constexpr std::uint8_t bp_id = 0x42;     ///< profile identifier, 2 bytes
 inline constexpr std::uint8_t dev_sn = 0x44;    ///< serial number, 4 bytes
-inline constexpr std::uint8_t free = 0x48;      ///< 48 bytes for the device, whatever BSEL is
+inline constexpr std::uint8_t free = 0x48;      ///< 48 bytes for the device, for any BSEL
 inline constexpr std::uint8_t dev_id = 0x78;    ///< device ID, 6 bytes
 inline constexpr std::uint8_t mfr_id = 0x7E;    ///< manufacturer ID, 2 bytes; mandatory
 }  // namespace reg

@@ -44,7 +44,7 @@ enum class ControlError : std::uint8_t {
   start_missing,     ///< write: S of the first byte was not echoed, which may not be delayed
   data_crc,          ///< read: the byte and its CRC do not fit
   echo,              ///< write: the echo differs from the byte sent; the byte written is unknown
-  next_unavailable,  ///< sequential: P = 1 before the last byte; those before are done
+  next_unavailable,  ///< sequential: P = 1 before the last byte; the bytes before it are done
   not_accepted,      ///< command: not enough of the addressed slaves accept it, or no slave
                      ///< received it (header damaged); the master cancelled it by EX = 0
   ida_pattern,       ///< command: a slave that is not addressed accepts; dropped by EX = 0
@@ -123,7 +123,7 @@ struct ControlOutcome {
   /// damaged on CDS, this looks like a delay, too. An error in a byte read is then always detected.
   /// An error in a byte that is written after another one is not: master and slave differ by a bit,
   /// and the echo agrees for half of all values although nothing was written. Read back the bytes
-  /// written with a delay, or write each register in an access of its own: the protocol allows no
+  /// written with a delay, or write each register in a separate access: the protocol allows no
   /// delay of the first byte.
   Picoseconds longest_busy{};
   /// Frames since the access began, including this one.

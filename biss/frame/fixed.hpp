@@ -55,7 +55,7 @@ class FixedCodec {
   static constexpr std::uint16_t crc(std::size_t k, std::uint64_t data, bool cds) {
     return frame_detail::sent_crc(format_.channel_list[k], engines_[k], data, cds);
   }
-  /// crc() of a channel that is known while compiling: a function of its own.
+  /// crc() of a channel that is known while compiling: a separate function.
   template <std::size_t K>
   [[gnu::flatten]] static constexpr std::uint16_t crc_of(std::uint64_t data, bool cds) {
     return frame_detail::sent_crc(format_.channel_list[K], engines_[K], data, cds);

@@ -77,7 +77,7 @@ struct ChannelFormat {
   constexpr bool operator==(const ChannelFormat&) const = default;
   /// Data and CRC.
   constexpr unsigned total_bits() const { return unsigned{data_bits} + crc.width_bits; }
-  /// A part of the position is no binary number with its highest bit first.
+  /// Whether a part of the position is not a binary number with its highest bit first.
   constexpr bool coded() const {
     return position_gray || multiturn_gray || singleturn_gray || position_lsb || multiturn_lsb ||
            singleturn_lsb;
@@ -126,7 +126,7 @@ struct FrameFormat {
     }
     return false;
   }
-  /// The same bits, with the checksums of the frame before as padding.
+  /// The same bits, with checksums of the previous frame as padding.
   constexpr FrameFormat without_previous() const {
     FrameFormat format = *this;
     for (ChannelFormat& channel : format.channel_list) {

@@ -14,7 +14,7 @@ enum class FrameError : std::uint8_t {
   no_response,     ///< SLO stayed high: nothing connected, no power, or the encoder did not answer
   not_ready,       ///< SLO was low when the request began: still busy, or the line is stuck low
   response_range,  ///< ACK began earlier or later than the line delay's bounds allow
-  no_start,        ///< ACK began and no START ever came
+  no_start,        ///< ACK began, but START did not come
   ack_range,       ///< START came earlier or later than the ACK bounds allow
   truncated,       ///< the clock stopped before the last CRC bit
   cds,             ///< CDS was 1 and must be 0 in this format

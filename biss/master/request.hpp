@@ -248,7 +248,7 @@ class BitSampler {
  private:
   enum class State : std::uint8_t {
     quiet,    // nothing is expected
-    rising,   // SLO shows the end of the cycle before; next_ is how long it may
+    rising,   // SLO shows the end of the previous cycle; next_ is how long it may
     waiting,  // for SLO to fall; next_ is how long
     lead,     // for the first 0
     ack,      // for START
@@ -524,7 +524,7 @@ class RequestCycle {
     idle,
     reading,    // bits are expected
     stopping,   // none are, but MA still has edges to make
-    settling,   // all came that was asked for: until SLO rises
+    settling,   // all requested bits came; waits until SLO rises
     resetting,  // any other
   };
 

@@ -21,8 +21,8 @@ struct SafetyConfiguration {
   /// Text of the frame format; it parses (proven at compile time).
   std::string_view format{};
   SafetySetup setup{};
-  /// The timing of the encoder that the row describes. The types of the Safety Concept are no
-  /// encoders: the widest limits that BiSS C allows.
+  /// The timing of the encoder that the row describes. The types of the Safety Concept are not
+  /// encoders; they have the widest limits that BiSS C allows.
   DeviceTiming timing{};
   /// The size of one count of CPW and SPW; empty if unknown.
   std::string_view resolution{};

@@ -193,7 +193,7 @@ class SelfTest {
     safe_ = trial_.memory_;
     return is_safe;
   }
-  // The trial, as it was then.
+  // The trial with this memory.
   constexpr Monitor& put(const Memory& memory) {
     trial_.memory_ = memory;
     trial_.keep();
@@ -535,7 +535,7 @@ class SafetyMonitor {
     const SafetyState state = memory_.state;
     if (state == SafetyState::untested) return SafetyVerdict::self_test;
     if (state == SafetyState::latched) return SafetyVerdict::latched;
-    // A value that is no state, too.
+    // Also for a value that is not a state.
     if (state != SafetyState::starting && state != SafetyState::safe) return SafetyVerdict::failed;
     if (plan_.is(memory_.expected)) return SafetyVerdict::safe;
     hold(SafetyEvent::receiver_fault, SafetyVerdict::memory);

@@ -28,7 +28,7 @@ constexpr std::uint16_t code_word(unsigned number) {
 enum class SafetyState : std::uint16_t {
   /// self_test() has not passed.
   untested = safety_detail::code_word(65),
-  /// Fewer good frames in a row than are asked for.
+  /// Fewer good frames in a row than required.
   starting = safety_detail::code_word(66),
   safe = safety_detail::code_word(67),
   /// After a fault, until acknowledge().

@@ -146,7 +146,7 @@ constexpr FaultPlace place_of(SafetyVerdict verdict) {
     case counter_first:
     case stimulus:
       return FaultPlace::request;
-    // `default` takes in every value that is no verdict.
+    // `default` covers every value that is not a verdict.
     case self_test:
     case memory:
     case disagreement:
@@ -169,7 +169,7 @@ enum class TransmissionError : std::uint8_t {
   loss,        ///< a frame is not received
   delay,       ///< unacceptable delay: a frame is received too late
   insertion,   ///< a frame of another source is received in addition
-  masquerade,  ///< data that is no safety frame is taken for one
+  masquerade,  ///< other data is taken as a safety frame
   addressing,  ///< a frame of another encoder is received
 };
 

@@ -50,7 +50,7 @@ class TurnCounter {
 
   /// Takes a sample.
   /// \param count single-turn counts; bits above the width are dropped
-  /// \param missed samples that should have come since the one before and did not, or were bad
+  /// \param missed samples since the previous one that did not come or were bad
   constexpr TurnState update(std::uint64_t count, std::uint64_t missed = 0) {
     count &= mask();
     if (state_ == TurnState::empty) {

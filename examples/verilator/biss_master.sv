@@ -33,7 +33,7 @@ module biss_master #(
   typedef enum logic [2:0] {IDLE, ACK, START, CDS, DATA, STOP, TIMEOUT} state_t;
   state_t state;
 
-  // SLO comes from another clock: two flip-flops before anybody looks at it.
+  // SLO comes from another clock: two flip-flops before its use.
   logic slo_first, slo_now, slo_before;
   always_ff @(posedge clk) {slo_before, slo_now, slo_first} <= {slo_now, slo_first, slo};
 

@@ -116,7 +116,7 @@ class EncoderLink {
   constexpr const biss::CycleCounts& counts() const { return counts_; }
 
  private:
-  // Nothing waits for it: it is no cycle, and the bytes are old.
+  // No request waits for it: it is not a cycle, and the bytes are old.
   constexpr void unexpected() { ++counts_.unexpected; }
 
   constexpr void no_frame(biss::FrameFault fault) {

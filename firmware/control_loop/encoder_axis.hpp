@@ -129,7 +129,7 @@ class EncoderAxis {
   }
 
   /// Requests a position. Call it once per period in the control timer's interrupt, after the use
-  /// of latest(). A request before that was never answered counts as a bad cycle.
+  /// of latest(). An earlier request without an answer counts as a bad cycle.
   /// \param now the time of the first falling edge of MA; it may wrap around at the limits of its
   ///   type
   constexpr void request(biss::Picoseconds now) {

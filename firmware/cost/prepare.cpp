@@ -119,7 +119,7 @@ void data_sample(Sample& sample, Random& random) {
   biss::Picoseconds rise = biss::microseconds(1 + random.below(1000));
   bool slo = true;
   master.begin(rise - half, slo);
-  // Each data bit differs from the one before.
+  // Each data bit differs from the previous one.
   const std::uint32_t clocks = start + 2U + random.below(30);
   for (std::uint32_t clock = 1; clock <= clocks; ++clock, rise += setup.period) {
     master.step(rise, slo);

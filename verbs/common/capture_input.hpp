@@ -155,7 +155,7 @@ class CaptureList {
  public:
   explicit CaptureList(Host& host) : host_(host) {}
 
-  /// Decides which files belong together. Prints why the command line makes no sense, or which file
+  /// Decides which files belong together. Prints the mistake in the command line, or the file that
   /// cannot be read.
   ExitStatus open(InputArguments arguments);
 

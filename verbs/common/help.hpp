@@ -7,7 +7,7 @@
 
 namespace biss::verbs {
 
-/// Help texts are no wider than this many columns; an example is never broken.
+/// Help texts have at most this many columns; an example is never broken.
 inline constexpr std::size_t help_width = 100;
 
 struct OptionHelp {

@@ -62,7 +62,7 @@ class Host {
 
   /// Takes what the verb writes to standard output; null: the standard output of the process.
   virtual std::string* output() { return nullptr; }
-  /// Takes the rows of a table as they are; null: they are written as text.
+  /// Takes the rows of a table without conversion; null: they are written as text.
   virtual std::unique_ptr<report::TableWriter> keep_rows(
       std::span<const report::Column> /*columns*/) {
     return nullptr;

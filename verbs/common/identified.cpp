@@ -64,7 +64,7 @@ std::vector<std::string> what_is_missing(const FormatFinding& finding) {
   std::vector<std::string> sentences;
   if (finding.sure() != nullptr) return sentences;
   if (finding.candidates.empty()) return {"no frame was complete"};
-  // A candidate that is less likely than this, compared with the first one, is no doubt.
+  // A candidate that is less likely than this, compared with the first one, is not considered.
   constexpr double least_share = 0.05;
   const FormatCandidate& best = finding.candidates.front();
   if (finding.still) {

@@ -10,7 +10,7 @@
 namespace biss::verbs {
 namespace {
 
-// The one shape of all options with a value of our own: parse, or wrong usage.
+// The one form of all options with a value of our own: parse, or wrong usage.
 template <class Parse, class Set>
 Option add_parsed(Verb verb, const std::string& name, const std::string& description,
                   Quantity quantity, Parse parse, Set set, std::uint64_t largest = UINT64_MAX) {

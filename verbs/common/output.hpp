@@ -57,8 +57,8 @@ class Output final : public report::TextSink, private report::FileSink {
   /// all rows are in and everything else that can fail has succeeded.
   bool finish();
 
-  /// Ends without success, after an error elsewhere: a target that is written directly keeps all
-  /// text so far, and a file is left as it was before open(). The destructor does the same.
+  /// Ends without success after another error: a target that is written directly keeps all text so
+  /// far, and a file is left as it was before open(). The destructor does the same.
   void abandon();
 
   /// The reader of the pipe has left.

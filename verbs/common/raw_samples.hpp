@@ -16,7 +16,7 @@ class Verb;
 
 /// The options about samples.
 struct RawSamples {
-  /// Of raw samples. Empty: not given.
+  /// The rate of raw samples. Empty: not given.
   std::optional<Hertz> rate;
   /// Size of a raw sample, 1 to 8.
   std::uint64_t bytes = 1;

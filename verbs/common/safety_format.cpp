@@ -24,7 +24,7 @@ bool names_a_file(std::string_view text) {
   return text.ends_with(".json") || text.find('/') != std::string_view::npos;
 }
 
-// Numbers, flags and times in picoseconds as they are, choices by name.
+// Numbers, flags and times in picoseconds as numbers, choices by name.
 struct WriteFields {
   Json& json;
 

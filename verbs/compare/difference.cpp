@@ -18,7 +18,8 @@ using decode::Rule;
 
 // A consequence counts half, so that its cause comes first.
 constexpr double consequence = 0.5;
-// That the axis moves in another way is no fault: no effect of a fault is smaller.
+// A different motion of the axis is not a fault: its effect is smaller than the effect of any
+// fault.
 constexpr double other_motion = 0.01;
 // With more samples in a period of MA, a capture loses nothing.
 constexpr double enough_samples = 10;

@@ -19,7 +19,7 @@ struct Link {
   decode::Statistics statistics;
   /// By the limits of BiSS C, in the order of decode::Rule.
   std::array<decode::RuleResult, decode::rule_count> rules{};
-  /// Names of MA and SLO as they were read.
+  /// Names of MA and SLO, as read.
   std::string ma;
   std::string slo;
   /// As MarginSetup::resolution.

@@ -245,7 +245,7 @@ rows::MotionValues DecodeRun::take_position(std::uint64_t number, const decode::
   return values;
 }
 
-// Pulses are no request, and neither is a piece of one among nothing but pulses.
+// Pulses are not requests, and neither is a piece of a request among pulses alone.
 bool DecodeRun::has_request() const {
   const std::uint64_t glitches = now_.statistics.count(decode::CycleStatus::ma_glitch);
   const std::uint64_t pieces = now_.statistics.count(decode::CycleStatus::cut_start) +

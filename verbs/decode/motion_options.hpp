@@ -18,7 +18,7 @@ struct MotionArguments {
   bool unwrap = false;
   bool velocity = false;
   std::optional<std::uint64_t> max_step;
-  /// Empty: not given; else scale_unit() knows it.
+  /// Empty: not given; otherwise a text that scale_unit() accepts.
   std::string scale;
 
   rows::MotionColumns columns() const;

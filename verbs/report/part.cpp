@@ -92,7 +92,7 @@ class PartMaker final : private ChangeWatcher {
     return ended;
   }
 
-  // The lines of the part have names and a polarity of their own.
+  // The lines of the part have different names and their own polarity.
   PageSettings part_settings(const PageSettings& given) const {
     DecodedCapture& capture = run_.capture();
     PageSettings settings;

@@ -22,7 +22,7 @@ struct CapturePart {
 };
 
 /// Reads the capture once; other verbs judge this reading.
-/// \param options the options of `run`, which has gone to its capture
+/// \param options the options of `run`, which has opened its capture
 /// \param settings of the command line
 /// \param room the most characters of both texts
 /// \return the status if there is no part; the reason has been printed

@@ -50,8 +50,7 @@ static int biss_encoder_fetch(const struct device* dev, enum sensor_channel chan
   const struct spi_buf buffer = {.buf = data->received, .len = data->bytes};
   const struct spi_buf_set receive = {.buffers = &buffer, .count = 1};
 
-  /* Without received bytes the buffer is all ones: no_response, and not the frame of the last
-  /* transfer. */
+  /* Without received bytes the buffer is all ones: no_response, and not the previous frame. */
   memset(data->received, 0xFF, data->bytes);
   result = spi_read_dt(&config->spi, &receive);
   if (result == 0) {
