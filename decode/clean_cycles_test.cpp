@@ -18,7 +18,7 @@ namespace biss::decode::test {
 namespace clean_cycles_test {
 
 struct Reading {
-  /// Of the frames on the line.
+  /// The format of the frames on the line.
   std::string format;
   DeviceTiming timing;
   MarginSetup margin;
@@ -95,7 +95,7 @@ Quick quickly(const std::vector<wire::Edge>& edges, Picoseconds end, const Readi
   return quick;
 }
 
-// What the edge path gives, and how many cycles took the quick one.
+// Compares with the edge path. Returns how many cycles took the quick path.
 std::size_t expect_same(const std::vector<wire::Edge>& edges, Picoseconds end, const Reading& setup,
                         std::mt19937_64& random) {
   const auto expected = edge_by_edge(edges, end, setup);
@@ -174,7 +174,7 @@ TEST(CleanCycles, RandomLines_SameRowsAsEdgeByEdge) {
     cycles += 20;
     if (HasFailure()) return;
   }
-  // The test compares two ways only where the quick one is taken.
+  // The test compares two ways only if the quick one is taken.
   EXPECT_GT(clean * 2, cycles) << clean << " of " << cycles;
 }
 
@@ -332,7 +332,7 @@ TEST(CleanCycles, SloChangesAsAnEarlyRequestBegins_IsNoChangeOfTheOneBefore) {
   }
 }
 
-// What comes before `begin` is 104 days before zero, and the rest `more` later.
+// Moves the edges before `begin` to 104 days before zero, and the rest to `more` later.
 void move_apart(TestLine& line, Picoseconds begin, std::uint64_t more) {
   for (auto* const changes : {&line.ma, &line.slo}) {
     for (LevelChange& change : *changes) {
@@ -391,8 +391,8 @@ TEST(CleanCycles, SloChangesLongAfterARequest_SameSignalAsEdgeByEdge) {
   EXPECT_GE(expect_same(line.edges(), end, setup, random), 18U);
 }
 
-// Whether a frame without STOP waits for its clock depends on the request just before it, also where
-// that one is read edge by edge in the same run: here it has more clocks than the one before.
+// Whether a frame without STOP waits for its clock depends on the request just before it, also if
+// that request is read edge by edge in the same run: here it has more clocks than its predecessor.
 TEST(CleanCycles, PauseBeforeStopAfterALongerRequest_SameRowsAsEdgeByEdge) {
   std::mt19937_64 random(13'013);
   const Reading setup{.format = "pos26,nE,nW,crc6", .timing = {}, .margin = {.signal = true}};
@@ -411,7 +411,7 @@ TEST(CleanCycles, PauseBeforeStopAfterALongerRequest_SameRowsAsEdgeByEdge) {
   EXPECT_GT(clean, 0U);
 }
 
-// Where both lines jitter, the sampling point is found by an even clock, and `marginal` shows it.
+// If both lines jitter, the sampling point is found by an even clock, and `marginal` shows it.
 TEST(CleanCycles, JitterOfBothLines_SameSamplingPoints) {
   std::mt19937_64 random(13'005);
   std::size_t clean = 0;
@@ -420,7 +420,7 @@ TEST(CleanCycles, JitterOfBothLines_SameSamplingPoints) {
     for (int i = 0; i < 40; ++i) {
       line.request({.period = nanoseconds(100), .jitter_percent = 7}, random());
     }
-    // Up to 32 % of a period either way, more than a sample may lie beside the middle.
+    // Up to 32 % of a period either way, more than a sample may be away from the middle.
     for (std::size_t i = 1; i < line.slo.size(); ++i) {
       line.slo[i].time += picoseconds(static_cast<std::int64_t>(random() % 64'000) - 32'000);
     }

@@ -338,7 +338,7 @@ TEST(DecoderDamage, CaptureSwitchedOnInsideAFrame_IsUnknown) {
   }
 }
 
-// The time at which the capture ends is that of an edge which the file no longer contains.
+// The capture ends at the time of an edge that the file no longer contains.
 TEST(DecoderDamage, CaptureThatEndsAtTheTimeOfTheNextEdge_GivesCutEnd) {
   for (const Shape& shape : {Shape{}, Shape{.period = nanoseconds(100)}}) {
     const Edges all = three(shape).edges();

@@ -83,7 +83,7 @@ TestLine sampled_line(const std::vector<int>& ma, const std::vector<int>& slo) {
   return line;
 }
 
-// Where the clock of the next request is needed to see that one is over, SLO has already changed.
+// If the end of a request shows only by the clock of the next one, SLO has already changed.
 TEST(DecoderStream, SloOfTheNextRequest_DoesNotMoveTheSamplesOfThisOne) {
   const TestLine line = sampled_line(
       {0,  3,  6,  9,  12, 15, 18, 21, 24, 27, 30, 33, 38, 41,  44,  47,  50,  53,  56,

@@ -33,7 +33,7 @@ test::TestLine line_of(test::Shape shape, Picoseconds until, Picoseconds interva
   return line;
 }
 
-// The cells of the column, one after the other where they differ; `-` is an empty one.
+// The cells of the column, one after the other if they differ; `-` is an empty cell.
 std::string limits_of(const std::vector<wire::Edge>& edges, const DeviceTiming& timing,
                       Picoseconds resolution = {}) {
   LimitWatch watch(timing);

@@ -176,7 +176,7 @@ TEST(Pause, MaRestsLowInThePause_OneRowARequest) {
   TestLine line;
   for (std::uint64_t i = 0; i < 5; ++i) {
     line.request(Shape{}, 9000 + i * 1001);
-    // The falling edge before the pause stays where it was.
+    // The falling edge before the pause stays at its time.
     const std::size_t begin = line.begins.back();
     const Picoseconds pause = microseconds(6);
     const Picoseconds from = line.ma[begin + 2 * 17 + 1].time;

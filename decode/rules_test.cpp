@@ -103,7 +103,7 @@ void move_changes(test::TestLine& line, Picoseconds period,
   }
 }
 
-// Renishaw's limits at 1 MHz, where a frame takes longer than 31.25 us.
+// Renishaw's limits at 1 MHz, at which a frame takes longer than 31.25 us.
 const test::Shape slow_renishaw{.timeout = nanoseconds(1'500), .ack_clocks = 4};
 
 struct Breach {
@@ -335,7 +335,7 @@ TEST(Rules, CableThatNeedsCompensation_IsMarginalForAMasterWithIt) {
   EXPECT_EQ(result.measured->margin, -15'000);
 }
 
-// Of the same line, as analysers see it.
+// Captures of the same line, as analysers see it.
 TEST(Rules, CoarseCapture_IsNotJudgedAndSaysWhatIsNeeded) {
   test::TestLine line = pulse_on(false);
   const auto verdict = [&](Picoseconds sample) {

@@ -1,4 +1,4 @@
-// What the mutators of binary captures share.
+// The shared part of the mutators of binary captures.
 #pragma once
 
 #include <algorithm>

@@ -16,7 +16,7 @@
 
 namespace {
 
-// What can be decompressed, up to 64 KiB.
+// The part that can be decompressed, up to 64 KiB.
 std::string text_of(std::string_view bytes) {
   constexpr std::size_t most_bytes = 65'536;
   const auto compression = biss::capture::compression_of(bytes);

@@ -69,8 +69,8 @@ inline void check_verdicts(const decode::Check& check) {
   }
 }
 
-/// MA and SLO are the first two lines, as in the seeds. In an eighth of the inputs they are searched
-/// for, because the search decodes each pair several times. Nothing where none is found.
+/// MA and SLO are the first two lines, as in the seeds. In an eighth of the inputs they are
+/// searched for, because the search decodes each pair several times. Empty if none is found.
 inline std::optional<decode::Lines> lines_of(const std::vector<std::string>& names,
                                              const std::vector<wire::Edge>& edges,
                                              const decode::CycleReader& reader) {

@@ -236,7 +236,7 @@ void check_remark(const EdsImage& image, const EdsRemark& remark, Said& said) {
     require(image.common || remark.part == EdsPart::raw);
 }
 
-// Whether every channel has its own BP3 part, and the common part says so.
+// Whether every channel has its own BP3 part, and the common part declares this.
 bool is_whole(const EdsImage& image) {
   if (image.common == nullptr || channel_count(image) == 0) return false;
   for (std::size_t i = 0; i < channel_count(image); ++i) {

@@ -100,7 +100,7 @@ void check_candidate(const biss::identify::FormatCandidate& candidate, std::size
   require(again.ok() && *again == format);
 }
 
-// What decode uses without asking: frames that differ show the checksum, bit by bit.
+// A format that decode uses by itself: frames that differ show the checksum, bit by bit.
 void check_sure(const FormatFinding& finding, const Story& story) {
   constexpr unsigned least_evidence_bits = 12;
   const auto* const sure = finding.sure();

@@ -89,7 +89,7 @@ void write(Capture& capture, std::span<const wire::Edge> edges, Picoseconds end,
   fuzz::require(writer.write(edges).ok() && writer.finish(end).ok() && sink.flush());
 }
 
-// Mostly some samples a period, and never so many that an execution takes long.
+// Mostly some samples a period, and never too many for a short execution.
 Hertz sample_rate(const RequestLines& lines, Picoseconds end, ByteSource& bytes) {
   constexpr std::int64_t most_samples = 16'384;
   const Picoseconds sample =
@@ -171,7 +171,7 @@ Capture capture_of(const RequestLines& lines, ByteSource& bytes) {
   } else {
     write_changes(capture, lines, names, kind, bytes);
   }
-  // What is cut off ends reading with an error, after the same cycles.
+  // A cut capture ends reading with an error, after the same cycles.
   if (bytes.next() % 16 == 0)
     capture.bytes.resize(capture.bytes.size() - capture.bytes.size() * bytes.next() / 512);
   return capture;

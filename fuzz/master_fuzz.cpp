@@ -1,4 +1,4 @@
-// The master with any SLO: every request ends in bounded time, and its reading is that of
+// The master with any SLO: every request ends in bounded time, and its reading is the result of
 // decode_frame().
 //
 // Input: the format's number in frame_formats; the period above 50 ns in steps of 20 ns; bit 0

@@ -1,4 +1,4 @@
-// Raw samples of any layout: the reader's edges are those of a plain reader, or the layout is
+// Raw samples of any layout: the reader has the same edges as a plain reader, or the layout is
 // invalid.
 #include <algorithm>
 #include <cstddef>

@@ -31,7 +31,7 @@ inline capture::RawLayout raw_layout(std::string_view header) {
   capture::RawLayout layout;
   for (std::size_t i = 0; i < 4; ++i) layout.rate.count |= std::uint32_t{byte(i)} << (8 * i);
   layout.unit_bytes = byte(4);
-  // Two names are those of BiSS lines, and some occur twice.
+  // Two names belong to BiSS lines, and some occur twice.
   constexpr std::string_view names[] = {"MA", "SLO", "a", "b", "a", "SLO", "", "c"};
   const std::size_t lines = std::min<std::size_t>(byte(5), std::size(names));
   for (std::size_t i = 0; i < lines; ++i) {

@@ -14,7 +14,7 @@
 
 namespace biss::fuzz {
 
-/// The banks of a good data sheet, common part first; those of the channels follow it.
+/// The banks of a good data sheet, common part first, then the banks of the channels.
 inline std::vector<EdsBank> eds_banks_seed(std::uint64_t seed, std::uint8_t eds_bank) {
   std::mt19937_64 random(seed);
   const std::size_t channels = 1 + seed % 3;

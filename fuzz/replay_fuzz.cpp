@@ -103,7 +103,7 @@ void require_time_order(const std::vector<Edge>& edges) {
                          [](const Edge& a, const Edge& b) { return a.time < b.time; }));
 }
 
-// The edges of one line equal those of another line in other edges.
+// The edges of one line equal the edges of another line in other edges.
 void require_same(const std::vector<Edge>& edges, wire::LineIndex line,
                   const std::vector<Edge>& others, wire::LineIndex other_line) {
   auto other = others.begin();

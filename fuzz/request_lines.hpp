@@ -21,17 +21,17 @@
 
 namespace biss::fuzz {
 
-/// What is decoded, and with which setup.
+/// The lines to decode, and the setup.
 struct RequestLines {
   std::optional<FrameFormat> format;
   DeviceTiming timing;
   std::vector<decode::LevelChange> ma;
   std::vector<decode::LevelChange> slo;
-  /// Of the last request.
+  /// The period of the last request.
   Picoseconds period;
   Picoseconds end;
 
-  /// MA is line 0, SLO line 1. Where both change at one time, SLO comes first.
+  /// MA is line 0, SLO line 1. If both change at one time, SLO comes first.
   std::vector<wire::Edge> edges() const {
     std::vector<wire::Edge> all;
     all.reserve(ma.size() + slo.size());
@@ -84,7 +84,7 @@ inline void damage(std::vector<decode::LevelChange>& line, ByteSource& bytes) {
   }
 }
 
-// What a capture delivers: times never fall, and each change is one.
+// The changes as a capture delivers them: times never fall, and each change has another level.
 inline void put_in_order(std::vector<decode::LevelChange>& line) {
   const auto earlier = [](const decode::LevelChange& a, const decode::LevelChange& b) {
     return a.time < b.time;

@@ -1,5 +1,5 @@
-// A safety monitor on an encoder with faults, against an oracle of its verdicts. Every position is
-// that of a frame which the oracle accepts.
+// A safety monitor on an encoder with faults, against an oracle of its verdicts. Every position
+// belongs to a frame that the oracle accepts.
 //
 // Input: the setup's number (two bytes), the start of the clock, the encoder's range and counter;
 // then the events, two bytes each: bits 0…3 of the first byte the kind (enum Op), the other bits

@@ -20,7 +20,7 @@ struct OracleFrame {
   SafetyVerdict cause = SafetyVerdict::no_frame;
   std::uint64_t position = 0;
   std::uint64_t spw_position = 0;
-  /// Of a frame whose cause is safe.
+  /// The position of a frame whose cause is safe.
   SafePosition safe{};
   std::int64_t apart = 0;
   unsigned life_counter = 0;

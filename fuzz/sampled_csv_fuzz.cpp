@@ -24,7 +24,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   biss::fuzz::check_reader(text, [&](std::unique_ptr<biss::capture::ByteSource> bytes) {
     return biss::capture::open_capture(std::move(bytes), "x.csv", options);
   });
-  // What the beginning says does not change when more is seen.
+  // The result for the beginning does not change when more of the file is read.
   std::optional<Likeness> likeness;
   for (std::size_t end = size < 512 ? 1 : size; end < size; end += 1 + end / 8) {
     const Likeness now = biss::capture::looks_like_sampled_csv(text.substr(0, end), false);

@@ -94,7 +94,7 @@ using Registers = biss::BankedRegisters<banks, Hooks>;
 struct Setup {
   biss::RegisterServerOptions server{};
   biss::RegisterBusy busy{};
-  std::uint8_t predecessor = 0;  // bits it sends beside what the master does
+  std::uint8_t predecessor = 0;  // bits that it sends, independent of the master
   bool behind_another = false;   // at the end
   std::uint8_t address = 0;      // read and written at the end
   std::uint8_t size = 1;
@@ -282,7 +282,7 @@ void Bench<Ids>::check_slave(unsigned slave, unsigned id) {
   auto refused = setup_.server.w_inversion ? ControlError::refused : ControlError::busy_too_long;
   if (due != 0) refused = ControlError::next_unavailable;
   require(session.outcome().error == (due == setup_.size ? std::nullopt : std::optional(refused)));
-  // A write changes only the addressed slave, and only where writing is permitted.
+  // A write changes only the addressed slave, and only if writing is permitted.
   const auto before = mirrors_;
   const std::array value{static_cast<std::uint8_t>(~mirror.at(biss::reg::mfr_id))};
   const bool writable = permits(slave, mirror.bsel, RegisterAccess::write, biss::reg::mfr_id);

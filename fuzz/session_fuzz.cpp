@@ -105,7 +105,7 @@ class Line {
   std::uint32_t frames_ = 0;         // of this access
   std::uint32_t tries_ = 0;          // begun, as seen last
   unsigned owed_ = 0;                // zeros after an error, before the next start bit
-  bool start_bit_expected_ = false;  // the next 1 is that of a control frame
+  bool start_bit_expected_ = false;  // the next 1 begins a control frame
 };
 
 void Line::begin(const Access& access) {
@@ -162,7 +162,7 @@ void Line::frame(std::uint8_t byte, const Access& access) {
   }
   const bool counts = cds != CdsBit::missing || access.kind == Kind::broadcast;
   if (owed_ != 0 && !cdm && counts) --owed_;
-  // A frame without CDS may not have been received; that of a broadcast is received.
+  // A frame without CDS may not have been received; a frame of a broadcast is received.
   const bool heard = cds != CdsBit::missing || (byte & 16U) == 0;
   if (heard || (running && access.kind == Kind::broadcast)) server_.cdm(cdm);
 }

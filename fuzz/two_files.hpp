@@ -30,7 +30,7 @@ inline std::string joined_files(const TwoFiles& files) {
   return input.append(files.first).append(files.second);
 }
 
-/// Both are empty where the input has no size of the first.
+/// Both are empty if the input has no size of the first.
 inline TwoFiles split_files(std::string_view input) {
   if (input.size() < first_size_bytes) return {};
   const auto size = static_cast<std::size_t>(capture::get_number(input.data(), first_size_bytes));
@@ -39,8 +39,8 @@ inline TwoFiles split_files(std::string_view input) {
   return {input.substr(0, first), input.substr(first)};
 }
 
-/// Both files as one capture of the lines `MA` and `SLO`; the first alone where the second cannot
-/// be opened. \param open opens the bytes of a file
+/// Both files as one capture of the lines `MA` and `SLO`; the first alone if the second cannot be
+/// opened. \param open opens the bytes of a file
 template <class Open>
 capture::Opened open_files(const TwoFiles& files, Open open) {
   std::vector<capture::NamedSource> sources;

@@ -49,7 +49,7 @@ class MemoryFile final : public FileSink {
   std::size_t most_;
 };
 
-// What a file holds, read by the library's own reader of files.
+// The contents of a file, read by the library's own reader of files.
 class Content {
  public:
   explicit Content(const std::vector<std::byte>& bytes) {

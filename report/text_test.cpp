@@ -44,7 +44,7 @@ struct GermanPunctuation : std::numpunct<char> {
   std::string do_grouping() const override { return "\3"; }
 };
 
-// Changes the C++ locale always, the C locale where a German one is installed.
+// Changes the C++ locale always, the C locale if a German one is installed.
 class GermanLocale {
  public:
   GermanLocale() : before_(std::locale::global(std::locale({}, new GermanPunctuation))) {

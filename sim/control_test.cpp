@@ -220,7 +220,7 @@ TEST(ControlLine, ChannelsSwitchedOff_ComeBackWhenSwitchedOn) {
   Line line(setup);
   int bad = 0;
   while (!line.control()->done()) bad += line.next().reading.frame.ok() ? 0 : 1;
-  // From the end of the first access to that of the last.
+  // From the end of the first access to the end of the last one.
   EXPECT_EQ(bad, 47 + 39);
   for (const ControlRecord& record : line.control()->records()) {
     EXPECT_FALSE(record.outcome.error);

@@ -269,8 +269,8 @@ TEST(Line, FlippedBits_SpoilThatShareOfCyclesAndNothingElse) {
   EXPECT_LT(flips, 600);
 }
 
-// With a checksum of 16 bits no damaged frame of these seeds is good by chance. After some faults the
-// encoder takes several positions in a cycle, or sends that of the cycle before.
+// With a checksum of 16 bits no damaged frame of these seeds is good by chance. After some faults
+// the encoder takes several positions in a cycle, or sends the position of the previous cycle.
 TEST(Line, GoodFrameOfACycleWithAnyFault_IsTheSentOne) {
   const Timeout timeouts[] = {{TimeoutRule::adaptive, nanoseconds(200)},
                               {TimeoutRule::fixed, microseconds(20)},

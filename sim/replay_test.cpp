@@ -23,7 +23,7 @@ constexpr wire::LineIndex recorded_ma = 4;
 constexpr wire::LineIndex recorded_slo = 2;
 constexpr Picoseconds period = microseconds(1);
 
-// `clocks` periods of MA from `begin` on, as a capture has them.
+// `clocks` periods of MA from `begin` on, as in a capture.
 void add_request(std::vector<Edge>& edges, Picoseconds begin, int clocks) {
   for (int i = 0; i < clocks; ++i) {
     edges.push_back({begin + i * period, recorded_ma, Level::low});

@@ -7,7 +7,8 @@
 namespace biss::sim {
 namespace wrong_frames_test {
 
-// Frames 0, 1, 2, … by their position; \return that of what is sent in the place of the next one.
+// Frames 0, 1, 2, … by their position; \return the position of the frame that is sent in place of
+// the next one.
 class Sender {
  public:
   WrongFrames wrong;

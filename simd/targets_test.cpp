@@ -10,7 +10,7 @@
 
 namespace targets_test {
 
-// The flags of the first core in /proc/cpuinfo; none where it has no such line.
+// The flags of the first core in /proc/cpuinfo; none if it has no such line.
 std::set<std::string> cpu_flags() {
   std::ifstream file("/proc/cpuinfo");
   for (std::string line; std::getline(file, line);) {

@@ -108,7 +108,7 @@ before(async () => {
   biss = await loadBiss({ wasmBinary });
 });
 
-// Of an oscilloscope: two lines that change.
+// A file of an oscilloscope: two lines that change.
 function voltages() {
   const rows = Array.from({ length: 2000 }, (_, i) =>
     `${(i * 1e-8).toFixed(8)},${i % 40 < 20 ? 3.3 : 0.1},${i % 160 < 80 ? 3.2 : 0.0}`);

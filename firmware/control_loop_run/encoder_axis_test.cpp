@@ -229,7 +229,7 @@ BISS_TEST(EncoderAxis, Reset_StartsAgainWithPowerUpAndTurns) {
   BISS_EXPECT_EQ(a.axis.latest().output.position, (1 << 26) - 1000);
 }
 
-// ---- What does not fit
+// ---- Parts that do not fit
 
 // The reader of another encoder, chosen at run time: its bytes do not fit the buffer.
 BISS_TEST(EncoderAxis, ReaderThatNeedsMoreThanTheBuffer_IsRefusedAndWritesNothing) {
@@ -335,7 +335,7 @@ BISS_TEST(EncoderAxis, SecondRequestAfterMonths_IsNotInTheTimeToPowerUp) {
   }
 }
 
-// The transfer fills the buffer of the axis, and not that of a copy.
+// The transfer fills the buffer of the axis, and not the buffer of a copy.
 static_assert(!std::is_copy_constructible_v<decltype(Axis::axis)>);
 static_assert(!std::is_move_constructible_v<decltype(Axis::axis)>);
 

@@ -329,14 +329,14 @@ BISS_TEST(CrossCompare, TransferOfTheRightTime_IsSafeAndOfAWrongOneIsAClockFault
 enum class Fault : std::uint8_t {
   message_lost,     // to B
   message_damaged,  // to A
-  message_old,      // to B: that of the request before
+  message_old,      // to B: the message of the previous request
   buffer_of_a,      // a bit of A's copy of the answer
   finding_of_b,     // B calculates another position
   line,             // a bit of the answer, in both copies
   echo,             // to B: its own message
   other_pair,       // to A: the message of the processor B of another pair
 };
-// What holds, and why.
+// The verdict that holds, and its cause.
 struct Held {
   SafetyState state;
   SafetyVerdict cause;
@@ -345,7 +345,7 @@ constexpr Held nothing{SafetyState::safe, SafetyVerdict::self_test};
 constexpr Held late{SafetyState::latched, SafetyVerdict::watchdog};
 constexpr Held differ{SafetyState::failed, SafetyVerdict::disagreement};
 constexpr Held crc{SafetyState::latched, SafetyVerdict::cpw_crc};
-// Of processor A and B.
+// For processor A and B.
 constexpr std::array<std::array<Held, 2>, 8> held_after{{{nothing, late},
                                                          {late, nothing},
                                                          {nothing, late},

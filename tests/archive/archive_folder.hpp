@@ -16,7 +16,7 @@ class ArchiveFolder {
   explicit ArchiveFolder(std::size_t files);
 
   std::string path() const { return folder_.path("captures"); }
-  /// Beside the captures.
+  /// A path next to the captures.
   std::string beside(const std::string& name) const { return folder_.path(name); }
 
  private:

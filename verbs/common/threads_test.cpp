@@ -1,4 +1,4 @@
-// Verbs that run at once in several threads say what each says alone.
+// Verbs that run at the same time in several threads print the same as each alone.
 #include <gtest/gtest.h>
 
 #include <filesystem>

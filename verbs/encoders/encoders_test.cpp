@@ -250,7 +250,7 @@ void expect_flag(const std::string& cell, const FlagField& flag, std::string_vie
   EXPECT_EQ(flag.active_high, cell.starts_with("high=")) << name;
 }
 
-// An empty cell is not stated: the entry says what it assumes.
+// An empty cell is not stated: the entry names its assumption.
 void expect_crc_doubts(const Row& row, const CatalogueEntry& entry) {
   const bool from_profile = row.at("crc_poly_hex").find("BP3") != std::string::npos;
   const bool both = from_profile || entry.doubts(doubt::start_and_inversion);
@@ -270,7 +270,7 @@ void expect_row(const Row& row, const std::vector<const CatalogueEntry*>& entrie
     const ChannelFormat& channel = format.channel_list[safety_word ? 1 : 0];
     multiturn.insert(channel.multiturn.bits);
     singleturn.insert(channel.position_bits() - channel.multiturn.bits);
-    // If the maker gives no polynomial, 0x43 is assumed, and the entry says so.
+    // If the maker gives no polynomial, 0x43 is assumed, and the entry names this assumption.
     const auto stated = polynomial.empty() ? 0x43U : std::stoul(polynomial, nullptr, 16);
     EXPECT_EQ(channel.crc.polynomial, stated) << entry->name;
     EXPECT_EQ(polynomial.empty(), entry->doubts(doubt::polynomial)) << entry->name;

@@ -154,7 +154,7 @@ TEST(Plan, RateWhereSloMustBeSeen_IsNamedWithItsReason) {
     return plan({"-f", encoder, "--clock", "5MHz", "--cable", "100m"}).out;
   };
   EXPECT_THAT(page("resolute-18"), HasSubstr("for a master that waits until it sees SLO high"));
-  EXPECT_THAT(page("lenz-b3"), HasSubstr("over SPI, where the clocks of the line delay"));
+  EXPECT_THAT(page("lenz-b3"), HasSubstr("over SPI: the clocks of the line delay"));
 }
 
 TEST(Plan, PageForEyes_SaysWhatToDo) {
@@ -199,8 +199,8 @@ TEST(Plan, RenishawsNotesOnCables_AreShown) {
   EXPECT_THAT(plan({"-f", "lenz-b3"}).out, testing::Not(HasSubstr("cable notes")));
 }
 
-// The data sheet of BiSS Safety sends the reader to Renishaw, that of BiSS C limits the readhead's
-// own cable of RESOLUTE. Neither has the note of the other.
+// The data sheet of BiSS Safety sends the reader to Renishaw, the data sheet of BiSS C limits the
+// readhead's own cable of RESOLUTE. Neither has the note of the other.
 TEST(Plan, NotesOnCables_AreThoseOfTheEncodersDataSheet) {
   const std::string ask = "above 50 m +ask Renishaw\n";
   const std::string own = "10 m at most +the readhead's own cable; the rest is extension cable\n";
