@@ -6,7 +6,7 @@ namespace biss::decode {
 
 namespace {
 
-// The rules that nothing else than the bits of a known frame shows.
+// The rules that only the bits of a known frame can show.
 constexpr Rule needs_format[] = {Rule::frame_crc,
                                  Rule::stop,
                                  Rule::extra_clocks,
@@ -22,7 +22,7 @@ constexpr Rule needs_format[] = {Rule::frame_crc,
                                  Rule::counter_values,
                                  Rule::safety};
 
-// The rules that nothing else than a frame shows.
+// The rules that only a frame can show.
 constexpr Rule needs_frame[] = {Rule::frame_structure,
                                 Rule::frame_crc,
                                 Rule::ack_shortest,

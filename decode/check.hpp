@@ -23,13 +23,13 @@ struct CheckSetup {
   /// Without a format frames are judged by their structure, and by the profile identifier once the
   /// only slave has sent it.
   std::optional<FrameFormat> format;
-  /// A timeout of just the default is taken as unknown: either rule will do.
+  /// The default timeout counts as unknown: both timeout rules are then accepted.
   DeviceTiming timing;
   /// CDS is always 0. True for a format with `cds0`, too.
   bool unidirectional = false;
   /// Renishaw's table of cables holds.
   bool renishaw_cables = false;
-  /// Whether the data sheet has words of these lengths; nothing: no data sheet names them.
+  /// Whether the data sheet has words of these lengths; empty: no data sheet states them.
   std::optional<bool> has_word_lengths{};
   /// Judges each frame by the safety monitor too. \pre the format allows it: see check_safety()
   std::optional<SafetySetup> safety{};

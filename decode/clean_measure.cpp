@@ -159,7 +159,7 @@ HWY_INLINE std::size_t convert(std::span<const std::int64_t> times, std::int64_t
       return i + lanes;
     }
   }
-  // Those that are left, one by one: the end of the array, or the last ones before a long pause.
+  // The remaining times, one by one: the end of the array, or the last ones before a long pause.
   const std::size_t end = std::min(i + lanes, count);
   for (std::size_t k = i; k < end; ++k) out[k] = after(times[k], begin);
   if (i < end) {
@@ -220,7 +220,8 @@ class ClockSums {
   }
 };
 #else
-// Falls have even indices, and so even lanes. The most of something is the least of its negative.
+// Falls have even indices, and so even lanes. A maximum is computed as the minimum of the negated
+// values.
 class ClockSums {
  public:
   HWY_INLINE ClockSums()
@@ -424,7 +425,7 @@ HWY_INLINE bool delay_from(const Rises& rises, std::int32_t second, const CleanM
   V least = hn::Zero(d);
   V most = hn::Zero(d);
   std::size_t valid_count = 0;
-  // The change that makes ACK is off by nothing, and counted.
+  // The change that makes ACK has the offset 0, and counts.
   for (std::size_t i = 0; i < m.changes; i += hn::Lanes(d)) {
     const V change = hn::LoadU(d, changes.data() + i);
     V index;
@@ -546,7 +547,7 @@ class Pauses {
     const std::int32_t last = scratch_.edges[edge - 1];
     const std::int32_t here = scratch_.edges[edge];
     const std::int32_t fall = edge % 2 == 0 ? here : scratch_.edges[edge + 1];
-    // A change at the very time of the next request is part of that one.
+    // A change at the time of the next request belongs to that request.
     const auto later = [&](std::int32_t change) { return change > here || change >= fall; };
     next_ = first(next_, later);
     if (next_ == 0 || next_ % 2 != 0) return false;

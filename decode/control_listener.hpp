@@ -19,7 +19,7 @@ namespace biss::decode {
 enum class AccessOutcome : std::uint8_t {
   ok,
   header_crc,  ///< the header as the master sent it does not fit its CRC: no slave answers
-  no_answer,   ///< as ControlError, and so are the others of these names
+  no_answer,   ///< as in ControlError, like all others with the same name
   no_such_slave,
   id_pattern,
   refused,
@@ -73,8 +73,8 @@ struct SeenAccess {
 
 std::string_view name_of(SeenAccess::Kind kind);
 
-/// Follows every cycle in bounded memory. Whatever the bits are, 14 zeros on CDM reset it, as they
-/// reset a slave.
+/// Follows every cycle in bounded memory. 14 zeros on CDM reset it at any time, as they reset a
+/// slave.
 class ControlListener {
  public:
   using OnAccess = std::function<void(const SeenAccess&)>;

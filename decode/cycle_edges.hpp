@@ -31,7 +31,7 @@ struct CycleEdges {
   bool last_of_capture = false;
 };
 
-/// The changes of a line that cycles still to be looked at may need.
+/// The changes of a line that later cycles may need.
 struct LineChanges {
   /// If there are more, the older half is dropped.
   std::size_t most = 0;

@@ -297,7 +297,7 @@ std::optional<Picoseconds> CycleReader::release(const CycleSpan& span, const Lin
   return rise < last ? -elapsed(rise, last) : elapsed(last, rise);
 }
 
-// SLO never fell: because it was not asked long enough, or for good.
+// SLO never fell: the capture ended before an answer was due, or there was no answer.
 CycleStatus CycleReader::silence(const CycleSpan& span) const {
   const Picoseconds asked = elapsed(clock_.rises[1], std::max(span.limit, clock_.rises[1]));
   const Picoseconds idle = elapsed(clock_.rises.back(), std::max(span.limit, clock_.rises.back()));
@@ -324,7 +324,7 @@ CycleReader::Delay CycleReader::delay_from(const std::vector<Picoseconds>& rises
   Picoseconds sum{};
   Picoseconds least{};
   Picoseconds most{};
-  std::int64_t count = 1;  // ACK's own edge is off by nothing
+  std::int64_t count = 1;  // ACK's own edge has the offset 0
   std::size_t rise = 1;
   for (std::size_t i = slo.after(fall); i < slo_end_; ++i) {
     while (rise < rises.size() && shifted(rises[rise], first + half) < slo[i].time) ++rise;

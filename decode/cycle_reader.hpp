@@ -73,7 +73,7 @@ class CycleReader {
   /// The format's payload bits, if the format has a checksum.
   std::optional<std::size_t> checked_payload_bits() const;
   const DeviceTiming& timing() const { return timing_; }
-  /// A timeout of just the default is not known.
+  /// The default timeout counts as unknown.
   bool knows_timeout() const { return timing_.timeout != Timeout{}; }
   /// Reads bits that were sampled elsewhere, SLO once per clock from the first one on, for an ACK
   /// as long as BiSS C allows. The cycle has no times.

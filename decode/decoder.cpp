@@ -76,7 +76,7 @@ void Decoder::push(const PairRun& run, RunPlace from, RunPlace to,
                    std::span<const CleanCycle> clean) {
   RunPlace at = from;
   for (const CleanCycle& cycle : clean) {
-    // One without a checksum may be a part.
+    // A frame without a checksum may be a part of a cycle.
     if (reader_.knows_timeout() && !reader_.checked_payload_bits()) break;
     if (at != cycle.begin() || !waits()) {
       // The edge that begins the cycle shows whether everything before it is read.
@@ -338,7 +338,7 @@ bool Decoder::begins_with_pulse() const {
 // of MA: that edge begins a request.
 std::optional<CycleReading> Decoder::read_before_pause(Picoseconds next) {
   const Picoseconds last = ma_[scanned_ - 1].time;
-  // A change at the very time of the next request is part of that one.
+  // A change at the time of the next request belongs to that request.
   const std::size_t end = slo_.from(next);
   const std::size_t change = std::min(slo_.after(ma_[scanned_].time), end);
   if (change == 0 || slo_[change - 1].time <= last) return std::nullopt;
@@ -401,7 +401,7 @@ void Decoder::deliver(const Cycle& cycle) {
   hand_on(counted);
 }
 
-// With a checksum in the cycle after it, a cycle waits for that one.
+// A cycle whose checksum is in the next cycle waits for it.
 void Decoder::hand_on(const Cycle& cycle) {
   if (!reader_.needs_next()) return on_cycle_(cycle);
   hand_on_unjudged(&cycle);
@@ -452,7 +452,7 @@ void Decoder::emit(const CycleReading& reading) {
   doubt_.reset();
 }
 
-// The encoder may still be in a request for so long after the last edge of MA.
+// How long after the last edge of MA the encoder may still be in a request.
 Picoseconds Decoder::longest_pause(const Cycle& cycle) const {
   Cycle measured = cycle;
   measured.period = cycle.period.value_or(period_);

@@ -58,8 +58,8 @@ struct LimitCase {
   constexpr bool exceeded() const { return (is_longest ? bound - value : value - bound) < -doubt; }
 };
 
-/// The time from the last edge of MA to the rise of SLO at the encoder, by its timeout rule. With a
-/// timeout of just the default the rule is not known: either will do.
+/// The time from the last edge of MA to the rise of SLO at the encoder, by its timeout rule. With
+/// the default timeout the rule is unknown: both rules are then accepted.
 struct ReleaseBounds {
   Picoseconds least{};
   Picoseconds most{};

@@ -24,7 +24,8 @@ struct LineSignal {
   /// Absent if SLO was high from the beginning of the capture.
   std::optional<Picoseconds> ready;
 
-  /// Changes of SLO from ACK to STOP, without pulses: each less the rising edge of MA that moved it.
+  /// Changes of SLO from ACK to STOP, without pulses: each minus the time of the rising edge of MA
+  /// that caused it.
   struct Changes {
     Picoseconds earliest{};
     Picoseconds latest{};

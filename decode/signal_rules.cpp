@@ -87,8 +87,8 @@ void SignalRules::judge_pulses(std::uint64_t number, const Cycle& cycle) {
   judge(Rule::glitch_slo, signal.slo_pulses, "a level of SLO is too short for a bit");
 }
 
-// Until when the master may send clocks, seen from the start of the request: an encoder that is
-// ready takes an edge of MA for a request.
+// The time from the start of the request during which the master may send clocks: an encoder that
+// is ready takes an edge of MA as a request.
 std::optional<Picoseconds> SignalRules::clocks_end(const Cycle& cycle,
                                                    Picoseconds frame_end) const {
   const Timeout& timeout = setup_.timing.timeout;

@@ -9,7 +9,8 @@
 
 namespace biss::decode {
 
-/// From `from` to `to`, an hour at most: beyond that it is just long. \pre from <= to
+/// From `from` to `to`, at most an hour: no caller needs the exact value of a longer time.
+/// \pre from <= to
 constexpr Picoseconds elapsed(Picoseconds from, Picoseconds to) {
   constexpr std::uint64_t hour = std::uint64_t{3600} * picoseconds_per_second;
   const auto gap = static_cast<std::uint64_t>(to.count) - static_cast<std::uint64_t>(from.count);

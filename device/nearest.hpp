@@ -1,4 +1,4 @@
-// Which name was meant.
+// The name that a user meant by a misspelt one.
 #pragma once
 
 #include <string>

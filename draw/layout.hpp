@@ -25,7 +25,7 @@ struct Part {
   Picoseconds from{};
   /// Not before `from`; the same for a moment.
   Picoseconds to{};
-  /// It is not as it should be; an active error or warning of the encoder counts too.
+  /// It is wrong; an active error or warning of the encoder counts, too.
   bool wrong = false;
   /// A shorter text for a part that is too narrow for `text`; may be empty.
   std::string brief{};

@@ -91,7 +91,7 @@ Axis axis_of(const Layout& layout, std::size_t clock_pixels) {
   return {layout.drawing, layout.cuts, clock_pixels, cut_clocks_of(layout, clock_pixels)};
 }
 
-// The clocks as wide as the rows allow that are needed anyway.
+// The widest clocks that do not need more rows.
 std::size_t clock_pixels_of(const Layout& layout, std::size_t room) {
   const auto rows_with = [&](std::size_t pixels) {
     const std::size_t row = room / pixels * pixels;
@@ -364,7 +364,7 @@ class PanelWriter {
   std::string& out_;
 };
 
-// In words, for who does not see the picture.
+// A description in words, for readers who cannot see the picture.
 std::string description_of(const Panel& panel) {
   std::string text = panel.title + '.';
   for (const Track& track : panel.layout.tracks) {

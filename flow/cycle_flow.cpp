@@ -47,7 +47,7 @@ class Turns {
 
  private:
   static constexpr std::uint64_t over = std::numeric_limits<std::uint64_t>::max();
-  // The thread before is mostly about to pass: to sleep takes longer than that.
+  // The previous thread usually passes its turn soon; sleeping would take longer.
   static constexpr int most_yields = 100;
 
   std::atomic<std::uint64_t> next_{0};

@@ -7,7 +7,7 @@
 
 namespace biss::report {
 
-/// Lines of key, value and note in aligned columns, for eyes:
+/// Lines of key, value and note in aligned columns, for people:
 ///
 ///     clock       10.000 MHz  (9.998 .. 10.000 .. 10.002)
 ///     line delay  112 ns      compensated

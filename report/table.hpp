@@ -103,7 +103,8 @@ inline constexpr std::array<std::string_view, 8> role_names = {
     "value",      "status",     "verdict",      "warnings",
     "error_at_0", "check_at_0", "warning_at_0", "warning_at_1"};
 
-/// A column. `name` and `kind` are the contract with scripts; all else is for eyes only.
+/// A column. `name` and `kind` are the contract with scripts; all other members are for display
+/// only.
 struct Column {
   std::string name = {};
   Kind kind = Kind::text;
@@ -113,9 +114,9 @@ struct Column {
   unsigned bits = 0;
   /// Unit of the value itself, if it is not nanoseconds: an attribute in HDF5.
   std::string value_unit = {};
-  /// Numbers for eyes are divided by 10^shift: 6 shows hertz as MHz and nanoseconds as ms.
+  /// Displayed numbers are divided by 10^shift: 6 shows hertz as MHz and nanoseconds as ms.
   unsigned shift = 0;
-  /// Digits after the point for eyes, rounded; nullopt: 3 more than `shift` for nanoseconds (all
+  /// Displayed digits after the point, rounded; nullopt: 3 more than `shift` for nanoseconds (all
   /// there is), `shift` for integers. At most 15; so is shift.
   std::optional<unsigned> places = std::nullopt;
   /// The least width, for a column with later rows that are wider than the first ones.

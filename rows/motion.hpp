@@ -47,11 +47,11 @@ class Motion {
   /// Takes the next row.
   MotionValues take(Picoseconds time, std::optional<std::uint64_t> position);
 
-  /// The way to one of the positions taken was not certain.
+  /// Whether the distance to one of the positions was not certain.
   bool lost() const { return unwrapped_.state() == TurnState::ambiguous; }
-  /// To how many of the positions the way was not certain; they have no velocity.
+  /// The number of positions whose distance was not certain; they have no velocity.
   std::uint64_t uncertain() const { return uncertain_; }
-  /// The largest step of a way that is certain, from one row to the next.
+  /// The largest step from one row to the next that is certain.
   std::uint64_t max_step() const { return max_step_; }
 
  private:

@@ -29,7 +29,7 @@ MasterSetup master_setup(const LineSetup& setup) {
   master.trust_cycle_time = setup.interval.count != 0;
   // A cycle leaves room for CDM = 1.
   master.cdm = setup.has_control();
-  // Whatever the format and the clock: they are the user's experiment.
+  // Any format and any clock is allowed: it is the user's experiment.
   master.no_error_flag = master.unchecked = true;
   master.timing.clock_max = hertz_max;
   master.low_time = master.period * (1000 - std::int64_t{setup.duty_per_mille}) / 1000;

@@ -23,7 +23,7 @@ void Line::answer_cds() {
   master_.set_cdm(control_->step(number_, begin_, now_, cds));
 }
 
-// Without CDS it is open what CDM was: the master stopped before.
+// Without CDS, CDM is unknown: the master stopped before it.
 void Line::end_control() {
   if (!answered_) control_->step(number_, begin_, now_, CdsBit::missing);
 }

@@ -16,8 +16,8 @@ class Cable {
   /// More changes are not kept: the line would carry pulses of picoseconds.
   static constexpr std::size_t capacity = 65'536;
 
-  /// A level at this end, which arrives `delay` later, and not before the changes before it. False:
-  /// the cable is full and loses the change.
+  /// A level at this end, which arrives `delay` later, but not before earlier changes. False: the
+  /// cable is full and loses the change.
   bool put(std::int64_t now, bool level, std::int64_t delay) {
     if (level == sent_) return true;
     if (changes_.size() == capacity) return false;

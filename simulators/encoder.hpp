@@ -20,7 +20,7 @@ class Encoder final : public Instance {
  public:
   Encoder(std::string name, Settings settings);
 
-  /// To be called at each change of MA and at the time returned.
+  /// Call it at each change of MA and at the time returned.
   std::int64_t step(std::int64_t now, bool ma);
   bool level() const override { return slo_.received(); }
   /// The next frame has this value, in place of the value of the settings.

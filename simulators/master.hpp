@@ -16,7 +16,7 @@ class Master final : public Instance {
  public:
   Master(std::string name, Settings settings);
 
-  /// To be called at each change of SLO or of `request` and at the time returned.
+  /// Call it at each change of SLO or of `request` and at the time returned.
   std::int64_t step(std::int64_t now, bool slo, bool request);
   bool level() const override { return ma_.received(); }
   /// First rising edges of MA at the design so far.
@@ -56,7 +56,7 @@ class Master final : public Instance {
   std::uint64_t latches_ = 0;
   std::uint32_t clocks_ = 0;
   std::int64_t last_edge_ = 0;
-  // The last rising edge of SLO: after how many clocks, and how long after the last edge of MA.
+  // The last rising edge of SLO: its number of clocks, and its time after the last edge of MA.
   struct Rise {
     std::uint32_t clocks = 0;
     std::int64_t low = 0;

@@ -22,7 +22,7 @@ std::string mismatch_text(const Mismatch& one) {
                      time_text(one.time_ps), one.what, one.sent, one.read);
 }
 
-// A line for each group: how many of its cases came, and which did not.
+// A line for each group: how many of its cases occurred, and the missing cases.
 std::string coverage_text(const Coverage& coverage) {
   std::string text;
   const auto& cases = coverage.cases();

@@ -50,7 +50,7 @@ class Scoreboard {
   bool read(const Outcome& outcome);
   /// The newest request is not compared, if it is this one: the simulation ended within it.
   void withdraw(std::uint64_t request);
-  /// Requests that wait were not read: each is a mismatch.
+  /// Waiting requests were not read: each is a mismatch.
   void drop_waiting();
   /// A rule of the line was broken.
   void broken(std::uint64_t request, std::int64_t time_ps, std::string rule, std::string limit,

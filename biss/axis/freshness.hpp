@@ -48,8 +48,8 @@ class FreshBuffer {
   }
 
   /// Ends the request that waits.
-  /// \return what was received, valid until the second begin() after this; nothing if no request
-  ///   waits: then a buffer has nothing new
+  /// \return the received bytes, valid until the second begin() after this; empty if no request
+  ///   waits: no buffer then has new data
   constexpr std::optional<std::span<const std::uint8_t>> end() {
     if (!waits_) return std::nullopt;
     waits_ = false;

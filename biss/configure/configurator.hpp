@@ -59,7 +59,7 @@ constexpr bool follows_map(const std::optional<DeviceIdentity>& identity, unsign
 /// skipped. BSEL is always restored. Do not move a query that runs: the session writes into it.
 class SlaveQuery {
  public:
-  /// Asks for everything but the EDS.
+  /// Begins to read everything except the EDS.
   constexpr void begin(ControlSession& session, std::uint8_t slave) {
     start(slave, {});
     read(session, ConfigureStep::identity, reg::dev_id, 8);
@@ -81,7 +81,7 @@ class SlaveQuery {
     return eds_presence(description.eds_bank) != EdsPresence::none;
   }
 
-  /// To be called when the session's access is done.
+  /// Call it when the session's access is done.
   /// \return false: that was the last one
   constexpr bool advance(ControlSession& session) {
     const ControlOutcome& outcome = session.outcome();

@@ -22,7 +22,7 @@ namespace biss {
 ///   const auto result = cycle.result();
 ///   if (result.ok()) read_with(result->format, result->master_setup(period));
 ///
-/// MA is high at the end. Not to be copied.
+/// MA is high at the end. Do not copy it.
 class ConfigureCycle {
  public:
   /// \param clock 250 kHz to 1 MHz

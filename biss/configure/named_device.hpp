@@ -35,7 +35,7 @@ struct Device {
 /// Why a text is no device.
 enum class DeviceMistake : std::uint8_t {
   item,           ///< of the grammar of formats: FormatTextError
-  name,           ///< one word that is no name
+  name,           ///< one word that is not a name
   identifier,     ///< no number after `bp3:`
   profile,        ///< the profile gives no format: ProfileError
   other_profile,  ///< neither BP3 nor BP3S

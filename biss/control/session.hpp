@@ -491,7 +491,7 @@ class ControlSession {
     return true;
   }
 
-  // After the last byte nothing that matters is missing; before the start bit only a zero is.
+  // A lost frame after the last byte is harmless; before the start bit it only loses a zero.
   [[gnu::noinline, gnu::cold]] constexpr bool frame_lost() {
     if (phase_ == Phase::next && outcome_.bytes_done == request_.size) return next_byte(false);
     if (phase_ == Phase::lead && ++k_ < control_reset_zeros) return false;

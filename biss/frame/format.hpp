@@ -104,7 +104,7 @@ struct FrameFormat {
   constexpr std::span<const ChannelFormat> channels() const& {
     return std::span<const ChannelFormat>(channel_list).first(channel_count);
   }
-  /// They would be gone with the format.
+  /// The channels would not outlive a temporary format.
   void channels() const&& = delete;
   /// Bits of all channels, CRCs included, without START, CDS and STOP.
   constexpr unsigned payload_bits() const {

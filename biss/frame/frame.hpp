@@ -42,7 +42,7 @@ struct BasicFrame {
   constexpr std::span<const Channel> channels() const& {
     return std::span<const Channel>(channel_list).first(channel_count);
   }
-  /// They would be gone with the frame.
+  /// The channels would not outlive a temporary frame.
   void channels() const&& = delete;
   /// The position may be used: structure and CRC are good (otherwise there is no frame) and no
   /// channel reports an error. The all-zero "no data" word has a valid CRC; only nE shows it.

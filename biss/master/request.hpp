@@ -497,7 +497,7 @@ class RequestCycle {
   /// With the setup's CDM.
   constexpr StepOutput begin(Picoseconds now, bool slo) { return begin(now, slo, setup_.cdm); }
 
-  /// To be called at every change of SLO and at the deadline; further calls change nothing.
+  /// Call it at every change of SLO and at the deadline; further calls change nothing.
   /// \pre now is not before the last call
   constexpr StepOutput step(Picoseconds now, bool slo) {
     if (due_ <= now) happen(now);
@@ -544,7 +544,7 @@ class RequestCycle {
     schedule();
   }
 
-  // Those that come before the next edge of MA.
+  // Takes the samples before the next edge of MA.
   [[gnu::noinline]] constexpr void take_samples(Picoseconds now) {
     while (sampler_.next() <= now && sampler_.next() < clock_.next()) take(sampler_.sample(), now);
   }

@@ -231,7 +231,7 @@ enum class SafetySetupError : std::uint8_t {
   gray,          ///< a word's position is in Gray code or LSB first: cannot be aligned
   no_counter,    ///< the SPW has no counter of 6 bits
   compare_bits,  ///< more bits to be compared than both words have
-  tolerance,     ///< the tolerance takes in every position
+  tolerance,     ///< the tolerance accepts every position
   start_frames,  ///< fewer than 2
   counter,       ///< near_frames above 30, no learn_rollovers, or a `first` that cannot occur
   budget,        ///< more than max_tolerated_faults, or too short a window
@@ -388,7 +388,7 @@ class SafetyFingerprint {
                               std::uint8_t rated) {
     const auto& [channels, channel_count, cds0] = format;
     add(channel_count, cds0);
-    // The number of channels may be what has changed.
+    // A fault of the memory may have changed the number of channels.
     const std::size_t count = std::min<std::size_t>(channel_count, max_channels);
     for (std::size_t k = 0; k < count; ++k) add(channels[k]);
     const auto& [cpw, spw, start_frames, latch, comparison, counter, cycle_min, frame_gap_max,

@@ -206,10 +206,10 @@ constexpr std::uint32_t set_of(Verdicts... verdicts) {
 
 using enum SafetyVerdict;
 
-// Whatever a wrong counter can be called.
+// All verdicts that a wrong counter can have.
 inline constexpr std::uint32_t any_counter =
     set_of(counter_mode, counter_repeated, counter_skipped, counter_backwards, counter_foreign);
-// Whatever wrong bits can be called.
+// All verdicts that wrong bits can have.
 inline constexpr std::uint32_t any_content =
     set_of(no_frame, cpw_crc, spw_crc, cpw_error, spw_error, comparison) | any_counter;
 

@@ -13,7 +13,7 @@ namespace biss {
 /// How far the number of turns can be trusted.
 enum class TurnState : std::uint8_t {
   empty,      ///< no sample yet
-  first,      ///< one sample: turns are 0 or what they were set to, no step was counted
+  first,      ///< one sample: turns are 0 or the value set, no step was counted
   tracked,    ///< every step since is known
   ambiguous,  ///< a step may have been either way, or whole turns passed unseen; it stays so until
               ///< resynchronise() or restart()
@@ -39,8 +39,9 @@ class TurnCounter {
       : TurnCounter(width_bits, widest_step(width_bits)) {}
 
   /// \param max_step the most counts the encoder can move from one sample to the next: its highest
-  ///                 speed divided by the sample rate. A larger step makes the turns ambiguous.
-  ///                 Above widest_step() every step does: it may have been the other way round.
+  ///                 speed divided by the sample rate. A larger step makes the turns ambiguous. If
+  ///                 it is above widest_step(), every step is ambiguous: it may have been in the
+  ///                 other direction.
   /// \pre width_bits is 1…64, max_step is 1 or more
   constexpr TurnCounter(unsigned width_bits, std::uint64_t max_step)
       : half_(std::uint64_t{1} << (width_bits - 1U)),

@@ -51,7 +51,7 @@ tl::expected<void, verbs::VerbError> ServedCapture::open(const std::string& path
   };
   path_ = path;
   growth_ = growth;
-  // Without waiting for who writes a pipe.
+  // Without waiting for the writer of a pipe.
   descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor_ < 0) return refuse(std::strerror(errno));
   struct stat about {};

@@ -35,9 +35,9 @@ class ServedCapture {
   /// Opens a regular file. \param growth empty: only its present content is served
   tl::expected<void, verbs::VerbError> open(const std::string& path, std::optional<Growth> growth);
 
-  /// The size now. The error is one line: the file has shrunk, was replaced or rewritten, or is of a
-  /// kind that cannot be read while it grows. It stays.
-  /// \param closely compare all that has been served, if the file has changed; else its ends alone
+  /// The size now. The error is one line: the file has shrunk, was replaced or rewritten, or is of
+  /// a kind that cannot be read while it grows. The error is permanent.
+  /// \param closely compare the whole served part if the file has changed; otherwise only its ends
   tl::expected<std::uint64_t, std::string> look(bool closely);
 
   /// Reads at `offset`, at most to the size that look() gave last.

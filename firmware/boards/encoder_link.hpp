@@ -85,7 +85,7 @@ class EncoderLink {
     if (!buffer_.begin(error_ ? 0 : reader_.bytes(), start)) {
       ++counts_.late;
     } else if (unanswered) {
-      // MA was high after it, so that the encoder has seen CDM = 0.
+      // MA was high after the request, so that the encoder has seen CDM = 0.
       ++counts_.unanswered;
       if (session_.step(before, biss::CdsBit::missing)) session_.cancel();
       latest_ = {.number = counts_.cycles++, .request = buffer_.number() - 1};

@@ -45,8 +45,8 @@ class Processor {
   [[nodiscard]] constexpr bool power_up() { return monitor_.self_test(); }
 
   /// Evaluates the answer to a request. \return the message to the other processor
-  /// \param request number of the request, the same on both processors. After a power-up it must not
-  ///   begin with the numbers of before, if messages of that time may still be on their way.
+  /// \param request number of the request, the same on both processors. After a power-up it must
+  ///   not begin with earlier numbers if messages from before may still be on their way.
   constexpr Message evaluate(std::uint32_t request, const biss::BitView& bits) {
     request_ = request;
     transfer_clocks_ = static_cast<std::uint32_t>(bits.size_bits());
@@ -72,7 +72,7 @@ class Processor {
         .position;
   }
 
-  /// To be called in every control period, at the same moment.
+  /// Call it in every control period, at the same moment.
   constexpr bool is_safe(const biss::TwoClocks& now) {
     return monitor_.watch(now).verdict == biss::SafetyVerdict::safe;
   }

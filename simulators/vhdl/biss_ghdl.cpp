@@ -8,7 +8,7 @@
 
 namespace {
 
-// How GHDL passes a string: its characters and its bounds.
+// A string as GHDL passes it: its characters and its bounds.
 struct GhdlBounds {
   std::int32_t left;
   std::int32_t right;

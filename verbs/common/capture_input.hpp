@@ -79,7 +79,7 @@ class CaptureInput {
 
   /// Opens what is not open yet. Prints why it cannot be read.
   ExitStatus open(std::vector<CaptureFile> files, const InputArguments& arguments);
-  /// Begins at the beginning once more. Prints why it cannot.
+  /// Opens the capture again from its beginning. Prints why it cannot.
   ExitStatus reopen(const InputArguments& arguments);
 
   /// reopen() is possible: every file is a regular one.

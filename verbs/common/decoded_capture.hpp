@@ -107,7 +107,7 @@ class DecodedCapture {
   /// a capture is left out, and tries the next one. False at the end, or when a file cannot be
   /// read.
   bool next();
-  /// The files that next() has not come to.
+  /// The files that next() has not reached.
   std::vector<std::string> files_left() const { return list_.files_left(); }
   /// The worst status of the captures that next() left out.
   ExitStatus status() const { return status_; }

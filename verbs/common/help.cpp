@@ -161,7 +161,7 @@ constexpr std::string_view rest = R"(.SH EXIT STATUS
 Success.
 .TP
 .B 1
-The data failed what was asked: a check with findings, \-\-fail\-on, no request cycle found.
+The data failed: a check with findings, \-\-fail\-on, or no request cycle found.
 .TP
 .B 2
 Wrong usage. Nothing was read or written.

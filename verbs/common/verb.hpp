@@ -149,8 +149,8 @@ class Verb {
   Option get_option(const std::string& name) const;
   /// The options that the command line has.
   std::vector<Option> given_options() const;
-  /// A verb below this one, as `merge` in `biss safety campaign merge`. Without `run` the verb above
-  /// runs; a verb without `run` that no verb is above needs one below.
+  /// A verb below this one, as `merge` in `biss safety campaign merge`. Without `run`, the verb
+  /// above runs; a top verb without `run` needs a verb below it.
   Verb add_verb(const VerbText& text, Run run = {}) const;
   void on_run(Run run) const;
   void add_help_flag() const;

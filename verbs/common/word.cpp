@@ -15,7 +15,7 @@ namespace biss::verbs {
 namespace {
 
 constexpr std::size_t least_binary_digits = 32;
-// A reading that chance makes fit more often is not sure.
+// A reading is not sure if it fits by chance more often than this.
 constexpr double largest_chance = 0.02;
 // Further words show nothing new.
 constexpr std::size_t words_to_try = 200;
@@ -274,7 +274,7 @@ class Search {
   unsigned checksum_bits_ = 0;
   std::vector<std::vector<Word>> seen_;
   std::vector<std::string> names_;
-  // That one of the readings fits as many words.
+  // The probability that one of the readings fits as many words by chance.
   double chance_ = 1;
 };
 

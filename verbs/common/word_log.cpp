@@ -48,7 +48,8 @@ Line line_of(std::size_t number, std::string_view text) {
   return line;
 }
 
-// As the numbers of lines do, and the first bytes of words do not.
+// Whether the first numbers rise from line to line: numbers of lines do, first bytes of words do
+// not.
 bool first_numbers_rise(const std::vector<Line>& lines) {
   std::optional<std::uint64_t> last;
   for (const Line& line : lines) {

@@ -128,8 +128,8 @@ class Comparison {
                  2 * resolution_};
   }
   bool has_clock() const { return period_ && period_->good > 0 && period_->bad > 0; }
-  // A quarter of the shorter period: by so much the place of a bit may vary (D2, characteristics,
-  // row 8).
+  // In quarters of the shorter period: the place of a bit may vary by one quarter (D2,
+  // characteristics, row 8).
   double in_quarters(const std::optional<Times>& of) const {
     if (!of || !has_clock()) return 0;
     return std::min(1.0, of->apart() / (std::min(period_->good, period_->bad) / 4));

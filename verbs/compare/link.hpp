@@ -26,9 +26,9 @@ struct Link {
   Picoseconds resolution{};
   /// From the last edge of MA to the next request.
   decode::Distribution rest;
-  /// By how much the shortest level of MA in a cycle is shorter than its usual length.
+  /// The difference between the usual length of a level of MA and the shortest one in a cycle.
   decode::Distribution jitter_ma;
-  /// By how much the changes of SLO in a frame differ in their place in a bit.
+  /// The spread of the changes of SLO in a frame within a bit.
   decode::Distribution jitter_slo;
   /// From the sampling point to the nearest change of SLO, in thousandths of a period.
   decode::Distribution margin;

@@ -51,7 +51,7 @@ Received receive(const BufferOptions& options, const Word& word, const Device& d
     if (!frame.ok()) received.fault = frame.error();
   };
   if (options.clock) {
-    // Whatever was received is read: the command shows bits and trusts none.
+    // All received bits are read: the command only shows them.
     const SpiSetup spi{
         .period = period_of(*options.clock), .no_error_flag = true, .unchecked = true};
     DeviceTiming timing = device.timing;

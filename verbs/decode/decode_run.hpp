@@ -98,9 +98,9 @@ class DecodeRun {
     std::optional<rows::Motion> motion;
     // The first cycle with an unknown unwrapped position.
     std::optional<std::uint64_t> lost;
-    // That position is known, and 64 bits with a sign do not hold it.
+    // The position is known, but too large for 64 bits with a sign.
     bool beyond = false;
-    // Rows without a velocity, because the way to them is not certain.
+    // Rows without a velocity, because the distance to them is not certain.
     std::uint64_t uncertain = 0;
     // Rows that --every counts.
     std::uint64_t written = 0;

@@ -221,7 +221,7 @@ class ExplainRun final : public CycleRun {
                        capture_.input().name(), *options_.cycle, cycles_, cycles_ == 1 ? "" : "s");
   }
 
-  // For eyes: a paragraph for each cause, or the drawing.
+  // Text for people: a paragraph for each cause, or the drawing.
   ExitStatus write_text() {
     if (!capture_.next()) return capture_.status();
     Output output(host_);

@@ -60,7 +60,7 @@ const std::vector<report::Column>& identify_columns() {
   return all;
 }
 
-// For eyes the first nine columns; the summary has the rest.
+// A table for people has the first nine columns; the summary has the rest.
 std::vector<report::Column> columns_for(report::Format to) {
   constexpr std::ptrdiff_t shown = 9;
   const auto& all = identify_columns();

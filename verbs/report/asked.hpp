@@ -23,7 +23,7 @@ class AskedVerb {
       : name_(std::move(name)), host_(&outer), run_(make(host_)) {}
 
   const std::string& name() const { return name_; }
-  /// Goes to the capture and decides what of the reading is needed.
+  /// Goes to the capture, and decides which parts of the reading are needed.
   void open(const DecodedCapture& reading);
   /// The next cycle of the reading.
   void take(std::uint64_t number, const decode::Cycle& cycle);
@@ -45,7 +45,7 @@ class AskedVerb {
       report::make_table_writer(report::Format::jsonl, run_->columns(), out_);
   RunMessages messages_;
   ExitStatus status_ = ExitStatus::done;
-  // The cycles of the reading are its own; or the changes are.
+  // It uses the cycles of the reading, or its changes.
   bool shares_ = false;
   std::optional<FollowingCapture> following_;
   bool ended_ = false;

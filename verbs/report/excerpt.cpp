@@ -101,7 +101,7 @@ void Excerpt::settle() {
   left_ = 0;
 }
 
-// Edges before this time are of no use any more.
+// Drops edges before this time, which are no longer needed.
 void Excerpt::leave(std::int64_t time) {
   const auto end = static_cast<std::ptrdiff_t>(held_.size());
   for (; left_ < end; ++left_) {

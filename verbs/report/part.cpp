@@ -136,7 +136,7 @@ class PartMaker final : private ChangeWatcher {
     return text;
   }
 
-  // But for verbs, rows and notes.
+  // The report without verbs, rows and notes.
   json report(const PageSettings& settings) const {
     return {{"name", name_},
             {"settings",
@@ -235,7 +235,7 @@ class PartMaker final : private ChangeWatcher {
                       [](const ExcerptCycle& cycle) { return cycle.failed; }));
   }
 
-  // Without the folders of this machine.
+  // The text without the folders of this machine.
   std::string plain(std::string text) const {
     for (const std::string& file : options_.capture.files) {
       const std::string name = std::filesystem::path(file).filename().string();

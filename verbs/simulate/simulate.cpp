@@ -33,7 +33,7 @@ struct SimulateOptions {
 // Times in 64-bit picoseconds hold a little more.
 constexpr Picoseconds longest_capture = milliseconds(100LL * 24 * 3600 * 1000);
 
-// The registers describe what the user does not give.
+// The registers give the values that the user does not give.
 void take_described(const FormatArguments& described, FormatArguments& device) {
   for (const auto field :
        {&FormatArguments::format, &FormatArguments::ack_max, &FormatArguments::timeout,
