@@ -2,7 +2,8 @@
 """bench_report.py FOLDER
 
 An encoder on a bench: simulates a damaged link, reads its positions into NumPy, prints why the link
-does not work, and follows it live, as a data logger would. """
+does not work, and follows it live, as a data logger would.
+"""
 
 import pathlib
 import sys
