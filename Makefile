@@ -184,7 +184,7 @@ test-embedded:  ## these packages, and the examples for boards in rp2040js and Q
 	@embedded/test
 
 .PHONY: identify-tables
-identify-tables:  ## which lines are identified as which protocol; renews docs/identify.md
+identify-tables:  ## what is taken for which protocol; renews lab/reports/identify.md
 	@scripts/install-packages build test
 	@cmake --preset release -DBISS_TESTS=ON >/dev/null
 	@cmake --build --preset release --target biss_protocol_table biss_format_table
@@ -195,7 +195,7 @@ foreign-lines: build  ## identify and explain on 4000 lines each of another gene
 	@scripts/foreign-lines
 
 .PHONY: foreign-tables
-foreign-tables: build  ## the same; renews docs/identify.md and docs/explain.md
+foreign-tables: build  ## the same; renews lab/reports
 	@scripts/foreign-lines --write
 
 .PHONY: safety-sequences

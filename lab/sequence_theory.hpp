@@ -7,7 +7,7 @@
 
 namespace biss::lab {
 
-/// The share of a row's events that the monitor must accept; docs/safety-experiments.md derives it.
+/// The share of a row's events that the monitor must accept; lab/reports/safety.md derives it.
 /// \return nothing if it is not known: campaign_theory() returns nothing, or a word of zeros is a
 ///   good one
 std::optional<long double> sequence_theory(const SequenceFrame& frame, const SequenceRow& row);

@@ -91,7 +91,7 @@ Case lone_ack_case(unsigned position_bits, bool cds0, bool clock_goes_on);
 
 inline constexpr std::array<unsigned, 4> table_widths{18, 26, 32, 36};
 
-/// The tables of docs/flips.md, as Markdown.
+/// The tables of lab/reports/flips.md, as Markdown.
 std::string flip_tables();
 
 }  // namespace exhaustive

@@ -1,4 +1,5 @@
-// The table of docs/flips.md: its counts compared with decode_frame(), its text with the document.
+// The table of lab/reports/flips.md: its counts compared with decode_frame(), its text with the
+// document.
 #include "tests/exhaustive/flip_table.hpp"
 
 #include <gtest/gtest.h>

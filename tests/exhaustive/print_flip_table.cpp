@@ -1,4 +1,4 @@
-// Prints the tables of docs/flips.md.
+// Prints the tables of lab/reports/flips.md.
 #include <cstdio>
 
 #include "tests/exhaustive/flip_table.hpp"

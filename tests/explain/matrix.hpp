@@ -32,7 +32,7 @@ struct Matrix {
 /// \param links captures of each cause, \param clean captures with nothing wrong
 Matrix measure_matrix(std::uint64_t seed, std::uint64_t links, std::uint64_t clean);
 
-/// The table of docs/explain.md.
+/// The table of lab/reports/explain.md.
 std::string matrix_text(const Matrix& matrix);
 
 }  // namespace biss::explain::test

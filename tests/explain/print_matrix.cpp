@@ -1,4 +1,4 @@
-// Prints the confusion matrix of docs/explain.md.
+// Prints the confusion matrix of lab/reports/explain.md.
 #include <fmt/format.h>
 
 #include <cstdlib>

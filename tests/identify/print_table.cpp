@@ -1,4 +1,4 @@
-// Prints the tables of docs/identify.md about frame formats.
+// Prints the tables of lab/reports/identify.md about frame formats.
 //   biss_format_table [TRIALS [FIRST]]
 #include <fmt/format.h>
 

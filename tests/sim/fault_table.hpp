@@ -1,4 +1,5 @@
-// The tables of docs/faults.md: the list of faults, and the results of decoding cycles with each.
+// The tables of docs/faults.md, the list of faults, and of lab/reports/faults.md, the results of
+// decoding cycles with each fault.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// Prints the tables of docs/faults.md.
+// Prints the tables of docs/faults.md and lab/reports/faults.md.
 #include <cstdio>
 
 #include "tests/sim/fault_table.hpp"

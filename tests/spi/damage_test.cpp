@@ -1,5 +1,5 @@
-// Millions of damaged buffers: as many are accepted with a wrong position as docs/lost-start.md
-// states.
+// Millions of damaged buffers: as many are accepted with a wrong position as
+// lab/reports/lost-start.md states.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The numbers in docs/lost-start.md and docs/spi.md are the computed ones.
+// The numbers in lab/reports/lost-start.md and docs/spi.md are the computed ones.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ namespace biss::test::spi {
 namespace doc_test {
 
 std::string document(const char* name) {
-  std::ifstream file(std::string(BISS_DOCUMENTS) + "/" + name);
+  std::ifstream file(std::string(BISS_SOURCE_FOLDER "/") + name);
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
@@ -39,11 +39,11 @@ std::vector<std::string> rows_of(const std::string& text, const std::string& nam
 }
 
 void expect_rows(const std::string& name, const std::vector<std::string>& computed) {
-  const std::vector<std::string> written = rows_of(document("lost-start.md"), name);
+  const std::vector<std::string> written = rows_of(document("lab/reports/lost-start.md"), name);
   if (written == computed) return;
   std::string text;
   for (const std::string& row : computed) text += row + "\n";
-  ADD_FAILURE() << "docs/lost-start.md, table " << name << "; computed:\n" << text;
+  ADD_FAILURE() << "lab/reports/lost-start.md, table " << name << "; computed:\n" << text;
 }
 
 std::string number(double rate) {
@@ -162,7 +162,7 @@ TEST(LostStartDocument, RenishawsBounds_AreThoseOfItsTiming) {
 }
 
 TEST(LostStartDocument, WorkedExample_IsWhatTheReaderSays) {
-  const std::string text = document("spi.md");
+  const std::string text = document("docs/spi.md");
   const auto expect_said = [&](const std::string& words) {
     EXPECT_NE(text.find(words), std::string::npos) << words;
   };

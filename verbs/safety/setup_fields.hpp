@@ -94,7 +94,7 @@ void for_each_field(SafetySetup& setup, const Visitor& visitor) {
                  late_max_clocks);
   group = "SafetyRating";
   auto& [words, residual_e24, check] = rating;
-  visitor.number(field("words", "what the rating is for; 0: that of the table"), words);
+  visitor.number(field("words", "words of the rating; 0: the rating in the table"), words);
   visitor.number(field("residual_e24", "undetected errors in 1e24 frames at a BER of 1e-2"),
                  residual_e24);
   visitor.number(field("check", "checksum of the other two"), check);
