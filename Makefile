@@ -41,7 +41,7 @@ demo: build  ## simulate an encoder, damage some frames, decode the capture
 build:  ## the command: build/biss
 	@scripts/install-packages build
 	@cmake --preset release -DBISS_TESTS=OFF >/dev/null
-	@cmake --build --preset release
+	@cmake --build --preset release --target biss_command
 
 .PHONY: test
 test:  ## the checks of every change: both compilers, sanitizers, microcontroller, fuzz, the page

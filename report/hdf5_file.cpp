@@ -7,6 +7,8 @@
 namespace biss::report {
 namespace {
 
+// H5F_ACC_TRUNC, without the calls that are in this macro.
+constexpr unsigned new_file = 0x0002;
 constexpr haddr_t most_bytes = haddr_t{1} << 62U;
 
 // The library's record of a file; the part of the library itself comes first.
@@ -22,7 +24,7 @@ SinkFile& of(H5FD_t* file) { return *reinterpret_cast<SinkFile*>(file); }
 const SinkFile& of(const H5FD_t* file) { return *reinterpret_cast<const SinkFile*>(file); }
 
 H5FD_t* open_file(const char*, unsigned, hid_t access, haddr_t) {
-  const void* sink = H5Pget_driver_info(access);
+  const void* sink = hdf5().H5Pget_driver_info(access);
   if (sink == nullptr) return nullptr;
   auto* file = new SinkFile;
   file->sink = *static_cast<FileSink* const*>(sink);
@@ -98,17 +100,18 @@ const H5FD_class_t& driver() {
 }  // namespace
 
 Hdf5Id create_hdf5_file(FileSink& sink) {
-  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  static const hid_t registered = H5FDregister(&driver());
-  const Hdf5Id access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-  const Hdf5Id creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
+  if (!hdf5().loaded) return {};
+  hdf5().H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+  static const hid_t registered = hdf5().H5FDregister(&driver());
+  const Hdf5Id access(hdf5().H5Pcreate(hdf5().H5P_CLS_FILE_ACCESS_ID_g), hdf5().H5Pclose);
+  const Hdf5Id creation(hdf5().H5Pcreate(hdf5().H5P_CLS_FILE_CREATE_ID_g), hdf5().H5Pclose);
   FileSink* const target = &sink;
-  const bool ready = H5Pset_driver(access.get(), registered, &target) >= 0 &&
-                     H5Pset_userblock(creation.get(), hdf5_user_bytes) >= 0 &&
+  const bool ready = hdf5().H5Pset_driver(access.get(), registered, &target) >= 0 &&
+                     hdf5().H5Pset_userblock(creation.get(), hdf5_user_bytes) >= 0 &&
                      // No times: the same rows give the same file.
-                     H5Pset_obj_track_times(creation.get(), false) >= 0;
+                     hdf5().H5Pset_obj_track_times(creation.get(), false) >= 0;
   if (!ready) return {};
-  return {H5Fcreate("table", H5F_ACC_TRUNC, creation.get(), access.get()), H5Fclose};
+  return {hdf5().H5Fcreate("table", new_file, creation.get(), access.get()), hdf5().H5Fclose};
 }
 
 }  // namespace biss::report

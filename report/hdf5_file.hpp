@@ -1,7 +1,7 @@
 // Within the HDF5 writer: a file of the library that is written through a FileSink.
 #pragma once
 
-#include <hdf5.h>
+#include "report/hdf5_library.hpp"
 
 #include <string_view>
 #include <utility>

@@ -9,6 +9,7 @@
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -403,6 +404,21 @@ TEST_F(DecodeRows, Hdf5_NeedsAFile) {
   EXPECT_EQ(first.substr(512, 4), "\x89HDF");
   EXPECT_EQ(run({"decode", capture, "--to", "hdf5", "-o", output}).status, 0);
   EXPECT_TRUE(content_of(output) == first) << "the same rows give the same file";
+}
+
+TEST_F(DecodeRows, Hdf5_WithoutItsLibraryNamesIt) {
+  const std::string capture = simulate("line.vcd", {"-f", "resolute-26", "--cycles", "20"});
+  for (const char* name : {"libhdf5_serial.so.103", "libhdf5.so.103"}) {
+    std::ofstream(folder.path(name)) << "no library";
+  }
+  const std::string output = folder.path("rows.h5");
+  ::setenv("LD_LIBRARY_PATH", folder.path("").c_str(), 1);
+  const Outcome outcome = run({"decode", capture, "--to", "hdf5", "-o", output});
+  ::unsetenv("LD_LIBRARY_PATH");
+  EXPECT_EQ(outcome.status, 3);
+  EXPECT_THAT(outcome.err, testing::ContainsRegex("HDF5: the library libhdf5.*.so.[0-9]+ cannot be "
+                                                  "loaded"));
+  EXPECT_FALSE(std::filesystem::exists(output));
 }
 
 TEST_F(DecodeRows, Vcd_ShowsTheTracksAtTheTimesOfTheCapture) {
