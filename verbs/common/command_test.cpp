@@ -21,6 +21,7 @@ struct Options {
   Millimetres cable{1'000};
   std::uint32_t cycles = 10;
   std::vector<std::string> positions;
+  std::vector<std::string> columns;
 };
 
 // The command with verbs that do nothing, or fail as their name says.
@@ -36,6 +37,7 @@ class CommandTest : public testing::Test {
                                   });
     verb.add_option("-f,--format", options_.format, "Frame format").required();
     verb.add_option("POSITION", options_.positions, "Positions");
+    verb.add_option("--columns", options_.columns, "Columns").delimiter(',');
     add_output_option(verb, options_.output);
     add_to_option(verb, options_.to, {report::Format::table, report::Format::jsonl});
     add_rate_option(verb, "--clock", into(options_.clock), "Clock");
@@ -90,6 +92,15 @@ TEST_F(CommandTest, GoodLine_RunsTheVerbWithItsOptions) {
   EXPECT_EQ(options_.since, std::nullopt);
   EXPECT_EQ(options_.positions, (std::vector<std::string>{"12", "0x5"}));
   EXPECT_EQ(out_ + err_, "");
+}
+
+TEST_F(CommandTest, ListInOneValue_IsSplitForEachShell) {
+  EXPECT_EQ(run({"frame", "-f", "x", "--columns", "cycle,status", "--columns", "raw"}),
+            ExitStatus::done);
+  EXPECT_EQ(options_.columns, (std::vector<std::string>{"cycle", "status", "raw"}));
+  EXPECT_EQ(command_.run({"frame"}, {{"--format", {"x"}}, {"--columns", {"cycle,status", "raw"}}}),
+            ExitStatus::done);
+  EXPECT_EQ(options_.columns, (std::vector<std::string>{"cycle", "status", "raw"}));
 }
 
 TEST_F(CommandTest, StatusOfTheVerb_IsTheStatusOfTheCommand) {
