@@ -1,14 +1,6 @@
 // The reader of a campaign's state on hostile files: an error with a cause, or possible counts.
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <string>
-#include <string_view>
-
-#include "fuzz/require.hpp"
-#include "fuzz/token_mutator.hpp"
+#include "fuzz/mutate.hpp"
+#include "fuzz/target.hpp"
 #include "lab/campaign.hpp"
 
 namespace {
@@ -30,19 +22,19 @@ void check_row(const CampaignState& state, std::size_t n) {
   }
 }
 
-constexpr std::array<std::string_view, 10> words{
-    "-1",      "1e308",     "18446744073709551615", "18446744073709551616",
-    "[[0,1]]", "flips:0.1", "flips:0.1:fitting",    "[",
-    "]",       "null"};
+constexpr std::string_view words =
+    "-1|1e308|18446744073709551615|18446744073709551616|[[0,1]]|flips:0.1|flips:0.1:fitting|[|]|"
+    "null";
 
 }  // namespace
 
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                std::size_t max_size, unsigned seed) {
   const std::string before(reinterpret_cast<const char*>(data), size);
-  const std::string after = biss::fuzz::TokenMutator(before, ",:[]{}\"", words, seed).mutate();
+  biss::fuzz::SplitMix random{seed};
+  const std::string after = biss::fuzz::TokenMutator(before, ",:[]{}\"", words, random).mutate();
   const std::size_t taken = std::min(after.size(), max_size);
-  std::memcpy(data, after.data(), taken);
+  std::copy_n(after.begin(), taken, data);
   return taken;
 }
 

@@ -5,20 +5,12 @@
 // of its banks. One byte for the answers after the end of the input. Then one byte for each run of
 // frames: bits 0 and 1 the source of CDS (0, 1, missing, the encoders), bit 2 the encoders do not
 // receive a frame without CDS, bits 3…6 the number of frames, as a power of two.
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <vector>
-
 #include "biss/configure/configurator.hpp"
 #include "biss/control/register_map.hpp"
 #include "biss/frame/format_text.hpp"
 #include "biss/slave/register_server.hpp"
-#include "fuzz/byte_source.hpp"
 #include "fuzz/register_seeds.hpp"
-#include "fuzz/require.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 

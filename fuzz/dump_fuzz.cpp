@@ -6,27 +6,18 @@
 // slave; then the file.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
 #include <istream>
-#include <span>
 #include <sstream>
 #include <streambuf>
-#include <string>
-#include <string_view>
 
 #include "biss/eds/check.hpp"
 #include "dump/data_sheet.hpp"
 #include "dump/read.hpp"
 #include "dump/text.hpp"
 #include "dump/write.hpp"
-#include "fuzz/byte_source.hpp"
 #include "fuzz/dump_text.hpp"
-#include "fuzz/require.hpp"
-#include "fuzz/token_mutator.hpp"
+#include "fuzz/mutate.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 
@@ -196,48 +187,21 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                std::size_t max_size, unsigned seed) {
-  static constexpr std::array<std::string_view, 36> words{"bank",
-                                                          "bank 255",
-                                                          "bank 0:",
-                                                          "0x00:",
-                                                          "0x40:",
-                                                          "0x7F:",
-                                                          "0x80:",
-                                                          "--",
-                                                          "x16",
-                                                          "x64",
-                                                          "xFFFFFFFF",
-                                                          "48",
-                                                          "FF",
-                                                          "#",
-                                                          "*",
-                                                          "00000040",
-                                                          "00003fc0:",
-                                                          "ffffffff:",
-                                                          ":00000001FF",
-                                                          ":020000040000FA",
-                                                          ":020000021000EC",
-                                                          ":01400000",
-                                                          ":10004000",
-                                                          "\"id\":",
-                                                          "\"read\"",
-                                                          "\"write\"",
-                                                          "\"command\"",
-                                                          "\"address\":64",
-                                                          "\"data\":[1,2]",
-                                                          "\"echo\"",
-                                                          "\"outcome\":\"ok\"",
-                                                          "{\"id\":0,",
-                                                          "}",
-                                                          "\r\n",
-                                                          "\t",
-                                                          "\xEF\xBB\xBF"};
+  constexpr std::string_view words =
+      "bank|bank 255|bank 0:|0x00:|0x40:|0x7F:|0x80:|--|x16|x64|xFFFFFFFF|48|FF|#|*|00000040|"
+      "00003fc0:|ffffffff:|:00000001FF|:020000040000FA|:020000021000EC|:01400000|:10004000|\"id\":|"
+      "\"read\"|\"write\"|\"command\"|\"address\":64|\"data\":[1,2]|\"echo\"|\"outcome\":\"ok\"|"
+      "{\"id\":0,|}|\r\n|\t|\xEF\xBB\xBF";
   if (size < 2 || seed % 32 == 7) {
     data[0] = static_cast<std::uint8_t>(seed >> 8U);
     data[1] = static_cast<std::uint8_t>(seed >> 16U);
     if (size < 2) return 2;
   }
   if (seed % 4 == 2) return LLVMFuzzerMutate(data, size, max_size);
-  return 2 + biss::fuzz::mutate_capture({data + 2, max_size - 2}, size - 2, seed, " \n:,\"{}",
-                                        words, biss::fuzz::dump_file_seed);
+  return 2 + biss::fuzz::mutate_input(
+                 {data + 2, max_size - 2}, size - 2, seed, biss::fuzz::dump_file_seed,
+                 [&](std::string text, biss::fuzz::SplitMix& random) {
+                   return biss::fuzz::TokenMutator(std::move(text), " \n:,\"{}", words, random)
+                       .mutate();
+                 });
 }

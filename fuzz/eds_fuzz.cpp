@@ -6,18 +6,10 @@
 // checking and describing, the bank of the common part. The next byte selects the channels with an
 // identifier of two bytes. For each override part and channel, field, value. Then the banks, 64
 // bytes each.
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <string_view>
-#include <vector>
-
 #include "biss/eds/check.hpp"
 #include "biss/eds/device.hpp"
 #include "biss/frame/format_text.hpp"
-#include "fuzz/byte_source.hpp"
-#include "fuzz/require.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 

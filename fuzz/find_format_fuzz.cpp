@@ -1,14 +1,7 @@
 // The format of a line that nothing is known of: frames of a hostile encoder, or any bits.
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <vector>
-
 #include "biss/frame/codec.hpp"
 #include "biss/frame/format_text.hpp"
-#include "fuzz/byte_source.hpp"
-#include "fuzz/require.hpp"
+#include "fuzz/target.hpp"
 #include "identify/format.hpp"
 
 namespace {

@@ -3,17 +3,9 @@
 #include <fmt/format.h>
 #include <hwy/targets.h>
 
-#include <algorithm>
-#include <array>
 #include <bit>
-#include <cstddef>
-#include <cstdint>
 #include <deque>
 #include <memory>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 #include "capture/bytes.hpp"
 #include "capture/dsl.hpp"
@@ -28,9 +20,8 @@
 #include "decode/test_cycle_text.hpp"
 #include "flow/cycle_flow.hpp"
 #include "flow/piece.hpp"
-#include "fuzz/byte_source.hpp"
 #include "fuzz/request_lines.hpp"
-#include "fuzz/require.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 
@@ -290,18 +281,6 @@ Rows by_flow(const RequestLines& lines, const Capture& capture, const Way& way) 
               });
 }
 
-// The first row in which they differ.
-void print_difference(const Capture& capture, const Way& way, const Rows& found,
-                      const Rows& expected) {
-  fmt::print(stderr, "{}, pieces of {} bytes, blocks of {}, {} threads, {} ahead\n", capture.name,
-             capture.options.piece_bytes, capture.block_bytes, way.threads, way.ahead);
-  const auto [one, other] =
-      std::mismatch(found.begin(), found.end(), expected.begin(), expected.end());
-  fmt::print(stderr, "row {} of {} and {}\n", one - found.begin(), found.size(), expected.size());
-  fmt::print(stderr, "by pieces: {}\n", one == found.end() ? "none" : *one);
-  fmt::print(stderr, "by edges:  {}\n", other == expected.end() ? "none" : *other);
-}
-
 // One of the SIMD levels of this processor.
 void choose_simd(unsigned choice) {
   static const std::int64_t detected = hwy::SupportedTargets();
@@ -325,7 +304,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Capture capture = capture_of(lines, bytes);
   const Rows found = by_flow(lines, capture, way);
   const Rows expected = by_edges(lines, capture, way);
-  if (found != expected) print_difference(capture, way, found, expected);
-  fuzz::require(found == expected);
+  fuzz::require_same_rows(
+      fmt::format("{}, pieces of {} bytes, blocks of {}, {} threads, {} ahead", capture.name,
+                  capture.options.piece_bytes, capture.block_bytes, way.threads, way.ahead),
+      found, expected);
   return 0;
 }

@@ -1,12 +1,8 @@
 // The grammar of frame formats on hostile text.
-#include <cstddef>
-#include <cstdint>
-#include <string_view>
-
 #include "biss/frame/decode.hpp"
 #include "biss/frame/encode.hpp"
 #include "biss/frame/format_text.hpp"
-#include "fuzz/require.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 

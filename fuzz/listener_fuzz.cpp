@@ -5,17 +5,9 @@
 // Input: one byte for each run of cycles: bits 0 and 1 the source of CDM (0, 1, a valid master,
 // none), bits 2 and 3 the source of CDS (0, 1, an encoder, none), bits 4…6 the number of cycles, as
 // a power of two.
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <span>
-#include <vector>
-
 #include "decode/control_listener.hpp"
-#include "fuzz/byte_source.hpp"
 #include "fuzz/control_end.hpp"
-#include "fuzz/require.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 

@@ -6,15 +6,8 @@
 // bits 5…7 the start time of the train; the line delay, the time until the answer is ready and the
 // period, one byte each; then one byte for each event: bits 0…4 the time to it in eighths of a
 // period (the last eight values are other times), bits 5…7 its kind.
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <vector>
-
 #include "fuzz/frame_formats.hpp"
-#include "fuzz/require.hpp"
+#include "fuzz/target.hpp"
 #include "sim/ma_replay.hpp"
 #include "sim/slo_replay.hpp"
 
@@ -58,7 +51,7 @@ Setup setup_of(const std::uint8_t* header) {
   MasterSetup master{.timing = {.timeout = timeout}, .compensate = (flags & 4U) == 0};
   if ((flags & 8U) != 0) master.period = nanoseconds(50 + 7 * header[3]);
   return {
-      .codec = &biss::fuzz::all_codecs<Codec>()[header[0] % biss::fuzz::all_codecs<Codec>().size()],
+      .codec = &biss::fuzz::codec_of<Codec>(header[0]),
       .slave = {.ready = std::min(period * header[3] / 8, microseconds(39)), .timeout = timeout},
       .master = master,
       .line_delay = std::min(line_delay, microseconds(39)),

@@ -4,18 +4,11 @@
 //
 // Input: options of the server and its registers, five bytes; then the actions of the master, one
 // or two bytes each: bits 0…2 the kind (enum Op), the other bits the parameters.
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <span>
-
 #include "biss/control/session.hpp"
 #include "biss/slave/banked_registers.hpp"
 #include "biss/slave/register_server.hpp"
-#include "fuzz/byte_source.hpp"
 #include "fuzz/control_end.hpp"
-#include "fuzz/require.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 

@@ -7,14 +7,8 @@
 // one byte for each run of frames: bits 0 and 1 the source of CDS (0, 1, missing, a valid encoder),
 // bits 2 and 3 the time to the next frame, bit 4 the encoder does not receive a frame without CDS,
 // bits 5…7 the number of frames, as a power of two. 0xFF cancels the access.
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-
-#include "fuzz/byte_source.hpp"
 #include "fuzz/control_end.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 

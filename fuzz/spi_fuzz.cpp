@@ -4,15 +4,10 @@
 // least line delay in quarter periods; bit 0 the phase, bit 1 the tail's rule, bit 2 the timeout's
 // rule, bits 3…7 the range of line delays in quarter periods; bits of padding; the longest ACK in
 // clocks; clocks sent, high and low byte; then the buffer.
-#include <cstddef>
-#include <cstdint>
-#include <span>
-
 #include "biss/frame/codec.hpp"
-#include "biss/frame/encode.hpp"
 #include "biss/master/spi_read.hpp"
 #include "fuzz/frame_formats.hpp"
-#include "fuzz/require.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 
@@ -42,22 +37,11 @@ biss::DeviceTiming timing_of(const std::uint8_t* header, Picoseconds period) {
                       biss::nanoseconds(31'250)}};
 }
 
-// Encoding the decoded frame gives the same bits, except zeros in place of the first ones.
-void check_given_back(const Codec::Frame& frame, const biss::BitView& bits, std::size_t zeros,
-                      const Codec& codec) {
-  const auto sent = encode_frame(frame, codec);
-  require(sent.ok());
-  const std::size_t size = sent->size_bits() - (frame.stop_seen ? 0U : 1U);
-  require(size <= bits.size_bits());
-  for (std::size_t i = zeros; i < size; ++i) require(sent->view()[i] == bits[i]);
-}
-
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < header_bytes) return 0;
-  const Codec& codec =
-      biss::fuzz::all_codecs<Codec>()[data[0] % biss::fuzz::all_codecs<Codec>().size()];
+  const auto& codec = biss::fuzz::codec_of<Codec>(data[0]);
   const biss::SpiSetup setup = setup_of(data);
   const biss::SpiReader reader(codec, setup, timing_of(data, setup.period));
   const std::span<const std::uint8_t> bytes(data + header_bytes, size - header_bytes);
@@ -80,6 +64,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const biss::BitView bits(bytes, setup.first_bit, clocks);
   const std::size_t zeros = bits.find(true, 0);
   require(zeros <= reader.bounds().late_max_clocks && zeros < frame->lead_clocks);
-  check_given_back(*frame, bits, zeros, codec);
+  biss::fuzz::check_given_back(*frame, bits, zeros, codec);
   return 0;
 }
