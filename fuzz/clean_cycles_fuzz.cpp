@@ -10,11 +10,11 @@
 namespace {
 
 using namespace biss;
+using namespace biss::fuzz;
 using namespace biss::decode;
-using biss::fuzz::ByteSource;
 
 struct Input {
-  fuzz::RequestLines lines;
+  RequestLines lines;
   MarginSetup margin;
   std::vector<wire::Edge> edges;
   Picoseconds end;
@@ -30,8 +30,8 @@ void move_apart(std::vector<LevelChange>& line, Picoseconds begin, std::uint64_t
 }
 
 Input input_from(ByteSource& bytes) {
-  Input input{.lines = fuzz::request_lines(bytes)};
-  fuzz::RequestLines& lines = input.lines;
+  Input input{.lines = request_lines(bytes)};
+  RequestLines& lines = input.lines;
   if (bytes.next() % 2 == 0) {
     const Picoseconds sample = std::max(lines.period / (3 + bytes.next() % 30), picoseconds(1));
     input.margin.resolution = sample;
@@ -95,6 +95,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Input input = input_from(bytes);
   const auto expected = rows(input, [&](Decoder& decoder) { decoder.push(input.edges, {0, 1}); });
   const auto found = rows(input, [&](Decoder& decoder) { push_runs(input, bytes, decoder); });
-  fuzz::require_same_rows("by runs", found, expected);
+  require_same_rows("by runs", found, expected);
   return 0;
 }

@@ -10,11 +10,12 @@
 
 namespace {
 
-using biss::fuzz::require;
+using namespace biss;
+using namespace biss::fuzz;
 
 // Bits outside all items are not encoded again.
-bool has_padding(const biss::FrameFormat& format) {
-  for (const biss::ChannelFormat& channel : format.channels()) {
+bool has_padding(const FrameFormat& format) {
+  for (const ChannelFormat& channel : format.channels()) {
     const unsigned claimed = channel.position_bits() + channel.life_counter.bits +
                              unsigned{channel.error.present} + unsigned{channel.warning.present};
     if (claimed != channel.data_bits) return true;
@@ -26,13 +27,13 @@ bool has_padding(const biss::FrameFormat& format) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 3) return 0;
-  const auto& fast = biss::fuzz::codec_of<biss::FrameCodec<>>(data[0]);
-  const auto& plain = biss::fuzz::codec_of<biss::PlainCodec>(data[0]);
-  biss::FrameBounds bounds;
+  const auto& fast = codec_of<FrameCodec<>>(data[0]);
+  const auto& plain = codec_of<PlainCodec>(data[0]);
+  FrameBounds bounds;
   if (data[1] != 0) bounds.ack_max_clocks = data[1];
   const std::span<const std::uint8_t> bytes(data + 3, size - 3);
   const std::size_t cut = bytes.empty() ? 0 : data[2] % 8U;
-  const biss::BitView bits(bytes, 0, bytes.size() * 8 - cut);
+  const BitView bits(bytes, 0, bytes.size() * 8 - cut);
 
   const auto frame = decode_frame(bits, fast, bounds);
   const auto judge = decode_frame(bits, plain, bounds);
@@ -44,9 +45,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   }
   require(frame->channel_list == judge->channel_list);
   require(frame->ack_clocks <= bounds.ack_max_clocks);
-  if (!has_padding(plain.format())) biss::fuzz::check_given_back(*frame, bits, 0, plain);
+  if (!has_padding(plain.format())) check_given_back(*frame, bits, 0, plain);
   const std::size_t needed = frame->lead_clocks + frame->ack_clocks + 2U + plain.payload_bits();
   const auto shorter = decode_frame(bits.first(needed - 1), fast, bounds);
-  require(!shorter.ok() && shorter.error().cause == biss::FrameError::truncated);
+  require(!shorter.ok() && shorter.error().cause == FrameError::truncated);
   return 0;
 }

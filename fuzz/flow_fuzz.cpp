@@ -26,8 +26,7 @@
 namespace {
 
 using namespace biss;
-using biss::fuzz::ByteSource;
-using biss::fuzz::RequestLines;
+using namespace biss::fuzz;
 
 constexpr wire::LineIndex other_line = 2;
 
@@ -77,7 +76,7 @@ void write(Capture& capture, std::span<const wire::Edge> edges, Picoseconds end,
            const Arguments&... arguments) {
   capture::StringSink sink(capture.bytes);
   Writer writer(arguments..., sink);
-  fuzz::require(writer.write(edges).ok() && writer.finish(end).ok() && sink.flush());
+  require(writer.write(edges).ok() && writer.finish(end).ok() && sink.flush());
 }
 
 // Mostly some samples a period, and never so many that an execution takes long.
@@ -141,7 +140,7 @@ void write_changes(Capture& capture, const RequestLines& lines, std::size_t name
     capture::EventCsvWriter writer(
         line_names(names), sink,
         kind % 4 == 1 ? capture::CsvDialect::nanoseconds : capture::CsvDialect::saleae);
-    fuzz::require(writer.write(edges).ok() && writer.finish(end).ok() && sink.flush());
+    require(writer.write(edges).ok() && writer.finish(end).ok() && sink.flush());
   }
 }
 
@@ -300,11 +299,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   ByteSource bytes(data, size);
   choose_simd(bytes.next());
   const Way way = way_of(bytes);
-  const RequestLines lines = fuzz::request_lines(bytes);
+  const RequestLines lines = request_lines(bytes);
   const Capture capture = capture_of(lines, bytes);
   const Rows found = by_flow(lines, capture, way);
   const Rows expected = by_edges(lines, capture, way);
-  fuzz::require_same_rows(
+  require_same_rows(
       fmt::format("{}, pieces of {} bytes, blocks of {}, {} threads, {} ahead", capture.name,
                   capture.options.piece_bytes, capture.block_bytes, way.threads, way.ahead),
       found, expected);

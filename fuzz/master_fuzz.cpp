@@ -20,7 +20,8 @@
 namespace {
 
 using namespace biss;
-using biss::fuzz::require;
+using namespace biss::fuzz;
+
 using Codec = FrameCodec<CrcTable<4>>;
 using Master = RequestCycle<Codec>;
 
@@ -210,7 +211,7 @@ void check_script(const Master& master, BitView script) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < header_bytes) return 0;
-  const auto& codec = biss::fuzz::codec_of<Codec>(data[0]);
+  const auto& codec = codec_of<Codec>(data[0]);
   const MasterSetup setup = setup_of(data);
   const std::span<const std::uint8_t> bytes(data + header_bytes, size - header_bytes);
   const bool late = (data[2] & 4U) != 0;

@@ -14,14 +14,13 @@
 namespace {
 
 using namespace biss;
-using biss::fuzz::require;
-using wire::Edge;
-using wire::Level;
+using namespace biss::fuzz;
+using namespace biss::wire;
 
 constexpr std::size_t header_bytes = 5;
 // The line numbers of the capture; the replays have their own.
-constexpr wire::LineIndex ma = 3;
-constexpr wire::LineIndex slo = 1;
+constexpr LineIndex ma = 3;
+constexpr LineIndex slo = 1;
 // Trains up to this length are passed in two blocks and in one; the results must be equal.
 constexpr std::size_t short_train = 64;
 
@@ -51,7 +50,7 @@ Setup setup_of(const std::uint8_t* header) {
   MasterSetup master{.timing = {.timeout = timeout}, .compensate = (flags & 4U) == 0};
   if ((flags & 8U) != 0) master.period = nanoseconds(50 + 7 * header[3]);
   return {
-      .codec = &biss::fuzz::codec_of<Codec>(header[0]),
+      .codec = &codec_of<Codec>(header[0]),
       .slave = {.ready = std::min(period * header[3] / 8, microseconds(39)), .timeout = timeout},
       .master = master,
       .line_delay = std::min(line_delay, microseconds(39)),
@@ -97,8 +96,8 @@ void require_time_order(const std::vector<Edge>& edges) {
 }
 
 // The edges of one line equal those of another line in other edges.
-void require_same(const std::vector<Edge>& edges, wire::LineIndex line,
-                  const std::vector<Edge>& others, wire::LineIndex other_line) {
+void require_same(const std::vector<Edge>& edges, LineIndex line, const std::vector<Edge>& others,
+                  LineIndex other_line) {
   auto other = others.begin();
   const auto next = [&] {
     while (other != others.end() && other->line != other_line) ++other;
@@ -113,7 +112,7 @@ void require_same(const std::vector<Edge>& edges, wire::LineIndex line,
 }
 
 // The replayed line begins high, and each of its edges inverts it. Returns the number of edges.
-std::size_t require_turns(const std::vector<Edge>& edges, wire::LineIndex line) {
+std::size_t require_turns(const std::vector<Edge>& edges, LineIndex line) {
   std::size_t turns = 0;
   for (const Edge& edge : edges) {
     if (edge.line != line) continue;

@@ -17,11 +17,7 @@
 namespace {
 
 using namespace biss;
-using fuzz::ByteSource;
-using fuzz::OracleFrame;
-using fuzz::require;
-using fuzz::SafetyOracle;
-using fuzz::Wide;
+using namespace biss::fuzz;
 
 using Plan = SafetyPlan<4, CrcTable<8>>;
 using Monitor = SafetyMonitor<Plan>;
