@@ -1,27 +1,19 @@
 // The reader of a campaign's state on hostile files: an error with a cause, or possible counts.
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <string>
-#include <string_view>
-
-#include "fuzz/require.hpp"
-#include "fuzz/token_mutator.hpp"
+#include "fuzz/mutate.hpp"
+#include "fuzz/target.hpp"
 #include "lab/campaign.hpp"
 
 namespace {
 
-using biss::fuzz::require;
-using biss::lab::Acceptance;
-using biss::lab::CampaignState;
+using namespace biss;
+using namespace biss::fuzz;
+using namespace biss::lab;
 
 void check_row(const CampaignState& state, std::size_t n) {
   const auto& row = state.rows[n];
   require(row.blocks.size == state.plan.frames_of(state.plan.faults[n]));
   require(row.counts.frames <= row.blocks.size);
-  for (std::size_t what = 0; what < biss::lab::acceptance_count; ++what) {
+  for (std::size_t what = 0; what < acceptance_count; ++what) {
     require(row.counts.total(static_cast<Acceptance>(what)) <= row.counts.frames);
   }
   require(row.counts.total(Acceptance::wrong) <= row.counts.total(Acceptance::monitor));
@@ -30,30 +22,30 @@ void check_row(const CampaignState& state, std::size_t n) {
   }
 }
 
-constexpr std::array<std::string_view, 10> words{
-    "-1",      "1e308",     "18446744073709551615", "18446744073709551616",
-    "[[0,1]]", "flips:0.1", "flips:0.1:fitting",    "[",
-    "]",       "null"};
+constexpr std::string_view words =
+    "-1|1e308|18446744073709551615|18446744073709551616|[[0,1]]|flips:0.1|flips:0.1:fitting|[|]|"
+    "null";
 
 }  // namespace
 
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                std::size_t max_size, unsigned seed) {
   const std::string before(reinterpret_cast<const char*>(data), size);
-  const std::string after = biss::fuzz::TokenMutator(before, ",:[]{}\"", words, seed).mutate();
+  SplitMix random{seed};
+  const std::string after = TokenMutator(before, ",:[]{}\"", words, random).mutate();
   const std::size_t taken = std::min(after.size(), max_size);
-  std::memcpy(data, after.data(), taken);
+  std::copy_n(after.begin(), taken, data);
   return taken;
 }
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  auto state = biss::lab::read_state({reinterpret_cast<const char*>(data), size});
+  auto state = read_state({reinterpret_cast<const char*>(data), size});
   if (!state) {
     require(!state.error().empty() && state.error().find('\n') == std::string::npos);
     return 0;
   }
   for (std::size_t n = 0; n < state->rows.size(); ++n) check_row(*state, n);
-  require(biss::lab::read_state(state_text(*state)) == *state);
+  require(read_state(state_text(*state)) == *state);
   const CampaignState copy = *state;
   const bool empty = std::all_of(state->rows.begin(), state->rows.end(),
                                  [](const auto& row) { return row.done.size() == 0; });

@@ -1,41 +1,28 @@
 // Valid captures as seeds: request cycles of BiSS frames with a good CRC, some of them damaged.
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <cstdint>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
-
 #include "biss/base/units.hpp"
 #include "biss/frame/encode.hpp"
 #include "biss/frame/format_text.hpp"
 #include "capture/bytes.hpp"
 #include "capture/dsl.hpp"
 #include "capture/event_csv.hpp"
+#include "capture/little_endian.hpp"
 #include "capture/saleae_binary.hpp"
 #include "capture/samples.hpp"
 #include "capture/sr.hpp"
-#include "fuzz/cycles.hpp"
-#include "fuzz/two_files.hpp"
+#include "capture/test_compressed.hpp"
+#include "capture/test_fst.hpp"
+#include "capture/test_scope.hpp"
+#include "capture/vcd.hpp"
+#include "fuzz/mutate.hpp"
 #include "wire/edge.hpp"
 
 namespace biss::fuzz {
 
-/// SplitMix64: numbers that look random, from any seed, without a large state to set up.
-struct SplitMix {
-  std::uint64_t state;
-
-  std::uint64_t operator()() {
-    state += 0x9E37'79B9'7F4A'7C15U;
-    std::uint64_t z = state;
-    z = (z ^ (z >> 30U)) * 0xBF58'476D'1CE4'E5B9U;
-    z = (z ^ (z >> 27U)) * 0x94D0'49BB'1331'11EBU;
-    return z ^ (z >> 31U);
-  }
-};
+/// The format that the cycles of fuzzed captures are read with: short, so that many captures are
+/// read in a second.
+inline constexpr std::string_view capture_format = "pos5,nE,nW,crc4";
 
 /// The levels of SLO in a request cycle. Every fourth seed has another format than the one that
 /// cycles are read with, every eighth a damaged bit.
@@ -122,25 +109,46 @@ inline capture::RawLayout sampled_layout(std::uint64_t seed) {
   return capture::packed_layout({"MA", "SLO"}, rate);
 }
 
-/// The same as a sigrok session.
-inline std::string sr_seed(std::uint64_t seed) {
+/// The same as a sigrok session or a DSLogic capture.
+template <class Writer>
+std::string sampled_seed(std::uint64_t seed) {
   return seed_capture(seed, [seed](const auto& names, auto& sink) {
-    return capture::SrWriter(names, sampled_layout(seed).rate, sink);
+    return Writer(names, sampled_layout(seed).rate, sink);
   });
 }
 
 /// The same as raw samples.
-inline std::string raw_seed(std::uint64_t seed) {
+inline std::string raw_samples(std::uint64_t seed) {
   return seed_capture(seed, [seed](const auto&, auto& sink) {
     return capture::RawWriter(sampled_layout(seed), sink);
   });
 }
 
-/// The same as a DSLogic capture.
-inline std::string dsl_seed(std::uint64_t seed) {
-  return seed_capture(seed, [seed](const auto& names, auto& sink) {
-    return capture::DslWriter(names, sampled_layout(seed).rate, sink);
-  });
+/// The sample rate, little end first; bytes per sample; the number of lines; the bit of each of the
+/// first eight lines.
+inline constexpr std::size_t raw_header_bytes = 4 + 1 + 1 + 8;
+
+inline std::string raw_header(const capture::RawLayout& layout) {
+  std::string header;
+  for (unsigned i = 0; i < 4; ++i) header += static_cast<char>(layout.rate.count >> (8 * i));
+  header += static_cast<char>(layout.unit_bytes);
+  header += static_cast<char>(layout.lines.size());
+  for (const capture::SampleLine& line : layout.lines) header += static_cast<char>(line.bit);
+  header.resize(raw_header_bytes);
+  return header;
+}
+
+inline std::string raw_seed(std::uint64_t seed) {
+  return raw_header(sampled_layout(seed)) + raw_samples(seed);
+}
+
+/// Two files as one input: the size of the first in four bytes, then both.
+inline constexpr std::size_t first_size_bytes = 4;
+
+inline std::string joined_files(std::string_view first, std::string_view second) {
+  std::string input;
+  capture::put_number(input, first.size(), first_size_bytes);
+  return input.append(first).append(second);
 }
 
 /// Both channels in the binary export of Saleae Logic. In every third seed the levels are unknown
@@ -160,7 +168,131 @@ inline std::string saleae_binary_seed(std::uint64_t seed) {
     }
     if (!writer.finish(edges.back().time).ok()) return {};
   }
-  return joined_files({files[0], files[1]});
+  return joined_files(files[0], files[1]);
 }
+
+/// Four samples in a clock period for some seeds, six for others.
+inline Picoseconds scope_period(std::uint64_t seed) {
+  const Picoseconds half = nanoseconds(50) * static_cast<std::int64_t>(half_period_steps(seed));
+  return Picoseconds{half.count / (seed % 3 == 0 ? 3 : 2)};
+}
+
+inline std::vector<capture::ScopeSample> scope_seed_samples(std::uint64_t seed) {
+  const std::vector<wire::Edge> edges = cycle_edges(seed, 1);
+  const Picoseconds period = scope_period(seed);
+  const auto count = static_cast<std::size_t>(edges.back().time.count / period.count + 8);
+  return capture::scope_samples(edges, period, count, seed);
+}
+
+/// Text of an oscilloscope; the seed chooses the maker. Every eighth is a CSV of logic levels, as
+/// DSView and sigrok write it.
+inline std::string scope_seed(std::uint64_t seed) {
+  const std::vector<capture::ScopeSample> samples = scope_seed_samples(seed);
+  const Picoseconds period = scope_period(seed);
+  if (seed % 8 != 3) {
+    const std::size_t maker = seed % capture::scope_texts.size();
+    return capture::scope_text(capture::scope_texts[maker], samples, period);
+  }
+  const bool sigrok = seed % 16 == 3;
+  std::string text = "; CSV, generated by libsigrok4DSL 0.2.0\n; Channels (2/2)" +
+                     std::string(sigrok ? ": MA, SLO" : "") +
+                     "\n; Sample rate: " + std::to_string(1'000'000'000 / period.count) + " kHz\n";
+  text += sigrok ? "logic,logic\n" : "Time(s), MA, SLO\n";
+  for (const capture::ScopeSample& sample : samples) {
+    if (!sigrok) text += std::to_string(sample.time.count) + "e-12,";
+    text += sample.ma > 1.7 ? "1," : "0,";
+    text += sample.slo > 1.7 ? "1\n" : "0\n";
+  }
+  return text;
+}
+
+/// Two analog binary exports of Saleae Logic 2: MA and SLO.
+inline std::string saleae_analog_seed(std::uint64_t seed) {
+  const std::vector<capture::ScopeSample> samples = scope_seed_samples(seed);
+  const Picoseconds period = scope_period(seed);
+  const std::uint32_t version = seed % 2 == 0 ? 0 : 1;
+  return joined_files(capture::saleae_analog_text(samples, period, false, version),
+                      capture::saleae_analog_text(samples, period, true, version));
+}
+
+/// The text in one or two members of either kind.
+inline std::string compressed_in_parts(std::string_view text, SplitMix& random) {
+  const bool gzip = random() % 2 == 0;
+  const std::size_t first = random() % 4 == 0 ? random() % (text.size() + 1) : text.size();
+  std::string bytes;
+  for (const std::string_view part : {text.substr(0, first), text.substr(first)}) {
+    if (part.empty() && !bytes.empty()) continue;
+    const int level = static_cast<int>(random() % 2);
+    bytes += gzip ? capture::gzip_of(part, {.level = level, .window_bits = 9, .memory_level = 1})
+                  : capture::zstd_of(part, 1 - 6 * level);
+  }
+  return bytes;
+}
+
+/// A VCD or an event CSV of some cycles.
+inline std::string text_seed(std::uint64_t seed) {
+  return seed % 2 == 0 ? seed_text<capture::VcdWriter>(seed)
+                       : seed_text<capture::EventCsvWriter>(seed);
+}
+
+/// The same, compressed.
+inline std::string compressed_seed(std::uint64_t seed) {
+  SplitMix random{seed};
+  return compressed_in_parts(text_seed(seed), random);
+}
+
+/// Request cycles as an FST; with several blocks, blackouts or aliases for some seeds.
+inline std::string fst_seed(std::uint64_t seed) {
+  std::vector<wire::Edge> edges = cycle_edges(seed, cycles_of(seed));
+  std::stable_sort(edges.begin(), edges.end(), [](const wire::Edge& a, const wire::Edge& b) {
+    return std::pair(a.time, a.line) < std::pair(b.time, b.line);
+  });
+  capture::FstParts parts = capture::fst_parts_of({"MA", "SLO"}, edges);
+  if (seed % 4 == 1) {
+    const auto half = edges.begin() + static_cast<std::ptrdiff_t>(edges.size() / 2);
+    const auto tick = static_cast<std::uint64_t>((half - 1)->time.count);
+    parts.blocks = {capture::fst_block_of({edges.begin(), half}, 2, 0),
+                    capture::fst_block_of({half, edges.end()}, 2, tick)};
+  }
+  if (seed % 8 == 2) parts.hierarchy += capture::fst_variable("copy", 1);
+  if (seed % 8 == 3) {
+    const auto end = static_cast<std::uint64_t>(edges.back().time.count);
+    parts.blackouts = std::string("\2\0", 2);
+    capture::put_varint(parts.blackouts, end - end / 4);
+    parts.blackouts += std::string("\1\5", 2);
+  }
+  return capture::fst_of(parts);
+}
+
+inline std::string pairs_text_seed(std::uint64_t seed) {
+  return seed % 6 == 5 ? saleae_seed(seed) : text_seed(seed);
+}
+
+inline std::string pairs_samples_seed(std::uint64_t seed) {
+  if (seed % 3 == 0) return raw_seed(seed);
+  return (seed % 3 == 1 ? sampled_seed<capture::SrWriter> : sampled_seed<capture::DslWriter>)(seed);
+}
+
+struct CaptureSeed {
+  std::string_view target;
+  std::string (*make)(std::uint64_t seed);
+};
+
+/// Of every target that reads captures.
+inline constexpr CaptureSeed capture_seeds[] = {
+    {"vcd", seed_text<capture::VcdWriter>},
+    {"event_csv", seed_text<capture::EventCsvWriter>},
+    {"pairs_text", pairs_text_seed},
+    {"saleae", saleae_seed},
+    {"sampled_csv", scope_seed},
+    {"saleae_analog", saleae_analog_seed},
+    {"sr", sampled_seed<capture::SrWriter>},
+    {"raw", raw_seed},
+    {"dsl", sampled_seed<capture::DslWriter>},
+    {"pairs_samples", pairs_samples_seed},
+    {"saleae_binary", saleae_binary_seed},
+    {"compressed", compressed_seed},
+    {"fst", fst_seed},
+};
 
 }  // namespace biss::fuzz

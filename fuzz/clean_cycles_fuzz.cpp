@@ -1,31 +1,20 @@
 // Request cycles of any shape, with edges moved, lost and added, cut into runs anywhere: the quick
 // way gives the rows that reading edge by edge gives.
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <string>
-#include <vector>
-
 #include "decode/clean_cycles.hpp"
 #include "decode/run_join.hpp"
 #include "decode/test_cycle_text.hpp"
 #include "decode/test_line.hpp"
-#include "fuzz/byte_source.hpp"
 #include "fuzz/request_lines.hpp"
-#include "fuzz/require.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 
 using namespace biss;
+using namespace biss::fuzz;
 using namespace biss::decode;
-using biss::fuzz::ByteSource;
 
 struct Input {
-  fuzz::RequestLines lines;
+  RequestLines lines;
   MarginSetup margin;
   std::vector<wire::Edge> edges;
   Picoseconds end;
@@ -41,8 +30,8 @@ void move_apart(std::vector<LevelChange>& line, Picoseconds begin, std::uint64_t
 }
 
 Input input_from(ByteSource& bytes) {
-  Input input{.lines = fuzz::request_lines(bytes)};
-  fuzz::RequestLines& lines = input.lines;
+  Input input{.lines = request_lines(bytes)};
+  RequestLines& lines = input.lines;
   if (bytes.next() % 2 == 0) {
     const Picoseconds sample = std::max(lines.period / (3 + bytes.next() % 30), picoseconds(1));
     input.margin.resolution = sample;
@@ -99,16 +88,6 @@ void push_runs(const Input& input, ByteSource& bytes, Decoder& decoder) {
   join.flush();
 }
 
-// The first row in which they differ.
-void print_difference(const std::vector<std::string>& found,
-                      const std::vector<std::string>& expected) {
-  const auto [one, other] =
-      std::mismatch(found.begin(), found.end(), expected.begin(), expected.end());
-  fmt::print(stderr, "row {} of {} and {}\n", one - found.begin(), found.size(), expected.size());
-  fmt::print(stderr, "by runs:  {}\n", one == found.end() ? "none" : *one);
-  fmt::print(stderr, "by edges: {}\n", other == expected.end() ? "none" : *other);
-}
-
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -116,7 +95,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Input input = input_from(bytes);
   const auto expected = rows(input, [&](Decoder& decoder) { decoder.push(input.edges, {0, 1}); });
   const auto found = rows(input, [&](Decoder& decoder) { push_runs(input, bytes, decoder); });
-  if (found != expected) print_difference(found, expected);
-  biss::fuzz::require(found == expected);
+  require_same_rows("by runs", found, expected);
   return 0;
 }

@@ -5,42 +5,29 @@
 // of its banks. One byte for the answers after the end of the input. Then one byte for each run of
 // frames: bits 0 and 1 the source of CDS (0, 1, missing, the encoders), bit 2 the encoders do not
 // receive a frame without CDS, bits 3…6 the number of frames, as a power of two.
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <vector>
-
 #include "biss/configure/configurator.hpp"
 #include "biss/control/register_map.hpp"
 #include "biss/frame/format_text.hpp"
 #include "biss/slave/register_server.hpp"
-#include "fuzz/byte_source.hpp"
 #include "fuzz/register_seeds.hpp"
-#include "fuzz/require.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 
-using biss::CdsBit;
-using biss::Configuration;
-using biss::Configurator;
-using biss::ConfigureError;
-using biss::RegisterAccess;
-using biss::fuzz::ByteSource;
-using biss::fuzz::require;
+using namespace biss;
+using namespace biss::fuzz;
 
 constexpr std::uint8_t eds_bank = 1;
 constexpr std::size_t device_banks = 5;
 
-using Banks = std::array<biss::EdsBank, device_banks>;
+using Banks = std::array<EdsBank, device_banks>;
 
 /// Valid data sheets, from bank 1 on.
 const std::array<Banks, 16>& good_sheets() {
   static const std::array<Banks, 16> sheets = [] {
     std::array<Banks, 16> made{};
     for (std::size_t i = 0; i < made.size(); ++i) {
-      const auto banks = biss::fuzz::eds_banks_seed(i, eds_bank);
+      const auto banks = eds_banks_seed(i, eds_bank);
       std::copy(banks.begin(), banks.end(), made[i].begin() + eds_bank);
     }
     return made;
@@ -51,7 +38,7 @@ const std::array<Banks, 16>& good_sheets() {
 /// One encoder of one slave: registers, BSEL, whether it sends its channel.
 struct Device {
   Banks banks{};
-  std::array<std::uint8_t, biss::bank_bytes> direct{};
+  std::array<std::uint8_t, bank_bytes> direct{};
   std::uint8_t absent = 0;  // of the fields of the map, bit k: number k + 1
   std::uint8_t bsel = 0;
   std::uint8_t bsel_at_first = 0;
@@ -62,17 +49,17 @@ struct Device {
   bool channels = true;
 
   bool permits(RegisterAccess access, std::uint8_t address) const {
-    if (address == biss::reg::bsel) return access == RegisterAccess::read || bsel_writable;
+    if (address == reg::bsel) return access == RegisterAccess::read || bsel_writable;
     if (access == RegisterAccess::write) return false;
-    if (address < biss::reg::bsel) return bsel < device_banks;
-    for (std::size_t k = 2; k < biss::register_fields.size(); ++k) {
-      if (biss::register_fields[k].contains(address)) return (absent >> (k - 2) & 1U) == 0;
+    if (address < reg::bsel) return bsel < device_banks;
+    for (std::size_t k = 2; k < register_fields.size(); ++k) {
+      if (register_fields[k].contains(address)) return (absent >> (k - 2) & 1U) == 0;
     }
     return false;
   }
   std::uint8_t value(std::uint8_t address) const {
-    if (address == biss::reg::bsel) return bsel;
-    return address < biss::reg::bsel ? banks[bsel][address] : direct[address - biss::reg::bsel];
+    if (address == reg::bsel) return bsel;
+    return address < reg::bsel ? banks[bsel][address] : direct[address - reg::bsel];
   }
 };
 
@@ -87,18 +74,16 @@ struct Owner {
   }
   bool ready(unsigned) const { return true; }
   void write(unsigned, std::uint8_t address, std::uint8_t value) const {
-    require(address == biss::reg::bsel);
+    require(address == reg::bsel);
     device->bsel = value;
   }
-  bool accepts(unsigned, biss::ControlCommand command, bool) const {
-    return command == biss::ControlCommand::channels && device->knows_channels;
+  bool accepts(unsigned, ControlCommand command, bool) const {
+    return command == ControlCommand::channels && device->knows_channels;
   }
-  void execute(unsigned, biss::ControlCommand, bool broadcast) const {
-    device->channels = !broadcast;
-  }
+  void execute(unsigned, ControlCommand, bool broadcast) const { device->channels = !broadcast; }
 };
 
-using Server = biss::RegisterServer<Owner>;
+using Server = RegisterServer<Owner>;
 
 Device read_device(ByteSource& bytes) {
   Device device;
@@ -116,16 +101,16 @@ Device read_device(ByteSource& bytes) {
   device.direct[3] = device.banks[2][3];
   const std::size_t changes = flags >> 6U;
   for (std::size_t i = 0; i < changes * 2; ++i) {
-    const std::size_t at = bytes.next_16() % ((device_banks + 1) * biss::bank_bytes);
+    const std::size_t at = bytes.next_16() % ((device_banks + 1) * bank_bytes);
     const std::uint8_t value = bytes.next();
-    if (at / biss::bank_bytes < device_banks) {
-      device.banks[at / biss::bank_bytes][at % biss::bank_bytes] = value;
+    if (at / bank_bytes < device_banks) {
+      device.banks[at / bank_bytes][at % bank_bytes] = value;
     } else {
-      device.direct[at % biss::bank_bytes] = value;
+      device.direct[at % bank_bytes] = value;
     }
   }
   if (changes % 2 == 0) {
-    for (biss::EdsBank& bank : device.banks) bank = biss::sealed(bank);
+    for (EdsBank& bank : device.banks) bank = sealed(bank);
   }
   return device;
 }
@@ -141,12 +126,12 @@ class Line {
   void check_told() const;
   void check_honest() const;
 
-  biss::ConfigureOptions options_{};
+  ConfigureOptions options_{};
   std::vector<Device> devices_{};
   std::vector<Server> servers_{};
   std::uint8_t afterwards_ = 0;
   std::optional<Configurator> configurator_{};
-  biss::Picoseconds now_{};
+  Picoseconds now_{};
   std::uint32_t requests_ = 0;
   bool false_answers_ = false;
   bool lost_answers_ = false;
@@ -163,16 +148,15 @@ Line::Line(ByteSource& bytes) {
   devices_.resize(counts[flags >> 5U]);
   for (Device& device : devices_) device = read_device(bytes);
   for (Device& device : devices_) {
-    servers_.emplace_back(Owner{&device},
-                          biss::RegisterServerOptions{.w_inversion = device.w_inversion,
-                                                      .busy_frames = device.busy_frames});
+    servers_.emplace_back(Owner{&device}, RegisterServerOptions{.w_inversion = device.w_inversion,
+                                                                .busy_frames = device.busy_frames});
   }
   afterwards_ = bytes.next();
   configurator_.emplace(options_);
 }
 
 void Line::request(std::uint8_t how) {
-  const bool reduced = configurator_->request().kind == biss::RequestKind::reduced;
+  const bool reduced = configurator_->request().kind == RequestKind::reduced;
   const unsigned what = how % 4U;
   const bool missing = what == 2;
   const bool heard = !missing || (how & 4U) == 0;
@@ -202,31 +186,31 @@ void Line::run(ByteSource& bytes) {
 }
 
 void check_configuration(const Configuration& config) {
-  require(config.slave_count >= 1 && config.slave_count <= biss::control_max_slaves);
+  require(config.slave_count >= 1 && config.slave_count <= control_max_slaves);
   require(config.format.channel_count >= 1 && config.format.channel_count <= config.slave_count);
   const auto text = format_text(config.format);
-  const auto again = biss::parse_format(text.view());
+  const auto again = parse_format(text.view());
   require(again.ok() && *again == config.format);
-  const biss::DeviceTiming& timing = config.timing;
+  const DeviceTiming& timing = config.timing;
   require(timing.clock_min.count > 0 && timing.clock_min <= timing.clock_max &&
-          timing.clock_max <= biss::biss_clock_max);
-  require(timing.ack_max.count > 0 && timing.ack_max <= biss::biss_busy_max);
+          timing.clock_max <= biss_clock_max);
+  require(timing.ack_max.count > 0 && timing.ack_max <= biss_busy_max);
   require(timing.timeout.time.count > 0 && timing.cycle_min.count >= 0);
-  require(config.start_delay_clocks <= biss::biss_busy_s_max_clocks + config.slave_count - 1);
+  require(config.start_delay_clocks <= biss_busy_s_max_clocks + config.slave_count - 1);
   const auto setup = config.master_setup(period_of(timing.clock_max));
   const auto bounds = request_ack_bounds(with_defaults(setup));
   require(bounds.min_clocks >= 1 && bounds.min_clocks <= bounds.max_clocks);
 }
 
-void check_fault(const biss::ConfigureFault& fault) {
-  require(static_cast<std::size_t>(fault.cause) < biss::configure_error_count);
-  require(fault.step < biss::ConfigureStep::done && fault.slave < biss::control_max_slaves);
+void check_fault(const ConfigureFault& fault) {
+  require(static_cast<std::size_t>(fault.cause) < configure_error_count);
+  require(fault.step < ConfigureStep::done && fault.slave < control_max_slaves);
   require((fault.cause == ConfigureError::unknown_profile) == fault.profile.has_value());
 }
 
 // Every state that was not restored is reported, also after lost answers.
 void Line::check_told() const {
-  const biss::Unrestored left = configurator_->unrestored();
+  const Unrestored left = configurator_->unrestored();
   for (std::size_t k = 0; k < devices_.size(); ++k) {
     const Device& device = devices_[k];
     require(device.bsel == device.bsel_at_first || (left.banks >> k & 1U) != 0);
@@ -245,8 +229,8 @@ void Line::check_honest() const {
   require(cause != ConfigureError::line_lost && cause != ConfigureError::no_control &&
           cause != ConfigureError::control_failed && cause != ConfigureError::channels_stay_off);
   require(result.ok() || cause != ConfigureError::no_encoder);
-  const biss::Unrestored left = configurator_->unrestored();
-  require(left.banks == 0 && (!left.channels_off || devices_.size() > biss::control_max_slaves));
+  const Unrestored left = configurator_->unrestored();
+  require(left.banks == 0 && (!left.channels_off || devices_.size() > control_max_slaves));
   for (const Server& server : servers_) require(server.idle());
 }
 

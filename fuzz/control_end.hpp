@@ -2,15 +2,9 @@
 // slave, and accesses that must succeed.
 #pragma once
 
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <span>
-
 #include "biss/control/session.hpp"
 #include "biss/slave/register_server.hpp"
-#include "fuzz/require.hpp"
+#include "fuzz/target.hpp"
 
 namespace biss::fuzz {
 

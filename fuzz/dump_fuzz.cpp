@@ -6,37 +6,24 @@
 // slave; then the file.
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
 #include <istream>
-#include <span>
 #include <sstream>
 #include <streambuf>
-#include <string>
-#include <string_view>
 
 #include "biss/eds/check.hpp"
 #include "dump/data_sheet.hpp"
 #include "dump/read.hpp"
 #include "dump/text.hpp"
 #include "dump/write.hpp"
-#include "fuzz/byte_source.hpp"
 #include "fuzz/dump_text.hpp"
-#include "fuzz/require.hpp"
-#include "fuzz/token_mutator.hpp"
+#include "fuzz/mutate.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 
-using biss::dump::DumpCause;
-using biss::dump::DumpFormat;
-using biss::dump::DumpOptions;
-using biss::dump::DumpResult;
-using biss::dump::RegisterDump;
-using biss::fuzz::ByteSource;
-using biss::fuzz::require;
+using namespace biss;
+using namespace biss::fuzz;
+using namespace biss::dump;
 
 /// A file repeated several times, stored once.
 class Repeated : public std::streambuf {
@@ -64,7 +51,7 @@ void repair_record(std::span<char> record) {
   if (record.size() < 11 || record.size() % 2 == 0) return;
   unsigned sum = 0;
   for (std::size_t i = 1; i + 2 < record.size(); i += 2) {
-    const auto byte = biss::dump::hex_number(std::string_view(&record[i], 2));
+    const auto byte = hex_number(std::string_view(&record[i], 2));
     if (!byte) return;
     sum += *byte;
   }
@@ -82,7 +69,7 @@ void repair_records(std::string& text) {
 
 DumpResult read_text(const std::string& text, const DumpOptions& options = {}) {
   std::istringstream stream(text);
-  return biss::dump::read_dump(stream, biss::dump::read_head(stream), options);
+  return read_dump(stream, read_head(stream), options);
 }
 
 void check_same(const RegisterDump& dump, const std::string& text) {
@@ -94,40 +81,40 @@ void check_same(const RegisterDump& dump, const std::string& text) {
 RegisterDump as_binary(const RegisterDump& dump) {
   RegisterDump filled;
   const auto range = dump.banks();
-  for (std::size_t i = 0; range && i < (range->last + 1) * biss::bank_bytes; ++i) {
-    filled.at_offset(i) = dump.at_offset(i).value_or(biss::dump::erased);
+  for (std::size_t i = 0; range && i < (range->last + 1) * bank_bytes; ++i) {
+    filled.at_offset(i) = dump.at_offset(i).value_or(erased);
   }
   return filled;
 }
 
 void check_binary(const RegisterDump& dump) {
   const std::string binary = write_binary(dump);
-  require(binary.size() % biss::bank_bytes == 0);
+  require(binary.size() % bank_bytes == 0);
   const RegisterDump filled = as_binary(dump);
   std::istringstream stream(binary);
-  const DumpResult again = biss::dump::read_binary(stream, "", {});
+  const DumpResult again = read_binary(stream, "", {});
   require(again.has_value() && *again == filled);
   require(write_c_array(dump, "image").size() > 5 * binary.size());
   if (binary.empty() || binary.size() > 2048) return;
-  check_same(filled, biss::fuzz::offsets_text(binary, true));
-  check_same(filled, biss::fuzz::offsets_text(binary, false));
+  check_same(filled, offsets_text(binary, true));
+  check_same(filled, offsets_text(binary, false));
 }
 
 void check_accesses(const RegisterDump& dump) {
-  const std::string accesses = biss::fuzz::json_text(dump);
+  const std::string accesses = json_text(dump);
   if (accesses.empty()) return;
   const DumpResult result = read_text(accesses);
   require(result.has_value());
   RegisterDump again = *result;
   // Accesses contain BSEL, too.
-  if (!dump.direct_byte(biss::reg::bsel)) again.at(0, biss::reg::bsel) = std::nullopt;
+  if (!dump.direct_byte(reg::bsel)) again.at(0, reg::bsel) = std::nullopt;
   require(again == dump);
 }
 
 void check_data_sheet(const RegisterDump& dump) {
-  const biss::dump::DataSheet sheet = find_data_sheet(dump, {});
+  const DataSheet sheet = find_data_sheet(dump, {});
   require(sheet.empty() || dump.banks().has_value());
-  check_eds(sheet.image(), [](const biss::EdsFinding&) {});
+  check_eds(sheet.image(), [](const EdsFinding&) {});
 }
 
 // Each input is written in one format only, because writing and reading again costs more than the
@@ -148,7 +135,7 @@ void check_dump(const RegisterDump& dump, unsigned way) {
   }
 }
 
-void check_error(const biss::dump::DumpError& error, const std::string& text, std::size_t times) {
+void check_error(const DumpError& error, const std::string& text, std::size_t times) {
   require(!dump_error_text(error).empty() && name_of(error.cause) != nullptr);
   require(error.cause != DumpCause::read_failed);
   const auto lines = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\n'));
@@ -181,10 +168,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::size_t times = flags >= 0xC0 ? 1U + (flags >> 3U) % 8U * 9U : 1U;
   Repeated source(text, times);
   std::istream stream(&source);
-  const std::string head = biss::dump::read_head(stream);
-  const DumpResult result = biss::dump::read_dump(stream, head, options);
-  if (!head.empty() && biss::dump::recognise(head) == DumpFormat::binary) {
-    require(source.delivered() <= biss::dump::image_bytes + biss::dump::head_bytes + text.size());
+  const std::string head = read_head(stream);
+  const DumpResult result = read_dump(stream, head, options);
+  if (!head.empty() && recognise(head) == DumpFormat::binary) {
+    require(source.delivered() <= image_bytes + head_bytes + text.size());
   }
   if (!result) {
     check_error(result.error(), text, times);
@@ -196,48 +183,20 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                std::size_t max_size, unsigned seed) {
-  static constexpr std::array<std::string_view, 36> words{"bank",
-                                                          "bank 255",
-                                                          "bank 0:",
-                                                          "0x00:",
-                                                          "0x40:",
-                                                          "0x7F:",
-                                                          "0x80:",
-                                                          "--",
-                                                          "x16",
-                                                          "x64",
-                                                          "xFFFFFFFF",
-                                                          "48",
-                                                          "FF",
-                                                          "#",
-                                                          "*",
-                                                          "00000040",
-                                                          "00003fc0:",
-                                                          "ffffffff:",
-                                                          ":00000001FF",
-                                                          ":020000040000FA",
-                                                          ":020000021000EC",
-                                                          ":01400000",
-                                                          ":10004000",
-                                                          "\"id\":",
-                                                          "\"read\"",
-                                                          "\"write\"",
-                                                          "\"command\"",
-                                                          "\"address\":64",
-                                                          "\"data\":[1,2]",
-                                                          "\"echo\"",
-                                                          "\"outcome\":\"ok\"",
-                                                          "{\"id\":0,",
-                                                          "}",
-                                                          "\r\n",
-                                                          "\t",
-                                                          "\xEF\xBB\xBF"};
+  constexpr std::string_view words =
+      "bank|bank 255|bank 0:|0x00:|0x40:|0x7F:|0x80:|--|x16|x64|xFFFFFFFF|48|FF|#|*|00000040|"
+      "00003fc0:|ffffffff:|:00000001FF|:020000040000FA|:020000021000EC|:01400000|:10004000|\"id\":|"
+      "\"read\"|\"write\"|\"command\"|\"address\":64|\"data\":[1,2]|\"echo\"|\"outcome\":\"ok\"|"
+      "{\"id\":0,|}|\r\n|\t|\xEF\xBB\xBF";
   if (size < 2 || seed % 32 == 7) {
     data[0] = static_cast<std::uint8_t>(seed >> 8U);
     data[1] = static_cast<std::uint8_t>(seed >> 16U);
     if (size < 2) return 2;
   }
   if (seed % 4 == 2) return LLVMFuzzerMutate(data, size, max_size);
-  return 2 + biss::fuzz::mutate_capture({data + 2, max_size - 2}, size - 2, seed, " \n:,\"{}",
-                                        words, biss::fuzz::dump_file_seed);
+  return 2 +
+         mutate_input({data + 2, max_size - 2}, size - 2, seed, dump_file_seed,
+                      [&](std::string text, SplitMix& random) {
+                        return TokenMutator(std::move(text), " \n:,\"{}", words, random).mutate();
+                      });
 }

@@ -3,15 +3,13 @@
 
 #include <fmt/format.h>
 
-#include <cstddef>
-#include <cstdint>
 #include <iterator>
 #include <random>
-#include <string>
 
 #include "dump/register_dump.hpp"
 #include "dump/write.hpp"
 #include "fuzz/register_seeds.hpp"
+#include "fuzz/target.hpp"
 
 namespace biss::fuzz {
 

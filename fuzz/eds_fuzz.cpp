@@ -6,49 +6,34 @@
 // checking and describing, the bank of the common part. The next byte selects the channels with an
 // identifier of two bytes. For each override part and channel, field, value. Then the banks, 64
 // bytes each.
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <string_view>
-#include <vector>
-
 #include "biss/eds/check.hpp"
 #include "biss/eds/device.hpp"
 #include "biss/frame/format_text.hpp"
-#include "fuzz/byte_source.hpp"
-#include "fuzz/require.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 
-using biss::EdsBank;
-using biss::EdsFinding;
-using biss::EdsImage;
-using biss::EdsPart;
-using biss::EdsProblem;
-using biss::EdsRemark;
-using biss::EdsRemarkKind;
-using biss::fuzz::ByteSource;
-using biss::fuzz::require;
+using namespace biss;
+using namespace biss::fuzz;
 
 struct Input {
   EdsBank common{};
-  std::array<EdsBank, biss::max_channels> profiles{};
+  std::array<EdsBank, max_channels> profiles{};
   EdsImage image{};
-  biss::EdsCheckOptions check{};
-  biss::EdsDeviceOptions device{};
-  std::vector<biss::EdsOverride> overrides{};
+  EdsCheckOptions check{};
+  EdsDeviceOptions device{};
+  std::vector<EdsOverride> overrides{};
   bool common_sealed = false;
   bool profiles_sealed = false;
 };
 
 // A symbol is from the tables, sometimes empty.
-biss::EdsOverride read_override(ByteSource& bytes) {
+EdsOverride read_override(ByteSource& bytes) {
   const std::uint8_t where = bytes.next();
-  biss::EdsOverride made;
+  EdsOverride made;
   made.part = (where & 1U) != 0 ? EdsPart::bp3 : EdsPart::common;
   made.channel = static_cast<std::uint8_t>(where >> 1U & 0xFU);
-  const auto fields = biss::fields_of(made.part);
+  const auto fields = fields_of(made.part);
   const std::size_t row = bytes.next();
   made.symbol = row == 0xFF ? "NONE" : fields[row % fields.size()].symbol;
   const unsigned size = row == 0xFF ? 1U : fields[row % fields.size()].bytes + (where >> 7U);
@@ -77,7 +62,7 @@ void read_input(ByteSource bytes, Input& input) {
   const std::uint8_t eds_bank = bytes.next();
   if ((flags & 2U) != 0) image.eds_bank = eds_bank;
   const std::uint8_t identified = (flags & 4U) != 0 ? bytes.next() : std::uint8_t{0};
-  for (std::size_t i = 0; i < biss::max_channels; ++i) {
+  for (std::size_t i = 0; i < max_channels; ++i) {
     if ((identified >> i & 1U) != 0) image.identifiers[i] = bytes.next_16();
   }
   for (unsigned i = 0; i < flags >> 5U; ++i) input.overrides.push_back(read_override(bytes));
@@ -85,11 +70,11 @@ void read_input(ByteSource bytes, Input& input) {
   input.profiles_sealed = (flags & 16U) != 0;
   const auto read_bank = [&](EdsBank& bank, bool seal) {
     bytes.fill(bank);
-    if (seal) bank = biss::sealed(bank);
+    if (seal) bank = sealed(bank);
     return &bank;
   };
   if ((flags & 1U) != 0) image.common = read_bank(input.common, input.common_sealed);
-  for (std::size_t i = 0; i < biss::max_channels; ++i) {
+  for (std::size_t i = 0; i < max_channels; ++i) {
     if ((present >> i & 1U) == 0) continue;
     image.profiles[i] = read_bank(input.profiles[i], input.profiles_sealed);
   }
@@ -101,15 +86,14 @@ bool is_raw_symbol(std::string_view symbol) {
 }
 
 const EdsBank& bank_of(const EdsImage& image, EdsPart part, std::size_t channel) {
-  require(channel < biss::max_channels);
+  require(channel < max_channels);
   const EdsBank* bank = part == EdsPart::common ? image.common : image.profiles[channel];
   require(bank != nullptr);
   return *bank;
 }
 
 bool known_anywhere(std::string_view symbol) {
-  return find_field(biss::common_fields, symbol) != nullptr ||
-         find_field(biss::bp3_fields, symbol) != nullptr;
+  return find_field(common_fields, symbol) != nullptr || find_field(bp3_fields, symbol) != nullptr;
 }
 
 void check_finding(const EdsImage& image, const EdsFinding& found) {
@@ -121,11 +105,11 @@ void check_finding(const EdsImage& image, const EdsFinding& found) {
   } else {
     require(found.part != EdsPart::common || found.channel == 0);
     require(found.part == EdsPart::common || profile_part(image, found.channel) == EdsPart::bp3);
-    const biss::EdsField* field = find_field(biss::fields_of(found.part), found.symbol);
+    const EdsField* field = find_field(fields_of(found.part), found.symbol);
     require(field != nullptr && found.value == field_value(bank, *field));
   }
   if (found.problem == EdsProblem::checksum) {
-    require(found.value != found.expected && found.expected == biss::eds_checksum(bank));
+    require(found.value != found.expected && found.expected == eds_checksum(bank));
   }
 }
 
@@ -145,39 +129,39 @@ bool check_findings(const Input& input) {
         all.push_back(found);
       },
       input.check);
-  require(all.size() < 64 * (1 + biss::max_channels));
+  require(all.size() < 64 * (1 + max_channels));
   return all.empty();
 }
 
 void check_codecs(const Input& input) {
   const auto check = [](const EdsBank& bank) {
-    require(build_bank(biss::parse_common_part(bank)) == bank);
-    require(build_bank(biss::parse_bp3_part(bank)) == bank);
-    for (const auto fields : {std::span<const biss::EdsField>(biss::common_fields),
-                              std::span<const biss::EdsField>(biss::bp3_fields)}) {
+    require(build_bank(parse_common_part(bank)) == bank);
+    require(build_bank(parse_bp3_part(bank)) == bank);
+    for (const auto fields :
+         {std::span<const EdsField>(common_fields), std::span<const EdsField>(bp3_fields)}) {
       EdsBank built{};
-      for (const biss::EdsField& field : fields) {
+      for (const EdsField& field : fields) {
         require(set_field(built, field, field_value(bank, field)));
       }
       require(built == bank);
     }
-    const EdsBank good = biss::sealed(bank);
-    require(good[biss::eds_checksum_address] == biss::eds_checksum(good));
+    const EdsBank good = sealed(bank);
+    require(good[eds_checksum_address] == eds_checksum(good));
   };
   check(input.common);
-  for (std::size_t i = 0; i < biss::max_channels; ++i) {
+  for (std::size_t i = 0; i < max_channels; ++i) {
     if (input.image.profiles[i] != nullptr) check(input.profiles[i]);
   }
 }
 
 // The fields of a channel lie within its data and do not overlap.
-void check_channel(const biss::ChannelFormat& channel) {
-  require(channel.data_bits >= 1 && channel.data_bits <= biss::max_data_bits);
+void check_channel(const ChannelFormat& channel) {
+  require(channel.data_bits >= 1 && channel.data_bits <= max_data_bits);
   std::uint64_t taken = 0;
   const auto take = [&](unsigned shift, unsigned bits) {
     if (bits == 0) return;
     require(shift + bits <= channel.data_bits);
-    const std::uint64_t mask = biss::low_mask(bits) << shift;
+    const std::uint64_t mask = low_mask(bits) << shift;
     require((taken & mask) == 0);
     taken |= mask;
   };
@@ -188,31 +172,31 @@ void check_channel(const biss::ChannelFormat& channel) {
   take(channel.warning.shift, channel.warning.present ? 1 : 0);
   take(channel.life_counter.shift, channel.life_counter.bits);
   require(!channel.position.present() || channel.position_bits() == channel.position.bits);
-  require(channel.crc.present() || channel.crc == biss::CrcSpec{});
+  require(channel.crc.present() || channel.crc == CrcSpec{});
 }
 
-void check_timing(const biss::EdsDevice& device) {
-  const biss::DeviceTiming& timing = device.timing;
+void check_timing(const EdsDevice& device) {
+  const DeviceTiming& timing = device.timing;
   require(timing.clock_min.count > 0 && timing.clock_min <= timing.clock_max &&
-          timing.clock_max <= biss::biss_clock_max);
-  require(timing.ack_max.count > 0 && timing.ack_max <= biss::biss_busy_max);
-  require(timing.timeout.time.count > 0 && timing.timeout.rule != biss::TimeoutRule::cycle);
-  require(timing.timeout.rule == biss::TimeoutRule::adaptive ||
-          timing.timeout.time <= biss::biss_static_timeout_max);
-  require(timing.cycle_min.count >= 0 && device.busy_s_clocks <= biss::biss_busy_s_max_clocks);
-  for (const biss::Hertz clock : {timing.clock_min, timing.clock_max}) {
-    const biss::DeviceTiming there = timing_at(device, clock);
-    require(there.ack_max >= timing.ack_max && there.ack_max <= biss::biss_busy_max);
-    const biss::AckBounds bounds = ack_bounds(there, period_of(clock));
+          timing.clock_max <= biss_clock_max);
+  require(timing.ack_max.count > 0 && timing.ack_max <= biss_busy_max);
+  require(timing.timeout.time.count > 0 && timing.timeout.rule != TimeoutRule::cycle);
+  require(timing.timeout.rule == TimeoutRule::adaptive ||
+          timing.timeout.time <= biss_static_timeout_max);
+  require(timing.cycle_min.count >= 0 && device.busy_s_clocks <= biss_busy_s_max_clocks);
+  for (const Hertz clock : {timing.clock_min, timing.clock_max}) {
+    const DeviceTiming there = timing_at(device, clock);
+    require(there.ack_max >= timing.ack_max && there.ack_max <= biss_busy_max);
+    const AckBounds bounds = ack_bounds(there, period_of(clock));
     require(bounds.min_clocks >= 1 && bounds.min_clocks <= bounds.max_clocks);
   }
 }
 
-void check_device(const biss::EdsDevice& device) {
-  require(device.format.channel_count >= 1 && device.format.channel_count <= biss::max_channels);
-  for (const biss::ChannelFormat& channel : device.format.channels()) check_channel(channel);
+void check_device(const EdsDevice& device) {
+  require(device.format.channel_count >= 1 && device.format.channel_count <= max_channels);
+  for (const ChannelFormat& channel : device.format.channels()) check_channel(channel);
   const auto text = format_text(device.format);
-  const auto again = biss::parse_format(text.view());
+  const auto again = parse_format(text.view());
   require(again.ok() && *again == device.format);
   check_timing(device);
 }
@@ -225,7 +209,7 @@ struct Said {
 void check_remark(const EdsImage& image, const EdsRemark& remark, Said& said) {
   require(!name_of(remark.kind).empty() && !text_of(remark.kind).empty());
   require(known_anywhere(remark.symbol));
-  require(remark.channel < biss::max_channels || remark.kind == EdsRemarkKind::overridden);
+  require(remark.channel < max_channels || remark.kind == EdsRemarkKind::overridden);
   said.overridden += remark.kind == EdsRemarkKind::overridden ? 1U : 0U;
   said.contradicts = said.contradicts || remark.kind == EdsRemarkKind::disagrees ||
                      remark.kind == EdsRemarkKind::repaired ||
@@ -250,10 +234,10 @@ void check_description(const Input& input, bool faultless) {
   const auto listen = [&](const EdsRemark& remark) { check_remark(input.image, remark, said); };
   const auto device = describe_device(input.image, input.overrides, listen, input.device);
   if (!device.ok()) {
-    const biss::EdsDeviceError error = device.error();
-    const bool by_override = error.cause == biss::EdsDeviceCause::unknown_override ||
-                             error.cause == biss::EdsDeviceCause::override_unread;
-    require(error.index < (by_override ? input.overrides.size() : biss::max_channels));
+    const EdsDeviceError error = device.error();
+    const bool by_override = error.cause == EdsDeviceCause::unknown_override ||
+                             error.cause == EdsDeviceCause::override_unread;
+    require(error.index < (by_override ? input.overrides.size() : max_channels));
     require(!text_of(error.cause).empty());
   } else {
     require(said.overridden == input.overrides.size());

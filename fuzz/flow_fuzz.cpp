@@ -3,17 +3,9 @@
 #include <fmt/format.h>
 #include <hwy/targets.h>
 
-#include <algorithm>
-#include <array>
 #include <bit>
-#include <cstddef>
-#include <cstdint>
 #include <deque>
 #include <memory>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 #include "capture/bytes.hpp"
 #include "capture/dsl.hpp"
@@ -28,15 +20,13 @@
 #include "decode/test_cycle_text.hpp"
 #include "flow/cycle_flow.hpp"
 #include "flow/piece.hpp"
-#include "fuzz/byte_source.hpp"
 #include "fuzz/request_lines.hpp"
-#include "fuzz/require.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 
 using namespace biss;
-using biss::fuzz::ByteSource;
-using biss::fuzz::RequestLines;
+using namespace biss::fuzz;
 
 constexpr wire::LineIndex other_line = 2;
 
@@ -86,7 +76,7 @@ void write(Capture& capture, std::span<const wire::Edge> edges, Picoseconds end,
            const Arguments&... arguments) {
   capture::StringSink sink(capture.bytes);
   Writer writer(arguments..., sink);
-  fuzz::require(writer.write(edges).ok() && writer.finish(end).ok() && sink.flush());
+  require(writer.write(edges).ok() && writer.finish(end).ok() && sink.flush());
 }
 
 // Mostly some samples a period, and never too many for a short execution.
@@ -150,7 +140,7 @@ void write_changes(Capture& capture, const RequestLines& lines, std::size_t name
     capture::EventCsvWriter writer(
         line_names(names), sink,
         kind % 4 == 1 ? capture::CsvDialect::nanoseconds : capture::CsvDialect::saleae);
-    fuzz::require(writer.write(edges).ok() && writer.finish(end).ok() && sink.flush());
+    require(writer.write(edges).ok() && writer.finish(end).ok() && sink.flush());
   }
 }
 
@@ -290,18 +280,6 @@ Rows by_flow(const RequestLines& lines, const Capture& capture, const Way& way) 
               });
 }
 
-// The first row in which they differ.
-void print_difference(const Capture& capture, const Way& way, const Rows& found,
-                      const Rows& expected) {
-  fmt::print(stderr, "{}, pieces of {} bytes, blocks of {}, {} threads, {} ahead\n", capture.name,
-             capture.options.piece_bytes, capture.block_bytes, way.threads, way.ahead);
-  const auto [one, other] =
-      std::mismatch(found.begin(), found.end(), expected.begin(), expected.end());
-  fmt::print(stderr, "row {} of {} and {}\n", one - found.begin(), found.size(), expected.size());
-  fmt::print(stderr, "by pieces: {}\n", one == found.end() ? "none" : *one);
-  fmt::print(stderr, "by edges:  {}\n", other == expected.end() ? "none" : *other);
-}
-
 // One of the SIMD levels of this processor.
 void choose_simd(unsigned choice) {
   static const std::int64_t detected = hwy::SupportedTargets();
@@ -321,11 +299,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   ByteSource bytes(data, size);
   choose_simd(bytes.next());
   const Way way = way_of(bytes);
-  const RequestLines lines = fuzz::request_lines(bytes);
+  const RequestLines lines = request_lines(bytes);
   const Capture capture = capture_of(lines, bytes);
   const Rows found = by_flow(lines, capture, way);
   const Rows expected = by_edges(lines, capture, way);
-  if (found != expected) print_difference(capture, way, found, expected);
-  fuzz::require(found == expected);
+  require_same_rows(
+      fmt::format("{}, pieces of {} bytes, blocks of {}, {} threads, {} ahead", capture.name,
+                  capture.options.piece_bytes, capture.block_bytes, way.threads, way.ahead),
+      found, expected);
   return 0;
 }

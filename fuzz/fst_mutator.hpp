@@ -4,59 +4,26 @@
 
 #include <lz4.h>
 
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
-
 #include "capture/fst_file.hpp"
 #include "capture/test_fst.hpp"
-#include "fuzz/byte_mutator.hpp"
 #include "fuzz/capture_seeds.hpp"
+#include "fuzz/mutate.hpp"
 
 namespace biss::fuzz {
 
-/// Request cycles as an FST; with several blocks, blackouts or aliases for some seeds.
-inline std::string fst_seed(std::uint64_t seed) {
-  std::vector<wire::Edge> edges = cycle_edges(seed, cycles_of(seed));
-  std::stable_sort(edges.begin(), edges.end(), [](const wire::Edge& a, const wire::Edge& b) {
-    return std::pair(a.time, a.line) < std::pair(b.time, b.line);
-  });
-  capture::FstParts parts = capture::fst_parts_of({"MA", "SLO"}, edges);
-  if (seed % 4 == 1) {
-    const auto half = edges.begin() + static_cast<std::ptrdiff_t>(edges.size() / 2);
-    const auto tick = static_cast<std::uint64_t>((half - 1)->time.count);
-    parts.blocks = {capture::fst_block_of({edges.begin(), half}, 2, 0),
-                    capture::fst_block_of({half, edges.end()}, 2, tick)};
-  }
-  if (seed % 8 == 2) parts.hierarchy += capture::fst_variable("copy", 1);
-  if (seed % 8 == 3) {
-    const auto end = static_cast<std::uint64_t>(edges.back().time.count);
-    parts.blackouts = std::string("\2\0", 2);
-    capture::put_varint(parts.blackouts, end - end / 4);
-    parts.blackouts += std::string("\1\5", 2);
-  }
-  return capture::fst_of(parts);
-}
-
-class FstMutator final : public ByteMutator {
+class FstMutator {
  public:
-  explicit FstMutator(std::uint64_t seed) : ByteMutator(seed) {}
+  explicit FstMutator(SplitMix& random) : random_(random) {}
 
-  std::string mutate(std::string file) {
-    const std::size_t kind = below(24);
-    if (kind == 0) return changed_bytes(std::move(file), 16);
-    if (!take_apart(file) || kind == 1) take_apart(fst_seed(random_()));
-    change(kind);
+  std::string mutate(const std::string& file) {
+    if (!take_apart(file)) take_apart(fst_seed(random_()));
+    change(below(24));
     return capture::fst_of(parts_);
   }
 
  private:
+  std::size_t below(std::size_t limit) { return static_cast<std::size_t>(random_() % limit); }
+
   // Only files of fst_of(); any other is not taken apart.
   bool take_apart(std::string_view file) {
     parts_ = {};
@@ -136,7 +103,7 @@ class FstMutator final : public ByteMutator {
 
   void change(std::size_t kind) {
     capture::FstPartsBlock& block = parts_.blocks[below(parts_.blocks.size())];
-    if (kind < 9) return change_number(block.times);
+    if (kind < 8) return change_number(block.times);
     if (kind < 14) return change_number(block.chains);
     switch (kind) {
       case 14:
@@ -211,6 +178,7 @@ class FstMutator final : public ByteMutator {
   }
 
   capture::FstParts parts_;
+  SplitMix& random_;
 };
 
 }  // namespace biss::fuzz

@@ -5,32 +5,21 @@
 // Input: one byte for each run of cycles: bits 0 and 1 the source of CDM (0, 1, a valid master,
 // none), bits 2 and 3 the source of CDS (0, 1, an encoder, none), bits 4…6 the number of cycles, as
 // a power of two.
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <span>
-#include <vector>
-
 #include "decode/control_listener.hpp"
-#include "fuzz/byte_source.hpp"
 #include "fuzz/control_end.hpp"
-#include "fuzz/require.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 
-using biss::decode::AccessOutcome;
-using biss::decode::ControlListener;
-using biss::decode::SeenAccess;
-using biss::fuzz::ByteSource;
-using biss::fuzz::require;
+using namespace biss;
+using namespace biss::fuzz;
+using namespace biss::decode;
+
 using Bit = std::optional<bool>;
 
 class Train {
  public:
-  Train()
-      : server_(biss::fuzz::OpenRegisters{}),
-        listener_([this](const SeenAccess& row) { check(row); }) {}
+  Train() : server_(OpenRegisters{}), listener_([this](const SeenAccess& row) { check(row); }) {}
 
   void attack(ByteSource& bytes) {
     while (!bytes.done()) {
@@ -39,10 +28,10 @@ class Train {
     }
   }
   void check_good_access() {
-    for (unsigned i = 0; i < biss::control_reset_zeros + 1; ++i) cycle(0, 0);
+    for (unsigned i = 0; i < control_reset_zeros + 1; ++i) cycle(0, 0);
     session_.cancel();
     if (!server_.control_active(0)) {
-      session_.broadcast(biss::ControlCommand::control);
+      session_.broadcast(ControlCommand::control);
       while (!session_.done()) cycle(2, 2);
     }
     const std::uint64_t before = good_;
@@ -70,13 +59,13 @@ class Train {
   }
 
   void cycle(unsigned cdm_by, unsigned cds_by) {
-    now_ += biss::microseconds(50);
+    now_ += microseconds(50);
     if (session_.done() && cdm_by == 2) next_access();
     const Bit cds = choose(cds_by, server_.cds(false));
-    const auto heard = !cds ? biss::CdsBit::missing : *cds ? biss::CdsBit::one : biss::CdsBit::zero;
+    const auto heard = !cds ? CdsBit::missing : *cds ? CdsBit::one : CdsBit::zero;
     const Bit cdm = choose(cdm_by, session_.step(now_, heard));
     server_.cdm(cdm.value_or(false));
-    cycles_.push_back({cds, cdm, zeros_ >= biss::control_reset_zeros});
+    cycles_.push_back({cds, cdm, zeros_ >= control_reset_zeros});
     zeros_ = cdm == false ? zeros_ + 1 : 0;
     listener_.push(cycles_.size() - 1, now_, cds, cdm);
   }
@@ -84,7 +73,7 @@ class Train {
   void next_access() {
     ++accesses_;
     const auto address = static_cast<unsigned>(accesses_ * 29 % 120);
-    if (accesses_ % 3 == 0) return session_.command(1, biss::ControlCommand::user);
+    if (accesses_ % 3 == 0) return session_.command(1, ControlCommand::user);
     if (accesses_ % 3 == 1) return session_.read(0, address, read_);
     session_.write(0, address, written_);
   }
@@ -102,7 +91,7 @@ class Train {
   void check(const SeenAccess& row) {
     require(row.cycle < cycles_.size() && row.cycle >= last_);
     require(!name_of(row.kind).empty() && !name_of(row.outcome).empty());
-    require(row.id < biss::control_max_slaves && row.address < biss::register_count);
+    require(row.id < control_max_slaves && row.address < register_count);
     require(row.busy.count >= 0 && row.cycles <= cycles_.size() - row.cycle + 1);
     last_ = row.cycle;
     if (row.outcome != AccessOutcome::ok) return;
@@ -112,7 +101,7 @@ class Train {
     // The further bytes of a sequence have no header of their own.
     if (!cycles_[row.cycle].fresh) return;
     require(cycles_[row.cycle].cdm == true);
-    const auto header = biss::parse_header(bits(row.cycle + 1, 15, &Cycle::cdm));
+    const auto header = parse_header(bits(row.cycle + 1, 15, &Cycle::cdm));
     require(header && header->register_access == (row.kind != SeenAccess::Kind::command));
     if (row.kind == SeenAccess::Kind::command) {
       require(header->slaves == row.slaves && header->command == row.command);
@@ -121,16 +110,16 @@ class Train {
     require(header->slave == row.id && header->address == row.address);
     require(row.slaves_present != 0 && (row.slaves_present & (row.slaves_present + 1U)) == 0);
     // The CDS bit of a number comes one cycle after the CDM bit.
-    const std::size_t first = row.cycle + biss::control_bit::byte_start + 1 + row.busy_cycles;
-    const std::uint32_t good = std::uint32_t{*row.data} << 4U | biss::byte_crc(*row.data);
+    const std::size_t first = row.cycle + control_bit::byte_start + 1 + row.busy_cycles;
+    const std::uint32_t good = std::uint32_t{*row.data} << 4U | byte_crc(*row.data);
     require(bits(first + 1, 12, &Cycle::cds) == good);
     if (row.kind == SeenAccess::Kind::write) require(bits(first, 12, &Cycle::cdm) == good);
   }
 
   std::vector<Cycle> cycles_{};
-  biss::ControlSession session_;
-  biss::fuzz::OpenServer server_;
-  biss::Picoseconds now_{};
+  ControlSession session_;
+  OpenServer server_;
+  Picoseconds now_{};
   std::array<std::uint8_t, 3> read_{};
   std::array<std::uint8_t, 3> written_{0x5A, 0xFF, 0x00};
   std::uint64_t good_ = 0;

@@ -1,43 +1,16 @@
 // make_seeds FOLDER: writes valid inputs, one folder per target, identical on every machine.
-#include <algorithm>
-#include <cstdint>
 #include <filesystem>
 #include <fstream>
 #include <random>
-#include <string>
-#include <string_view>
 
 #include "biss/frame/encode.hpp"
 #include "biss/frame/format_text.hpp"
-#include "capture/event_csv.hpp"
-#include "capture/vcd.hpp"
 #include "fuzz/capture_seeds.hpp"
-#include "fuzz/compress.hpp"
 #include "fuzz/dump_text.hpp"
 #include "fuzz/frame_formats.hpp"
-#include "fuzz/fst_mutator.hpp"
-#include "fuzz/raw_header.hpp"
 #include "fuzz/register_seeds.hpp"
-#include "fuzz/scope_seeds.hpp"
 
 namespace {
-
-constexpr std::uint64_t seeds_a_target = 64;
-
-class Corpus {
- public:
-  explicit Corpus(const std::filesystem::path& folder) : folder_(folder) {
-    std::filesystem::create_directories(folder);
-  }
-  void add(std::string_view bytes) {
-    std::ofstream file(folder_ / std::to_string(count_++), std::ios::binary);
-    file << bytes;
-  }
-
- private:
-  std::filesystem::path folder_;
-  std::uint64_t count_ = 0;
-};
 
 // The bits of a frame of that format with random position and ACK; every fourth frame is damaged.
 // With `lead_clocks` 0 there are a few leading ones.
@@ -134,20 +107,15 @@ std::string safety_story(std::uint64_t seed) {
   return story;
 }
 
-// The layout, then samples of an even clock.
-std::string raw_samples(std::uint64_t seed) {
-  return biss::fuzz::raw_header(biss::fuzz::sampled_layout(seed)) + biss::fuzz::raw_seed(seed);
-}
-
-// A format, and frames whose positions move by small steps; every eighth has a fate of its own.
 // Any bytes are a line.
-std::string clean_cycles_story(std::uint64_t seed) {
+std::string line_story(std::uint64_t seed) {
   std::mt19937_64 random(seed);
   std::string story;
   for (int i = 0; i < 160; ++i) story += static_cast<char>(random() & 0xFFU);
   return story;
 }
 
+// A format, and frames whose positions move by small steps; every eighth has a fate of its own.
 std::string find_format_story(std::uint64_t seed) {
   constexpr std::size_t header_bytes = 12;
   std::mt19937_64 random(seed);
@@ -177,77 +145,57 @@ std::string campaign_state(std::uint64_t seed) {
          frames + R"(,"rules":"","seed":)" + std::to_string(seed) + "}\n";
 }
 
+struct Target {
+  const char* name;
+  // An input for the format with the number `k` in frame_formats; empty: none.
+  std::string (*make)(std::uint64_t seed, std::size_t k);
+};
+
+using namespace biss::fuzz;
+using Seed = std::uint64_t;
+
+constexpr Target targets[] = {
+    {"format", [](Seed seed, auto k) { return std::string(seed == k ? frame_formats[k] : ""); }},
+    {"decode_frame",
+     [](Seed seed, auto k) {
+       return std::string{static_cast<char>(k), '\0', '\0'} + frame_bytes(k, seed);
+     }},
+    {"spi", [](Seed seed, auto k) { return spi_header(k) + frame_bytes(k, seed); }},
+    {"master", [](Seed seed, auto k) { return master_header(k, seed) + frame_bytes(k, seed, 1); }},
+    {"slave", [](Seed seed, auto k) { return slave_train(k, seed); }},
+    {"replay", [](Seed seed, auto k) { return replay_train(k, seed); }},
+    {"eds", [](Seed seed, auto) { return eds_seed(seed); }},
+    {"dump", [](Seed seed, auto) { return std::string(2, '\0') + dump_file_seed(seed); }},
+    {"session", [](Seed seed, auto) { return session_seed(seed); }},
+    {"server", [](Seed seed, auto) { return server_seed(seed); }},
+    {"configure", [](Seed seed, auto) { return configure_seed(seed); }},
+    {"listener", [](Seed seed, auto) { return listener_seed(seed); }},
+    {"safety", [](Seed seed, auto) { return safety_story(seed); }},
+    {"campaign", [](Seed seed, auto) { return campaign_state(seed); }},
+    {"find_format", [](Seed seed, auto) { return find_format_story(seed); }},
+    {"clean_cycles", [](Seed seed, auto) { return line_story(seed); }},
+    {"flow", [](Seed seed, auto) { return line_story(seed); }},
+};
+
+// Writes the inputs into a folder of this name, and numbers them.
+void write_seeds(const std::filesystem::path& folder, const auto& make) {
+  constexpr std::uint64_t seeds_a_target = 64;
+  std::filesystem::create_directories(folder);
+  for (std::uint64_t seed = 0; seed < seeds_a_target; ++seed) {
+    const std::string input = make(seed);
+    if (!input.empty()) std::ofstream(folder / std::to_string(seed), std::ios::binary) << input;
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   if (argc != 2) return 2;
   const std::filesystem::path root = argv[1];
-  Corpus format(root / "format");
-  for (const std::string_view text : biss::fuzz::frame_formats) format.add(text);
-  Corpus decode_frame(root / "decode_frame");
-  Corpus spi(root / "spi");
-  Corpus master(root / "master");
-  Corpus slave(root / "slave");
-  Corpus vcd(root / "vcd");
-  Corpus event_csv(root / "event_csv");
-  Corpus pairs_text(root / "pairs_text");
-  Corpus saleae(root / "saleae");
-  Corpus sampled_csv(root / "sampled_csv");
-  Corpus saleae_analog(root / "saleae_analog");
-  Corpus sr(root / "sr");
-  Corpus raw(root / "raw");
-  Corpus dsl(root / "dsl");
-  Corpus pairs_samples(root / "pairs_samples");
-  Corpus saleae_binary(root / "saleae_binary");
-  Corpus compressed(root / "compressed");
-  Corpus fst(root / "fst");
-  Corpus replay(root / "replay");
-  Corpus eds(root / "eds");
-  Corpus dump(root / "dump");
-  Corpus session(root / "session");
-  Corpus server(root / "server");
-  Corpus configure(root / "configure");
-  Corpus listener(root / "listener");
-  Corpus safety(root / "safety");
-  Corpus campaign(root / "campaign");
-  Corpus find_format(root / "find_format");
-  Corpus clean_cycles(root / "clean_cycles");
-  Corpus flow(root / "flow");
-  for (std::uint64_t seed = 0; seed < seeds_a_target; ++seed) {
-    const std::size_t k = seed % biss::fuzz::frame_formats.size();
-    const std::string bits = frame_bytes(k, seed);
-    decode_frame.add(std::string{static_cast<char>(k), '\0', '\0'} + bits);
-    spi.add(spi_header(k) + bits);
-    master.add(master_header(k, seed) + frame_bytes(k, seed, 1));
-    slave.add(slave_train(k, seed));
-    vcd.add(biss::fuzz::seed_text<biss::capture::VcdWriter>(seed));
-    event_csv.add(biss::fuzz::seed_text<biss::capture::EventCsvWriter>(seed));
-    pairs_text.add(seed % 2 == 0 ? biss::fuzz::seed_text<biss::capture::VcdWriter>(seed)
-                                 : biss::fuzz::seed_text<biss::capture::EventCsvWriter>(seed));
-    saleae.add(biss::fuzz::saleae_seed(seed));
-    sampled_csv.add(biss::fuzz::scope_seed(seed));
-    saleae_analog.add(biss::fuzz::saleae_analog_seed(seed));
-    sr.add(biss::fuzz::sr_seed(seed));
-    raw.add(raw_samples(seed));
-    dsl.add(biss::fuzz::dsl_seed(seed));
-    pairs_samples.add(seed % 3 == 0   ? raw_samples(seed)
-                      : seed % 3 == 1 ? biss::fuzz::sr_seed(seed)
-                                      : biss::fuzz::dsl_seed(seed));
-    saleae_binary.add(biss::fuzz::saleae_binary_seed(seed));
-    compressed.add(biss::fuzz::compressed_seed(seed));
-    fst.add(biss::fuzz::fst_seed(seed));
-    replay.add(replay_train(k, seed));
-    eds.add(biss::fuzz::eds_seed(seed));
-    dump.add(std::string(2, '\0') + biss::fuzz::dump_file_seed(seed));
-    session.add(biss::fuzz::session_seed(seed));
-    server.add(biss::fuzz::server_seed(seed));
-    configure.add(biss::fuzz::configure_seed(seed));
-    listener.add(biss::fuzz::listener_seed(seed));
-    safety.add(safety_story(seed));
-    campaign.add(campaign_state(seed));
-    find_format.add(find_format_story(seed));
-    clean_cycles.add(clean_cycles_story(seed));
-    flow.add(clean_cycles_story(seed));
+  for (const CaptureSeed& each : capture_seeds) write_seeds(root / each.target, each.make);
+  for (const Target& each : targets) {
+    write_seeds(root / each.name,
+                [&](Seed seed) { return each.make(seed, seed % frame_formats.size()); });
   }
   return 0;
 }

@@ -8,23 +8,20 @@
 // of a script in eighths of a period; then either changes of SLO, two bytes each, the time since
 // the last one in sixteenths of a period, or the script: SLO's level at each rising edge of MA from
 // the first on.
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
 #include <deque>
-#include <span>
 
 #include "biss/frame/codec.hpp"
 #include "biss/frame/decode.hpp"
 #include "biss/frame/encode.hpp"
 #include "biss/master/request.hpp"
 #include "fuzz/frame_formats.hpp"
-#include "fuzz/require.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 
 using namespace biss;
-using biss::fuzz::require;
+using namespace biss::fuzz;
+
 using Codec = FrameCodec<CrcTable<4>>;
 using Master = RequestCycle<Codec>;
 
@@ -214,8 +211,7 @@ void check_script(const Master& master, BitView script) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < header_bytes) return 0;
-  const Codec& codec =
-      biss::fuzz::all_codecs<Codec>()[data[0] % biss::fuzz::all_codecs<Codec>().size()];
+  const auto& codec = codec_of<Codec>(data[0]);
   const MasterSetup setup = setup_of(data);
   const std::span<const std::uint8_t> bytes(data + header_bytes, size - header_bytes);
   const bool late = (data[2] & 4U) != 0;

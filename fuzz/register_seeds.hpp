@@ -1,16 +1,11 @@
 // Valid input for the targets about registers: data sheets, and valid masters and encoders.
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <random>
-#include <string>
-#include <vector>
 
 #include "biss/eds/advise.hpp"
 #include "biss/eds/common_part.hpp"
+#include "fuzz/target.hpp"
 
 namespace biss::fuzz {
 

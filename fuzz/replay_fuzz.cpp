@@ -6,29 +6,21 @@
 // bits 5…7 the start time of the train; the line delay, the time until the answer is ready and the
 // period, one byte each; then one byte for each event: bits 0…4 the time to it in eighths of a
 // period (the last eight values are other times), bits 5…7 its kind.
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <vector>
-
 #include "fuzz/frame_formats.hpp"
-#include "fuzz/require.hpp"
+#include "fuzz/target.hpp"
 #include "sim/ma_replay.hpp"
 #include "sim/slo_replay.hpp"
 
 namespace {
 
 using namespace biss;
-using biss::fuzz::require;
-using wire::Edge;
-using wire::Level;
+using namespace biss::fuzz;
+using namespace biss::wire;
 
 constexpr std::size_t header_bytes = 5;
 // The line numbers of the capture; the replays have their own.
-constexpr wire::LineIndex ma = 3;
-constexpr wire::LineIndex slo = 1;
+constexpr LineIndex ma = 3;
+constexpr LineIndex slo = 1;
 // Trains up to this length are passed in two blocks and in one; the results must be equal.
 constexpr std::size_t short_train = 64;
 
@@ -58,7 +50,7 @@ Setup setup_of(const std::uint8_t* header) {
   MasterSetup master{.timing = {.timeout = timeout}, .compensate = (flags & 4U) == 0};
   if ((flags & 8U) != 0) master.period = nanoseconds(50 + 7 * header[3]);
   return {
-      .codec = &biss::fuzz::all_codecs<Codec>()[header[0] % biss::fuzz::all_codecs<Codec>().size()],
+      .codec = &codec_of<Codec>(header[0]),
       .slave = {.ready = std::min(period * header[3] / 8, microseconds(39)), .timeout = timeout},
       .master = master,
       .line_delay = std::min(line_delay, microseconds(39)),
@@ -103,9 +95,9 @@ void require_time_order(const std::vector<Edge>& edges) {
                          [](const Edge& a, const Edge& b) { return a.time < b.time; }));
 }
 
-// The edges of one line equal the edges of another line in other edges.
-void require_same(const std::vector<Edge>& edges, wire::LineIndex line,
-                  const std::vector<Edge>& others, wire::LineIndex other_line) {
+// The edges of one line equal those of another line in other edges.
+void require_same(const std::vector<Edge>& edges, LineIndex line, const std::vector<Edge>& others,
+                  LineIndex other_line) {
   auto other = others.begin();
   const auto next = [&] {
     while (other != others.end() && other->line != other_line) ++other;
@@ -120,7 +112,7 @@ void require_same(const std::vector<Edge>& edges, wire::LineIndex line,
 }
 
 // The replayed line begins high, and each of its edges inverts it. Returns the number of edges.
-std::size_t require_turns(const std::vector<Edge>& edges, wire::LineIndex line) {
+std::size_t require_turns(const std::vector<Edge>& edges, LineIndex line) {
   std::size_t turns = 0;
   for (const Edge& edge : edges) {
     if (edge.line != line) continue;

@@ -2,21 +2,15 @@
 // two ways of decoding a line.
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
+#include <fmt/format.h>
+
 #include <iterator>
-#include <optional>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 #include "biss/frame/format_text.hpp"
 #include "biss/timing/device_timing.hpp"
 #include "decode/line_history.hpp"
 #include "decode/test_line.hpp"
-#include "fuzz/byte_source.hpp"
+#include "fuzz/target.hpp"
 #include "wire/edge.hpp"
 
 namespace biss::fuzz {
@@ -126,6 +120,18 @@ inline RequestLines request_lines(ByteSource& bytes) {
   input.ma = std::move(line.ma);
   input.slo = std::move(line.slo);
   return input;
+}
+
+/// Reports a finding unless both ways give the same rows, and prints the first row that differs.
+inline void require_same_rows(std::string_view way, const std::vector<std::string>& found,
+                              const std::vector<std::string>& by_edges) {
+  const auto [one, other] =
+      std::mismatch(found.begin(), found.end(), by_edges.begin(), by_edges.end());
+  if (one == found.end() && other == by_edges.end()) return;
+  fmt::print(stderr, "row {} of {} and {}\n", one - found.begin(), found.size(), by_edges.size());
+  fmt::print(stderr, "{}: {}\n", way, one == found.end() ? "none" : *one);
+  fmt::print(stderr, "by edges: {}\n", other == by_edges.end() ? "none" : *other);
+  require(false);
 }
 
 }  // namespace biss::fuzz

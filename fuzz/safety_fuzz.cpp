@@ -4,33 +4,20 @@
 // Input: the setup's number (two bytes), the start of the clock, the encoder's range and counter;
 // then the events, two bytes each: bits 0…3 of the first byte the kind (enum Op), the other bits
 // the parameters.
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <cstring>
 #include <memory>
-#include <optional>
 #include <random>
-#include <string_view>
-#include <vector>
 
 #include "biss/frame/encode.hpp"
 #include "biss/frame/format_text.hpp"
 #include "biss/safety/monitor.hpp"
-#include "fuzz/byte_source.hpp"
-#include "fuzz/require.hpp"
 #include "fuzz/safety_oracle.hpp"
-#include "fuzz/safety_oracle_states.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 
 using namespace biss;
-using fuzz::ByteSource;
-using fuzz::OracleFrame;
-using fuzz::require;
-using fuzz::SafetyOracle;
-using fuzz::Wide;
+using namespace biss::fuzz;
 
 using Plan = SafetyPlan<4, CrcTable<8>>;
 using Monitor = SafetyMonitor<Plan>;

@@ -4,34 +4,24 @@
 //
 // Input: options of the server and its registers, five bytes; then the actions of the master, one
 // or two bytes each: bits 0…2 the kind (enum Op), the other bits the parameters.
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <span>
-
 #include "biss/control/session.hpp"
 #include "biss/slave/banked_registers.hpp"
 #include "biss/slave/register_server.hpp"
-#include "fuzz/byte_source.hpp"
 #include "fuzz/control_end.hpp"
-#include "fuzz/require.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 
-using biss::ControlError;
-using biss::RegisterAccess;
-using biss::RegisterProtection;
-using biss::fuzz::ByteSource;
-using biss::fuzz::require;
+using namespace biss;
+using namespace biss::fuzz;
 
 constexpr unsigned banks = 2;
 
 /// The protection of a slave's register. `bank` is ignored from 0x40 on. BSEL has its own rules.
 RegisterProtection protection_of(unsigned slave, unsigned bank, unsigned address) {
-  if (address == biss::reg::bsel) return RegisterProtection::read_write;
-  if (address < biss::reg::bsel && bank >= banks) return RegisterProtection::not_available;
-  const unsigned part = address < biss::reg::bsel ? bank : banks;
+  if (address == reg::bsel) return RegisterProtection::read_write;
+  if (address < reg::bsel && bank >= banks) return RegisterProtection::not_available;
+  const unsigned part = address < reg::bsel ? bank : banks;
   // Runs of eight, mostly readable and writable.
   const unsigned run = (address / 8U + 5U * part + 3U * slave) % 8U;
   if (run == 0) return RegisterProtection::not_available;
@@ -39,7 +29,7 @@ RegisterProtection protection_of(unsigned slave, unsigned bank, unsigned address
 }
 
 bool permits(unsigned slave, unsigned bank, RegisterAccess access, unsigned address) {
-  if (address >= biss::register_count) return false;
+  if (address >= register_count) return false;
   const RegisterProtection protection = protection_of(slave, bank, address);
   return protection == RegisterProtection::read_write ||
          (protection == RegisterProtection::read_only && access == RegisterAccess::read);
@@ -53,15 +43,15 @@ struct Mirror {
   bool accepted = false;  // at the last request
   std::uint32_t cdm = 0;  // the last bits sent, the latest lowest
   std::uint8_t bsel = 0;
-  std::array<std::array<std::uint8_t, biss::bank_bytes>, banks + 1> parts{};
+  std::array<std::array<std::uint8_t, bank_bytes>, banks + 1> parts{};
 
   std::uint8_t at(unsigned address) const {
-    if (address == biss::reg::bsel) return bsel;
-    return parts[address < biss::reg::bsel ? bsel : banks][address % biss::bank_bytes];
+    if (address == reg::bsel) return bsel;
+    return parts[address < reg::bsel ? bsel : banks][address % bank_bytes];
   }
 };
 
-struct Hooks : biss::NoRegisterHooks {
+struct Hooks : NoRegisterHooks {
   Mirror* mirror = nullptr;
 
   void reading(std::uint8_t bank, std::uint8_t address, std::uint8_t& value) const {
@@ -70,31 +60,31 @@ struct Hooks : biss::NoRegisterHooks {
   }
   void written(std::uint8_t bank, std::uint8_t address, std::uint8_t value) const {
     require(permits(mirror->slave, mirror->bsel, RegisterAccess::write, address));
-    require((mirror->cdm & 0xFFFU) == (std::uint32_t{value} << 4U | biss::byte_crc(value)));
-    if (address == biss::reg::bsel) {
+    require((mirror->cdm & 0xFFFU) == (std::uint32_t{value} << 4U | byte_crc(value)));
+    if (address == reg::bsel) {
       mirror->bsel = value;
     } else {
-      mirror->parts[address < biss::reg::bsel ? bank : banks][address % biss::bank_bytes] = value;
+      mirror->parts[address < reg::bsel ? bank : banks][address % bank_bytes] = value;
     }
     require(bank == mirror->bsel);
   }
   bool busy() const { return mirror->busy; }
-  bool accepts(biss::ControlCommand, bool) const {
+  bool accepts(ControlCommand, bool) const {
     mirror->accepted = mirror->accepts;
     return mirror->accepts;
   }
-  void execute(biss::ControlCommand, bool) const {
+  void execute(ControlCommand, bool) const {
     require(mirror->accepted);
     mirror->accepted = false;
   }
 };
 
-using Registers = biss::BankedRegisters<banks, Hooks>;
+using Registers = BankedRegisters<banks, Hooks>;
 
 struct Setup {
-  biss::RegisterServerOptions server{};
-  biss::RegisterBusy busy{};
-  std::uint8_t predecessor = 0;  // bits that it sends, independent of the master
+  RegisterServerOptions server{};
+  RegisterBusy busy{};
+  std::uint8_t predecessor = 0;  // bits it sends beside what the master does
   bool behind_another = false;   // at the end
   std::uint8_t address = 0;      // read and written at the end
   std::uint8_t size = 1;
@@ -120,8 +110,8 @@ Setup read_setup(ByteSource& bytes) {
 template <unsigned Ids>
 class Bench {
  public:
-  using Owner = biss::PerSlave<Registers, Ids>;
-  using Server = biss::RegisterServer<Owner, Ids>;
+  using Owner = PerSlave<Registers, Ids>;
+  using Server = RegisterServer<Owner, Ids>;
 
   explicit Bench(const Setup& setup) : setup_(setup), server_(powered_up()) {}
 
@@ -142,14 +132,14 @@ class Bench {
   }
   bool next_predecessor() { return (setup_.predecessor >> (frames_ % 8U) & 1U) != 0; }
   void change_device(unsigned how);
-  void run(biss::ControlSession& session);
+  void run(ControlSession& session);
   void check_slave(unsigned slave, unsigned id);
 
   Setup setup_;
   std::array<Mirror, Ids> mirrors_{};
   Server server_;
-  std::optional<biss::fuzz::OpenServer> predecessor_{};
-  biss::Picoseconds now_{};
+  std::optional<OpenServer> predecessor_{};
+  Picoseconds now_{};
   std::uint32_t frames_ = 0;
   unsigned zeros_ = 0;
   bool heard_zeros_ = false;  // 14 since power-up
@@ -162,14 +152,14 @@ typename Bench<Ids>::Server Bench<Ids>::powered_up() {
     mirror = {.slave = slave};
     Registers registers({.mirror = &mirror}, setup_.busy);
     for (unsigned part = 0; part <= banks; ++part) {
-      for (unsigned i = 0; i < biss::bank_bytes; ++i) {
+      for (unsigned i = 0; i < bank_bytes; ++i) {
         const auto value = static_cast<std::uint8_t>(17 * slave + 71 * part + 3 * i);
         mirror.parts[part][i] = value;
         const std::array one{value};
         if (part < banks) {
           registers.bank(part).put(i, one, protection_of(slave, part, i));
         } else if (i != 0) {
-          registers.put(biss::reg::bsel + i, one, protection_of(slave, 0, biss::reg::bsel + i));
+          registers.put(reg::bsel + i, one, protection_of(slave, 0, reg::bsel + i));
         }
       }
     }
@@ -194,7 +184,7 @@ void Bench<Ids>::frame(bool cdm, bool predecessor, bool asked) {
   frame_end(cdm);
   zeros_ = cdm ? 0 : zeros_ + 1;
   heard_zeros_ = heard_zeros_ || zeros_ >= biss::control_reset_zeros;
-  require(server_.idle() == (zeros_ >= biss::control_reset_zeros));
+  require(server_.idle() == (zeros_ >= control_reset_zeros));
   ++frames_;
 }
 
@@ -226,15 +216,15 @@ void Bench<Ids>::attack(ByteSource& bytes) {
         for (unsigned i = 0; i < how; ++i) frame(byte % 8U == ones, next_predecessor());
         break;
       case access: {
-        const std::uint16_t header = biss::register_header(how % 8U, bytes.next());
-        const unsigned crc = biss::header_crc(header) ^ (how == 31 ? 1U : 0U);
+        const std::uint16_t header = register_header(how % 8U, bytes.next());
+        const unsigned crc = header_crc(header) ^ (how == 31 ? 1U : 0U);
         send(1U << 15U | std::uint32_t{header} << 4U | crc, 16);
         break;
       }
       case command: {
-        const auto number = static_cast<biss::ControlCommand>(how % 4U);
-        const std::uint16_t header = biss::command_header(bytes.next(), number);
-        send(1U << 15U | std::uint32_t{header} << 4U | biss::header_crc(header), 16);
+        const auto number = static_cast<ControlCommand>(how % 4U);
+        const std::uint16_t header = command_header(bytes.next(), number);
+        send(1U << 15U | std::uint32_t{header} << 4U | header_crc(header), 16);
         break;
       }
       case choice:
@@ -242,7 +232,7 @@ void Bench<Ids>::attack(ByteSource& bytes) {
         break;
       case data: {
         const std::uint8_t value = bytes.next();
-        const unsigned crc = biss::byte_crc(value) ^ (how & 8U);
+        const unsigned crc = byte_crc(value) ^ (how & 8U);
         send(std::uint32_t{value} << 4U | crc, 12);
         send(how % 4U, 2);  // P, and S of the next one
         break;
@@ -254,8 +244,8 @@ void Bench<Ids>::attack(ByteSource& bytes) {
 }
 
 template <unsigned Ids>
-void Bench<Ids>::run(biss::ControlSession& session) {
-  biss::fuzz::run_access(
+void Bench<Ids>::run(ControlSession& session) {
+  run_access(
       session, now_, 1000, [&] { return server_.cds(predecessor_ && predecessor_->cds(false)); },
       [&](bool bit) {
         if (predecessor_) predecessor_->cdm(bit);
@@ -267,7 +257,7 @@ template <unsigned Ids>
 void Bench<Ids>::check_slave(unsigned slave, unsigned id) {
   Mirror& mirror = mirrors_[slave];
   // The server and the registers before this one may each be busy for 3 frames.
-  biss::ControlSession session({.busy_max = biss::microseconds(8 * 50)});
+  ControlSession session({.busy_max = microseconds(8 * 50)});
   std::array<std::uint8_t, 8> bytes{};
   session.read(id, setup_.address, std::span(bytes).first(setup_.size));
   if (session.done()) return;  // The range is beyond the last register.
@@ -284,22 +274,21 @@ void Bench<Ids>::check_slave(unsigned slave, unsigned id) {
   require(session.outcome().error == (due == setup_.size ? std::nullopt : std::optional(refused)));
   // A write changes only the addressed slave, and only if writing is permitted.
   const auto before = mirrors_;
-  const std::array value{static_cast<std::uint8_t>(~mirror.at(biss::reg::mfr_id))};
-  const bool writable = permits(slave, mirror.bsel, RegisterAccess::write, biss::reg::mfr_id);
-  session.write(id, biss::reg::mfr_id, value);
+  const std::array value{static_cast<std::uint8_t>(~mirror.at(reg::mfr_id))};
+  const bool writable = permits(slave, mirror.bsel, RegisterAccess::write, reg::mfr_id);
+  session.write(id, reg::mfr_id, value);
   run(session);
   require(session.outcome().error.has_value() == !writable);
   for (unsigned other = 0; other < Ids; ++other) {
     const bool meant = other == slave && writable;
-    require(mirrors_[other].at(biss::reg::mfr_id) ==
-            (meant ? value[0] : before[other].at(biss::reg::mfr_id)));
+    require(mirrors_[other].at(reg::mfr_id) == (meant ? value[0] : before[other].at(reg::mfr_id)));
   }
 }
 
 template <unsigned Ids>
 void Bench<Ids>::check_answers() {
   for (Mirror& mirror : mirrors_) mirror.busy = false;
-  if (setup_.behind_another) predecessor_.emplace(biss::fuzz::OpenRegisters{});
+  if (setup_.behind_another) predecessor_.emplace(OpenRegisters{});
   // A slave with inactive control communication takes no ID, so the slaves after it move up.
   unsigned id = predecessor_ ? 1 : 0;
   bool any_silent = false;
@@ -311,8 +300,8 @@ void Bench<Ids>::check_answers() {
     }
   }
   if (!any_silent) return;
-  biss::ControlSession session;
-  session.broadcast(biss::ControlCommand::control);
+  ControlSession session;
+  session.broadcast(ControlCommand::control);
   run(session);
   for (unsigned slave = 0; slave < Ids; ++slave) {
     require(server_.control_active(slave));

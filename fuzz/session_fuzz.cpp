@@ -7,33 +7,22 @@
 // one byte for each run of frames: bits 0 and 1 the source of CDS (0, 1, missing, a valid encoder),
 // bits 2 and 3 the time to the next frame, bit 4 the encoder does not receive a frame without CDS,
 // bits 5…7 the number of frames, as a power of two. 0xFF cancels the access.
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-
-#include "fuzz/byte_source.hpp"
 #include "fuzz/control_end.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 
-using biss::CdsBit;
-using biss::ControlError;
-using biss::ControlOutcome;
-using biss::ControlSession;
-using biss::Picoseconds;
-using biss::fuzz::ByteSource;
-using biss::fuzz::require;
+using namespace biss;
+using namespace biss::fuzz;
 
-constexpr Picoseconds cycle = biss::microseconds(50);
+constexpr Picoseconds cycle = microseconds(50);
 constexpr std::uint8_t untouched = 0xA5;
 
 enum class Kind : std::uint8_t { read, write, command, broadcast };
 
 struct Access {
   Kind kind = Kind::read;
-  biss::ExecuteIf execute_if = biss::ExecuteIf::all_accept;
+  ExecuteIf execute_if = ExecuteIf::all_accept;
   std::uint8_t slave = 0;  // of a command: the mask
   std::uint8_t address = 0;
   std::uint8_t size = 0;
@@ -52,7 +41,7 @@ Access read_access(ByteSource& bytes) {
   Access access;
   const std::uint8_t kind = bytes.next();
   access.kind = static_cast<Kind>(kind % 4U);
-  access.execute_if = static_cast<biss::ExecuteIf>((kind >> 2U) % 3U);
+  access.execute_if = static_cast<ExecuteIf>((kind >> 2U) % 3U);
   access.slave = bytes.next();
   // Mostly the existing slave, or its neighbour.
   if (access.kind != Kind::command && access.slave >= 16) access.slave %= 2;
@@ -76,7 +65,7 @@ std::uint32_t most_frames(const Access& access) {
 
 class Line {
  public:
-  Line() : server_(biss::fuzz::OpenRegisters{}) {
+  Line() : server_(OpenRegisters{}) {
     for (std::size_t i = 0; i < registers().size(); ++i) {
       registers()[i] = static_cast<std::uint8_t>(37 * i + 5);
     }
@@ -86,20 +75,20 @@ class Line {
   void check_good_access();
 
  private:
-  std::array<std::uint8_t, biss::register_count>& registers() { return server_.owner().value; }
+  std::array<std::uint8_t, register_count>& registers() { return server_.owner().value; }
 
   void begin(const Access& access);
   void frame(std::uint8_t byte, const Access& access);
   void check_outcome(const Access& access) const;
   void run_well(std::uint32_t most) {
-    biss::fuzz::run_access(
+    run_access(
         session_, now_, most, [&] { return server_.cds(false); },
         [&](bool bit) { server_.cdm(bit); });
     require(!session_.outcome().error && session_.outcome().tries == 1);
   }
 
   ControlSession session_;
-  biss::fuzz::OpenServer server_;
+  OpenServer server_;
   Picoseconds now_{};
   std::array<std::uint8_t, 96> buffer_{};
   std::uint32_t frames_ = 0;         // of this access
@@ -113,7 +102,7 @@ void Line::begin(const Access& access) {
       {.busy_max = std::int64_t{access.busy_cycles} * cycle, .retries = access.retries});
   buffer_.fill(untouched);
   const std::span<std::uint8_t> bytes = std::span(buffer_).first(access.size);
-  const auto command = static_cast<biss::ControlCommand>(access.address % 4U);
+  const auto command = static_cast<ControlCommand>(access.address % 4U);
   switch (access.kind) {
     case Kind::read:
       session_.read(access.slave, access.address, bytes);
@@ -222,17 +211,17 @@ void Line::attack(ByteSource& bytes) {
 void Line::check_good_access() {
   session_.set_options({.busy_max = Picoseconds{}});
   if (!server_.control_active(0)) {
-    session_.broadcast(biss::ControlCommand::control);
-    run_well(biss::broadcast_command_frames);
+    session_.broadcast(ControlCommand::control);
+    run_well(broadcast_command_frames);
     require(server_.control_active(0));
   }
   std::array<std::uint8_t, 3> bytes{};
   session_.read(0, 0x20, bytes);
-  run_well(biss::register_access_frames(bytes.size()));
+  run_well(register_access_frames(bytes.size()));
   require(std::equal(bytes.begin(), bytes.end(), registers().begin() + 0x20));
   const std::array<std::uint8_t, 2> written{0x5A, static_cast<std::uint8_t>(~bytes[1])};
   session_.write(0, 0x21, written);
-  run_well(biss::register_access_frames(written.size()));
+  run_well(register_access_frames(written.size()));
   require(registers()[0x20] == bytes[0] && registers()[0x21] == written[0] &&
           registers()[0x22] == written[1]);
 }

@@ -5,18 +5,12 @@
 // 3…7 busy_s and the fixed ACK; sampling, ready and the timeout, each a byte; the clock period in
 // steps of 50 ns above 100 ns; then one byte for each event: bits 0…5 the time to it in eighths of
 // a period and 1 ns, 63 a long pause; bit 6 inverts MA, bit 7 inverts SLI.
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-
 #include "biss/frame/codec.hpp"
 #include "biss/frame/decode.hpp"
 #include "biss/frame/encode.hpp"
 #include "biss/slave/slave.hpp"
 #include "fuzz/frame_formats.hpp"
-#include "fuzz/require.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 
@@ -144,8 +138,7 @@ void check_answer(Slave& slave, Line& line, Picoseconds period) {
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < header_bytes) return 0;
-  const Codec& codec =
-      biss::fuzz::all_codecs<Codec>()[data[0] % biss::fuzz::all_codecs<Codec>().size()];
+  const auto& codec = biss::fuzz::codec_of<Codec>(data[0]);
   const Picoseconds period = biss::nanoseconds(100 + 50 * (data[5] % 200));
   Slave slave(codec, timing_of(data, period), Owner{&codec.format()});
   Line line(slave);

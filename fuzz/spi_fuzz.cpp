@@ -4,62 +4,46 @@
 // least line delay in quarter periods; bit 0 the phase, bit 1 the tail's rule, bit 2 the timeout's
 // rule, bits 3…7 the range of line delays in quarter periods; bits of padding; the longest ACK in
 // clocks; clocks sent, high and low byte; then the buffer.
-#include <cstddef>
-#include <cstdint>
-#include <span>
-
 #include "biss/frame/codec.hpp"
-#include "biss/frame/encode.hpp"
 #include "biss/master/spi_read.hpp"
 #include "fuzz/frame_formats.hpp"
-#include "fuzz/require.hpp"
+#include "fuzz/target.hpp"
 
 namespace {
 
-using biss::Picoseconds;
-using biss::fuzz::require;
-using Codec = biss::FrameCodec<biss::CrcTable<4>>;
+using namespace biss;
+using namespace biss::fuzz;
+
+using Codec = FrameCodec<CrcTable<4>>;
 
 constexpr std::size_t header_bytes = 8;
 
-biss::SpiSetup setup_of(const std::uint8_t* header) {
-  const Picoseconds period = biss::nanoseconds(100 + header[1]);
+SpiSetup setup_of(const std::uint8_t* header) {
+  const Picoseconds period = nanoseconds(100 + header[1]);
   const Picoseconds least = period * (header[2] % 16) / 4;
   return {.period = period,
-          .phase = (header[3] & 1U) != 0 ? biss::SpiPhase::sample_on_rising
-                                         : biss::SpiPhase::sample_on_falling,
+          .phase = (header[3] & 1U) != 0 ? SpiPhase::sample_on_rising : SpiPhase::sample_on_falling,
           .line_delay = {least, least + period * (header[3] >> 3U) / 4},
           .first_bit = header[4],
-          .tail = (header[3] & 2U) != 0 ? biss::SpiTail::ignored : biss::SpiTail::must_stay_low,
+          .tail = (header[3] & 2U) != 0 ? SpiTail::ignored : SpiTail::must_stay_low,
           .no_error_flag = true,
           .unchecked = true};
 }
 
-biss::DeviceTiming timing_of(const std::uint8_t* header, Picoseconds period) {
+DeviceTiming timing_of(const std::uint8_t* header, Picoseconds period) {
   return {.start_min = period * (header[5] / 16),
           .ack_max = period * header[5],
-          .timeout = {(header[3] & 4U) != 0 ? biss::TimeoutRule::cycle : biss::TimeoutRule::fixed,
-                      biss::nanoseconds(31'250)}};
-}
-
-// Encoding the decoded frame gives the same bits, except zeros in place of the first ones.
-void check_given_back(const Codec::Frame& frame, const biss::BitView& bits, std::size_t zeros,
-                      const Codec& codec) {
-  const auto sent = encode_frame(frame, codec);
-  require(sent.ok());
-  const std::size_t size = sent->size_bits() - (frame.stop_seen ? 0U : 1U);
-  require(size <= bits.size_bits());
-  for (std::size_t i = zeros; i < size; ++i) require(sent->view()[i] == bits[i]);
+          .timeout = {(header[3] & 4U) != 0 ? TimeoutRule::cycle : TimeoutRule::fixed,
+                      nanoseconds(31'250)}};
 }
 
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < header_bytes) return 0;
-  const Codec& codec =
-      biss::fuzz::all_codecs<Codec>()[data[0] % biss::fuzz::all_codecs<Codec>().size()];
-  const biss::SpiSetup setup = setup_of(data);
-  const biss::SpiReader reader(codec, setup, timing_of(data, setup.period));
+  const auto& codec = codec_of<Codec>(data[0]);
+  const SpiSetup setup = setup_of(data);
+  const SpiReader reader(codec, setup, timing_of(data, setup.period));
   const std::span<const std::uint8_t> bytes(data + header_bytes, size - header_bytes);
   const std::size_t clocks = data[6] * 256U + data[7];
 
@@ -69,15 +53,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     require(frame.error().channel < codec.format().channel_count);
     return 0;
   }
-  const biss::FrameBounds& bounds = reader.bounds();
+  const FrameBounds& bounds = reader.bounds();
   require(frame->lead_clocks >= bounds.lead_min_clocks);
   require(frame->lead_clocks <= bounds.lead_max_clocks);
   require(frame->ack_clocks >= bounds.ack_min_clocks);
   require(frame->ack_clocks <= bounds.ack_max_clocks);
-  const biss::LineDelayRange observed = observed_line_delay(*frame, setup);
+  const LineDelayRange observed = observed_line_delay(*frame, setup);
   require(observed.min >= Picoseconds{} && observed.max > observed.min);
   // No format of the list has padding, so every bit can be given back.
-  const biss::BitView bits(bytes, setup.first_bit, clocks);
+  const BitView bits(bytes, setup.first_bit, clocks);
   const std::size_t zeros = bits.find(true, 0);
   require(zeros <= reader.bounds().late_max_clocks && zeros < frame->lead_clocks);
   check_given_back(*frame, bits, zeros, codec);

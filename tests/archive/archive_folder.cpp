@@ -49,12 +49,7 @@ std::vector<Original> simulate_all(const Folder& folder) {
   for (const auto& line : lines_simulated()) {
     for (const char* extension : {".vcd", ".csv", ".sr", ".dsl", ".saleae.csv"}) {
       const std::string path = folder.path(fmt::format("original{}{}", ++seed, extension));
-      std::vector<std::string> arguments{"simulate",           "--cycles", "40",
-                                         "--motion",           "random",   "--seed",
-                                         std::to_string(seed), "-o",       path};
-      arguments.insert(arguments.end(), line.begin(), line.end());
-      const Outcome made = run(arguments);
-      EXPECT_EQ(made.status, 0) << made.err;
+      run_ok(Words("simulate --cycles 40 --motion random --seed {} -o {}", seed, path) + line);
       originals.push_back({extension, content_of(path)});
     }
   }
@@ -82,8 +77,7 @@ void damage(std::string& content, std::size_t number, Random& random) {
 }
 
 pid_t spawn(const std::vector<std::string>& arguments) {
-  std::vector<std::string> words{BISS_COMMAND};
-  words.insert(words.end(), arguments.begin(), arguments.end());
+  Words words = Words{BISS_COMMAND} + arguments;
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
@@ -170,16 +164,14 @@ int kill_and_resume(const ArchiveFolder& archive, int kills, unsigned seed) {
       EXPECT_EQ(content_of(output), whole);
     }
   }
-  EXPECT_EQ(run(arguments).status, 0);
+  run_ok(arguments);
   EXPECT_EQ(content_of(output), whole) << "seed " << seed;
   return killed;
 }
 
 std::string summary_of(const ArchiveFolder& archive, const std::string& threads) {
   const std::string output = archive.beside("whole" + threads + ".json");
-  const Outcome outcome =
-      run({"archive", archive.path(), "--threads", threads, "-o", output, "--worst", "0"});
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  run_ok("archive {} --threads {} -o {} --worst 0", archive.path(), threads, output);
   return content_of(output);
 }
 
@@ -187,15 +179,12 @@ std::string merged_summary_of(const ArchiveFolder& archive, unsigned shards) {
   std::vector<std::string> merge{"archive", "merge"};
   for (unsigned shard = shards; shard > 0; --shard) {
     const std::string part = archive.beside(fmt::format("part{}.json", shard));
-    const Outcome outcome = run(
-        {"archive", archive.path(), "--shard", fmt::format("{}/{}", shard, shards), "-o", part});
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    run_ok({"archive", archive.path(), "--shard", fmt::format("{}/{}", shard, shards), "-o", part});
     merge.push_back(part);
   }
   const std::string output = archive.beside("merged.json");
   merge.insert(merge.end(), {"-o", output});
-  const Outcome outcome = run(merge);
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  run_ok(merge);
   return content_of(output);
 }
 

@@ -3,8 +3,7 @@
 
 #include "tests/archive/archive_folder.hpp"
 
-namespace biss::verbs {
-namespace large_archive_test {
+namespace biss::verbs::large_archive_test {
 
 constexpr std::size_t captures = 1'000;
 
@@ -21,5 +20,4 @@ TEST(LargeArchive, ThreadsAndSevenShards_GiveTheSameSummary) {
   EXPECT_EQ(merged_summary_of(archive, 7), one);
 }
 
-}  // namespace large_archive_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::large_archive_test

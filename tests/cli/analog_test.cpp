@@ -1,16 +1,9 @@
 // `biss decode` reads what `biss simulate` writes after it became the voltages of an oscilloscope:
 // the true positions in the file of every maker, and what is said about wrong options.
-#include <gtest/gtest.h>
-
-#include <cstdlib>
-#include <string>
-#include <vector>
-
 #include "capture/test_scope.hpp"
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace analog_test {
+namespace biss::verbs::analog_test {
 
 constexpr Picoseconds step = nanoseconds(50);
 
@@ -19,10 +12,8 @@ class Analog : public testing::Test {
  protected:
   void SetUp() override {
     const std::string line = folder_.path("line.csv");
-    const Outcome simulated =
-        run({"simulate", "-f", "resolute-26", "--clock", "2MHz", "--cycles", "10", "--motion",
-             "random", "-o", line, "--truth", folder_.path("truth.csv")});
-    ASSERT_EQ(simulated.status, 0) << simulated.err;
+    run_ok("simulate -f resolute-26 --clock 2MHz --cycles 10 --motion random -o {} --truth {}",
+           line, folder_.path("truth.csv"));
     truth_ = rows_of(content_of(folder_.path("truth.csv")));
     std::vector<wire::Edge> edges;
     for (Row& row : rows_of(content_of(line))) {
@@ -37,11 +28,8 @@ class Analog : public testing::Test {
     samples_ = capture::scope_samples(edges, step, count, 11);
   }
 
-  void expect_truth(const std::vector<std::string>& more) const {
-    std::vector<std::string> arguments{"decode", "-f", "resolute-26", "--to", "csv"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    const Outcome decoded = run(arguments);
-    ASSERT_EQ(decoded.status, 0) << decoded.err;
+  void expect_truth(const Words& more) const {
+    const Outcome decoded = run_ok(Words("decode -f resolute-26 --to csv") + more);
     std::vector<Row> rows = rows_of(decoded.out);
     std::vector<Row> truth = truth_;
     ASSERT_EQ(rows.size(), truth.size());
@@ -51,11 +39,8 @@ class Analog : public testing::Test {
     }
   }
 
-  void expect_refusal(const std::vector<std::string>& more, int status,
-                      const std::string& message) const {
-    std::vector<std::string> arguments{"decode", "-f", "resolute-26"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    const Outcome outcome = run(arguments);
+  void expect_refusal(const Words& more, int status, const std::string& message) const {
+    const Outcome outcome = run(Words("decode -f resolute-26") + more);
     EXPECT_EQ(outcome.status, status) << message;
     EXPECT_NE(outcome.err.find(message), std::string::npos) << outcome.err;
   }
@@ -111,16 +96,14 @@ TEST_F(Analog, DifferentialPairs_DecodeToTheTruth) {
 TEST_F(Analog, Converted_DecodesToTheTruth) {
   const std::string pairs = differential();
   const std::string line = folder_.path("converted.vcd");
-  const Outcome made = run({"convert", pairs, line, "--differential", "MA+-MA-=MA",
-                            "--differential", "SLO+-SLO-=SLO", "--threshold=0V:1V"});
-  ASSERT_EQ(made.status, 0) << made.err;
+  run_ok("convert {} {} --differential MA+-MA-=MA --differential SLO+-SLO-=SLO --threshold=0V:1V",
+         pairs, line);
   expect_truth({line});
   // A scope with a known increment gives the rate of the samples.
   const std::string scope =
       folder_.file("scope.csv", scope_text(capture::scope_texts[0], samples_, step));
   const std::string session = folder_.path("converted.sr");
-  const Outcome sampled = run({"convert", scope, session, "--line", "CH1=MA", "--line", "CH2=SLO"});
-  ASSERT_EQ(sampled.status, 0) << sampled.err;
+  run_ok("convert {} {} --line CH1=MA --line CH2=SLO", scope, session);
   expect_truth({session});
 }
 
@@ -134,10 +117,8 @@ TEST_F(Analog, WrongOptions_AreNamed) {
   expect_refusal({pairs, "--threshold", "1V:-1V"}, 2, "the hysteresis is not negative");
   expect_refusal({line, "--threshold", "1V"}, 2, "has levels, not voltages");
   expect_refusal({line, "--differential", "MA-SLO"}, 2, "has levels, not voltages");
-  const Outcome simulated =
-      run({"simulate", "-f", "resolute-26", "--threshold", "1V", "-o", folder_.path("x.vcd")});
-  EXPECT_EQ(simulated.status, 2);
-  EXPECT_NE(simulated.err.find("--ma-from"), std::string::npos) << simulated.err;
+  EXPECT_THAT(run("simulate -f resolute-26 --threshold 1V -o {}", folder_.path("x.vcd")),
+              fails(2, "--ma-from"));
 }
 
 TEST_F(Analog, SignalsWithoutTwoLevels_NameTheOption) {
@@ -147,5 +128,4 @@ TEST_F(Analog, SignalsWithoutTwoLevels_NameTheOption) {
                  "no signal with two levels; give the threshold, as in --threshold 1.5V");
 }
 
-}  // namespace analog_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::analog_test

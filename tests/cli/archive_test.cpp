@@ -1,27 +1,19 @@
 // `biss archive`: what the summary says of each file, and that it depends on the files alone.
 #include <fcntl.h>
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "tests/archive/archive_folder.hpp"
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace archive_test {
+namespace biss::verbs::archive_test {
 
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 using testing::HasSubstr;
-using Words = std::vector<std::string>;
 
 class Archive : public testing::Test {
  protected:
@@ -34,7 +26,7 @@ class Archive : public testing::Test {
   std::string simulated(const std::string& name, Words options) const {
     const fs::path file = fs::path(captures()) / name;
     fs::create_directories(file.parent_path());
-    Words arguments{"simulate", "--seed", "4", "-o", file.string()};
+    Words arguments("simulate --seed 4 -o {}", file.string());
     const auto add_default = [&](const std::string& option, const std::string& value) {
       if (std::find(options.begin(), options.end(), option) == options.end()) {
         arguments.insert(arguments.end(), {option, value});
@@ -43,9 +35,8 @@ class Archive : public testing::Test {
     add_default("--cycles", "60");
     add_default("--clock", "5MHz");
     add_default("--motion", "sine");
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    const Outcome made = run(arguments);
-    EXPECT_EQ(made.status, 0) << made.err;
+    arguments = arguments + options;
+    run_ok(arguments);
     return file.string();
   }
   void put(const std::string& name, std::string_view content) const {
@@ -56,9 +47,7 @@ class Archive : public testing::Test {
 
   Json summary(const Words& more = {}) const { return summary_of_folder(captures(), more); }
   Json summary_of_folder(const std::string& folder, const Words& more = {}) const {
-    Words arguments{"archive", folder, "-o", path("summary.json"), "--worst", "0"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    outcome_ = run(arguments);
+    outcome_ = run(Words("archive {} -o {} --worst 0", folder, path("summary.json")) + more);
     return Json::parse(content_of(path("summary.json")), nullptr, false);
   }
 
@@ -75,16 +64,11 @@ class Archive : public testing::Test {
   }
 
   Outcome merge(const Words& parts) const {
-    Words arguments{"archive", "merge", "-o", path("merged.json")};
-    arguments.insert(arguments.end(), parts.begin(), parts.end());
-    return run(arguments);
+    return run(Words("archive merge -o {}", path("merged.json")) + parts);
   }
   std::string shard(const std::string& number, const Words& more = {}) const {
     std::string part = path("part" + number.substr(0, number.find('/')) + ".json");
-    Words arguments{"archive", captures(), "--shard", number, "-o", part};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    const Outcome outcome = run(arguments);
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    run_ok(Words("archive {} --shard {} -o {}", captures(), number, part) + more);
     return part;
   }
 
@@ -95,8 +79,8 @@ class Archive : public testing::Test {
 TEST_F(Archive, Capture_HasTheFiguresOfDecode) {
   const Words format{"-f", "resolute-26"};
   const std::string file =
-      simulated("axis/a.vcd", {"-f", "resolute-26", "--fault", "flip:0.2", "--fault", "nE:0.2"});
-  const auto rows = rows_of(run({"decode", file, "--to", "csv", "-f", "resolute-26"}).out);
+      simulated("axis/a.vcd", "-f resolute-26 --fault flip:0.2 --fault nE:0.2");
+  const auto rows = rows_of(run("decode {} --to csv -f resolute-26", file).out);
   const Json link = entry_of(summary(format), "a.vcd")["links"][0];
   EXPECT_EQ(outcome_.status, 0) << outcome_.err;
   EXPECT_EQ(link["format"], "pos26,nE,nW,crc6;cds0");
@@ -116,8 +100,8 @@ TEST_F(Archive, Capture_HasTheFiguresOfDecode) {
 }
 
 TEST_F(Archive, FileThatIsNoCapture_HasItsCause) {
-  const std::string whole = content_of(simulated("good.vcd", {"-f", "resolute-26"}));
-  const std::string session = content_of(simulated("good.sr", {"-f", "resolute-26"}));
+  const std::string whole = content_of(simulated("good.vcd", "-f resolute-26"));
+  const std::string session = content_of(simulated("good.sr", "-f resolute-26"));
   fs::remove(fs::path(captures()) / "good.sr");
   put("cut.vcd", std::string_view(whole).substr(0, whole.find("\n#", whole.size() / 2) + 3));
   put("cut.sr", std::string_view(session).substr(0, session.size() / 2));
@@ -145,7 +129,7 @@ TEST_F(Archive, FileThatIsNoCapture_HasItsCause) {
 }
 
 TEST_F(Archive, LinksPipesAndDeepFolders_AreNamedAndNotFollowed) {
-  simulated("m1/a.csv", {"-f", "resolute-26"});
+  simulated("m1/a.csv", "-f resolute-26");
   const fs::path root = captures();
   fs::create_directory_symlink("..", root / "m1" / "up");
   fs::create_directory_symlink(".", root / "self");
@@ -186,7 +170,7 @@ TEST_F(Archive, LinksPipesAndDeepFolders_AreNamedAndNotFollowed) {
 }
 
 TEST_F(Archive, NameThatIsNoUtf8_IsShownByItsBytes) {
-  const std::string file = simulated("a.csv", {"-f", "resolute-26"});
+  const std::string file = simulated("a.csv", "-f resolute-26");
   fs::rename(file, fs::path(captures()) / "a\xE9.csv");
   const Json json = summary();
   EXPECT_EQ(outcome_.status, 0) << outcome_.err;
@@ -197,7 +181,7 @@ TEST_F(Archive, NameThatIsNoUtf8_IsShownByItsBytes) {
 }
 
 TEST_F(Archive, SeveralEncodersInACapture_AreAllRead) {
-  const std::string first = simulated("a.csv", {"-f", "pos26,nE,nW,crc6"});
+  const std::string first = simulated("a.csv", "-f pos26,nE,nW,crc6");
   std::string text = "time_ns,MA1,SLO1,MA2,SLO2\n";
   for (const Row& row : rows_of(content_of(first))) {
     const std::string levels = ',' + row.at("MA") + ',' + row.at("SLO");
@@ -212,11 +196,11 @@ TEST_F(Archive, SeveralEncodersInACapture_AreAllRead) {
 }
 
 TEST_F(Archive, WorstFiles_ComeFirst) {
-  simulated("good.csv", {"-f", "resolute-26"});
-  simulated("worse.csv", {"-f", "resolute-26", "--fault", "flip:0.3"});
-  simulated("bad.csv", {"-f", "resolute-26", "--fault", "flip:0.1"});
-  simulated("flags.csv", {"-f", "resolute-26", "--fault", "nE@7"});
-  simulated("still.csv", {"-f", "resolute-26", "--motion", "constant"});
+  simulated("good.csv", "-f resolute-26");
+  simulated("worse.csv", "-f resolute-26 --fault flip:0.3");
+  simulated("bad.csv", "-f resolute-26 --fault flip:0.1");
+  simulated("flags.csv", "-f resolute-26 --fault nE@7");
+  simulated("still.csv", "-f resolute-26 --motion constant");
   put("empty.vcd", "");
   put("a.txt", "no capture");
   const Json json = summary();
@@ -226,7 +210,7 @@ TEST_F(Archive, WorstFiles_ComeFirst) {
   }
   EXPECT_THAT(names, testing::ElementsAre("worse.csv", "bad.csv", "flags.csv", "empty.vcd",
                                           "still.csv", "good.csv", "a.txt"));
-  const Outcome table = run({"archive", captures(), "--to", "jsonl", "--worst", "2"});
+  const Outcome table = run("archive {} --to jsonl --worst 2", captures());
   const std::size_t end = table.out.find('\n');
   EXPECT_EQ(std::count(table.out.begin(), table.out.end(), '\n'), 2);
   const Json row = Json::parse(table.out.substr(0, end));
@@ -259,31 +243,30 @@ TEST_F(Archive, LineDelayOverDates_IsADrift) {
 }
 
 TEST_F(Archive, OutputInTheFolder_IsNoCapture) {
-  simulated("a.csv", {"-f", "resolute-26"});
+  simulated("a.csv", "-f resolute-26");
   const std::string output = captures() + "/summary.json";
-  ASSERT_EQ(run({"archive", captures(), "-o", output}).status, 0);
+  run_ok("archive {} -o {}", captures(), output);
   const std::string first = content_of(output);
-  ASSERT_EQ(run({"archive", captures(), "-o", output}).status, 0);
+  run_ok("archive {} -o {}", captures(), output);
   EXPECT_EQ(content_of(output), first);
   EXPECT_EQ(Json::parse(first)["list"]["files"], 1);
 }
 
 TEST_F(Archive, OutputOntoACapture_IsRefusedAndLeavesIt) {
-  const std::string capture = simulated("a.csv", {"-f", "resolute-26"});
-  simulated("b.csv", {"-f", "resolute-26"});
+  const std::string capture = simulated("a.csv", "-f resolute-26");
+  simulated("b.csv", "-f resolute-26");
   const std::string before = content_of(capture);
   fs::create_hard_link(capture, path("hard.json"));
   fs::create_symlink(capture, path("link.json"));
   for (const std::string& output : {capture, path("hard.json"), path("link.json")}) {
-    const Outcome refused = run({"archive", captures(), "-o", output});
-    EXPECT_EQ(refused.status, 2) << output;
-    EXPECT_THAT(refused.err, HasSubstr("are the same file"));
+    EXPECT_THAT(run("archive {} -o {}", captures(), output), fails(2, "are the same file"))
+        << output;
     EXPECT_EQ(content_of(capture), before);
   }
   EXPECT_FALSE(fs::exists(capture + ".journal"));
   // Only a name that ends in .json or .journal is looked at as a file of this program.
   const Words named{"archive", captures(), "-o", captures() + "/summary.txt"};
-  ASSERT_EQ(run(named).status, 0);
+  run_ok(named);
   EXPECT_EQ(run(named).status, 2) << "its own summary would be a file of the archive";
 }
 
@@ -299,12 +282,11 @@ TEST_F(Archive, ThreadsAndShards_GiveTheSameSummary) {
 
 // All threads read it together.
 TEST_F(Archive, FileLargerThanAllOthers_HasTheSameFiguresForAnyThreads) {
-  const std::string large =
-      simulated("large.vcd", {"-f", "resolute-26", "--cycles", "1500", "--fault", "flip:0.1"});
-  simulated("small.csv", {"-f", "resolute-26"});
-  simulated("small.sr", {"-f", "resolute-32"});
+  const std::string large = simulated("large.vcd", "-f resolute-26 --cycles 1500 --fault flip:0.1");
+  simulated("small.csv", "-f resolute-26");
+  simulated("small.sr", "-f resolute-32");
   ASSERT_GT(fs::file_size(large), 1U << 20U);
-  const Json one = summary({"--threads", "1"});
+  const Json one = summary("--threads 1");
   EXPECT_EQ(one["totals"]["files"], 3);
   for (const char* threads : {"2", "3", "7"}) {
     fs::remove(path("summary.json.journal"));
@@ -318,14 +300,14 @@ TEST_F(Archive, KilledAtRandom_IsResumed) {
 }
 
 TEST_F(Archive, ChangedFile_IsReadAgain) {
-  simulated("a.csv", {"-f", "resolute-26"});
-  const std::string changed = simulated("b.csv", {"-f", "resolute-26"});
+  simulated("a.csv", "-f resolute-26");
+  const std::string changed = simulated("b.csv", "-f resolute-26");
   summary();
   const std::string journal = path("summary.json.journal");
   const auto size = fs::file_size(journal);
   const Json same = summary();
   EXPECT_EQ(fs::file_size(journal), size);
-  simulated("b.csv", {"-f", "resolute-26", "--fault", "flip:0.4"});
+  simulated("b.csv", "-f resolute-26 --fault flip:0.4");
   // Also where the size did not change.
   fs::last_write_time(changed, fs::last_write_time(changed) + std::chrono::seconds(3));
   const Json json = summary();
@@ -337,9 +319,9 @@ TEST_F(Archive, ChangedFile_IsReadAgain) {
 }
 
 TEST_F(Archive, OtherOptions_UseNothingOfTheJournal) {
-  simulated("a.csv", {"-f", "resolute-26"});
+  simulated("a.csv", "-f resolute-26");
   EXPECT_EQ(summary()["settings"], Json::array());
-  const Json json = summary({"-f", "pos24,nE,nW,crc6"});
+  const Json json = summary("-f pos24,nE,nW,crc6");
   EXPECT_EQ(json["settings"], Json::array({"--format pos24,nE,nW,crc6"}));
   EXPECT_EQ(entry_of(json, "a.csv")["links"][0]["other_format"], "pos26,nE,nW,crc6;cds0");
   EXPECT_EQ(entry_of(json, "a.csv")["links"][0]["status"]["ok"], nullptr);
@@ -347,7 +329,7 @@ TEST_F(Archive, OtherOptions_UseNothingOfTheJournal) {
 }
 
 TEST_F(Archive, DamagedJournal_CostsOnlyTheLinesThatAreDamaged) {
-  for (const char* name : {"a.csv", "b.csv", "c.csv"}) simulated(name, {"-f", "resolute-26"});
+  for (const char* name : {"a.csv", "b.csv", "c.csv"}) simulated(name, "-f resolute-26");
   summary();
   const std::string before = content_of(path("summary.json"));
   const std::string journal = path("summary.json.journal");
@@ -368,7 +350,7 @@ TEST_F(Archive, DamagedJournal_CostsOnlyTheLinesThatAreDamaged) {
 }
 
 TEST_F(Archive, FileThatIsNoJournal_IsNotOverwritten) {
-  simulated("a.csv", {"-f", "resolute-26"});
+  simulated("a.csv", "-f resolute-26");
   const std::string text = folder_.file("summary.json.journal", "my diary\n");
   summary();
   EXPECT_EQ(outcome_.status, 3);
@@ -378,7 +360,7 @@ TEST_F(Archive, FileThatIsNoJournal_IsNotOverwritten) {
 }
 
 TEST_F(Archive, SecondRunWithTheSameOutput_IsRefused) {
-  simulated("a.csv", {"-f", "resolute-26"});
+  simulated("a.csv", "-f resolute-26");
   const std::string journal = folder_.file("summary.json.journal", "");
   const int file = open(journal.c_str(), O_RDWR);
   ASSERT_EQ(flock(file, LOCK_EX), 0);
@@ -392,7 +374,7 @@ TEST_F(Archive, SecondRunWithTheSameOutput_IsRefused) {
 
 TEST_F(Archive, MissingShard_IsNamedAndCanBeAddedLater) {
   for (const char* name : {"a.csv", "b.csv", "c.csv", "d.csv"}) {
-    simulated(name, {"-f", "resolute-26"});
+    simulated(name, "-f resolute-26");
   }
   summary();
   const std::string whole = content_of(path("summary.json"));
@@ -407,35 +389,32 @@ TEST_F(Archive, MissingShard_IsNamedAndCanBeAddedLater) {
 }
 
 TEST_F(Archive, TwoFolders_AddUpToBoth) {
-  simulated("m1/a.csv", {"-f", "resolute-26"});
-  simulated("m2/b.csv", {"-f", "resolute-32", "--fault", "flip:0.3"});
+  simulated("m1/a.csv", "-f resolute-26");
+  simulated("m2/b.csv", "-f resolute-32 --fault flip:0.3");
   const std::string m1 = captures() + "/m1";
   const std::string m2 = captures() + "/m2";
-  ASSERT_EQ(run({"archive", m1, "-o", path("1.json")}).status, 0);
-  ASSERT_EQ(run({"archive", m2, "-o", path("2.json")}).status, 0);
-  ASSERT_EQ(run({"archive", m1, m2, m1, captures() + "/./m1", "-o", path("both.json")}).status, 0);
+  run_ok("archive {} -o {}", m1, path("1.json"));
+  run_ok("archive {} -o {}", m2, path("2.json"));
+  run_ok("archive {} {} {} {} -o {}", m1, m2, m1, captures() + "/./m1", path("both.json"));
   EXPECT_EQ(merge({path("2.json"), path("1.json")}).status, 0);
   EXPECT_EQ(content_of(path("merged.json")), content_of(path("both.json")));
-  const Outcome twice = merge({path("1.json"), path("both.json")});
-  EXPECT_EQ(twice.status, 3);
-  EXPECT_THAT(twice.err, HasSubstr("this file is in two of the summaries"));
+  EXPECT_THAT(merge({path("1.json"), path("both.json")}),
+              fails(3, "this file is in two of the summaries"));
 }
 
 TEST_F(Archive, PartsThatDoNotFit_AreRefusedWithTheCause) {
-  simulated("a.csv", {"-f", "resolute-26"});
-  simulated("b.csv", {"-f", "resolute-26"});
+  simulated("a.csv", "-f resolute-26");
+  simulated("b.csv", "-f resolute-26");
   const std::string first = shard("1/2");
   const std::string second = shard("2/2");
   const auto refused = [&](const Words& parts, const std::string& cause) {
-    const Outcome outcome = merge(parts);
-    EXPECT_EQ(outcome.status, 3) << cause;
-    EXPECT_THAT(outcome.err, HasSubstr(cause));
+    EXPECT_THAT(merge(parts), fails(3, cause)) << cause;
     EXPECT_FALSE(fs::exists(path("merged.json")));
   };
   refused({first, first, second}, "shard 1 of 2 is in an earlier file too");
-  refused({first, shard("2/2", {"-f", "resolute-26"})}, "made with other options than");
+  refused({first, shard("2/2", "-f resolute-26")}, "made with other options than");
   shard("2/2");
-  simulated("c.csv", {"-f", "resolute-26"});
+  simulated("c.csv", "-f resolute-26");
   refused({first, shard("2/2")}, "the shards are not of one list of files, or some are missing");
   refused({path("none.json")}, "cannot open it");
   refused({folder_.file("text.json", "hello")}, "it is no JSON, or ends early");
@@ -460,9 +439,7 @@ TEST_F(Archive, PartsThatDoNotFit_AreRefusedWithTheCause) {
 
 TEST_F(Archive, NothingToRead_IsOneLine) {
   const auto refused = [&](const Words& more, int status, const std::string& cause) {
-    Words arguments{"archive"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    const Outcome outcome = run(arguments);
+    const Outcome outcome = run(Words("archive") + more);
     EXPECT_EQ(outcome.status, status) << cause;
     EXPECT_THAT(outcome.err, HasSubstr(cause));
   };
@@ -477,18 +454,18 @@ TEST_F(Archive, NothingToRead_IsOneLine) {
 }
 
 TEST_F(Archive, ListOfFiles_IsReadAsTheFolder) {
-  const std::string a = simulated("a.csv", {"-f", "resolute-26"});
-  const std::string b = simulated("m/b.csv", {"-f", "resolute-26"});
+  const std::string a = simulated("a.csv", "-f resolute-26");
+  const std::string b = simulated("m/b.csv", "-f resolute-26");
   summary();
   const std::string whole = content_of(path("summary.json"));
   const std::string list = folder_.file("list.txt", b + "\n" + a + "\n");
-  ASSERT_EQ(run({"archive", "--files-from", list, "-o", path("list.json")}).status, 0);
+  run_ok("archive --files-from {} -o {}", list, path("list.json"));
   EXPECT_EQ(content_of(path("list.json")), whole);
 }
 
 TEST_F(Archive, ListOfFoldersAndWhatIsInThem_HasEachFileOnce) {
   for (const char* name : {"m/a.csv", "m/n/b.csv", "m-2/c.csv", "m.csv"}) {
-    simulated(name, {"-f", "resolute-26"});
+    simulated(name, "-f resolute-26");
   }
   const std::string m = captures() + "/m";
   fs::create_symlink(m + "/n", captures() + "/m-2/inside");
@@ -496,7 +473,7 @@ TEST_F(Archive, ListOfFoldersAndWhatIsInThem_HasEachFileOnce) {
   const std::string list =
       folder_.file("list.txt", m + "/n/b.csv\n" + m + "/n\n" + m + "/\n" + m + "\n" + captures() +
                                    "/m-2\n" + captures() + "/m.csv\n" + m + "/a.csv\n");
-  ASSERT_EQ(run({"archive", "--files-from", list, "-o", path("list.json")}).status, 0);
+  run_ok("archive --files-from {} -o {}", list, path("list.json"));
   const Json json = Json::parse(content_of(path("list.json")));
   EXPECT_EQ(json["totals"]["files"], 6);
   EXPECT_EQ(json["totals"]["whole"], 4);
@@ -504,54 +481,48 @@ TEST_F(Archive, ListOfFoldersAndWhatIsInThem_HasEachFileOnce) {
 }
 
 TEST_F(Archive, PathOfAListThatIsGone_DoesNotEndTheRun) {
-  const std::string a = simulated("a.csv", {"-f", "resolute-26"});
+  const std::string a = simulated("a.csv", "-f resolute-26");
   const std::string gone = captures() + "/gone.csv";
   fs::create_symlink("nowhere", captures() + "/broken");
   const std::string list =
       folder_.file("list.txt", gone + "\n" + a + "\n" + gone + "\n" + captures() + "/broken\n");
-  const Outcome outcome = run({"archive", "--files-from", list, "-o", path("list.json")});
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  run_ok("archive --files-from {} -o {}", list, path("list.json"));
   const Json json = Json::parse(content_of(path("list.json")));
   EXPECT_EQ(json["totals"]["files"], 3);
   EXPECT_EQ(cause_of(json, "gone.csv"), "cannot_open");
   EXPECT_THAT(entry_of(json, "gone.csv").value("message", ""), HasSubstr("No such file"));
   EXPECT_EQ(cause_of(json, "a.csv"), "");
-  EXPECT_EQ(run({"archive", a, gone}).status, 3) << "a path of the command line is a mistake";
+  EXPECT_EQ(run("archive {} {}", a, gone).status, 3) << "a path of the command line is a mistake";
 }
 
 TEST_F(Archive, ListWithCrlfAndByteOrderMark_IsReadAsTheFolder) {
-  const std::string a = simulated("a.csv", {"-f", "resolute-26"});
-  const std::string b = simulated("m/b.csv", {"-f", "resolute-26"});
+  const std::string a = simulated("a.csv", "-f resolute-26");
+  const std::string b = simulated("m/b.csv", "-f resolute-26");
   summary();
   const std::string whole = content_of(path("summary.json"));
   for (const std::string& text : {"\xEF\xBB\xBF" + a + "\r\n" + b + "\r\n",
                                   "\xEF\xBB\xBF" + b + "\n" + a, a + "\r\n\r\n" + b + "\r"}) {
     const std::string list = folder_.file("list.txt", text);
-    ASSERT_EQ(run({"archive", "--files-from", list, "-o", path("list.json")}).status, 0);
+    run_ok("archive --files-from {} -o {}", list, path("list.json"));
     EXPECT_EQ(content_of(path("list.json")), whole) << text;
   }
 }
 
 TEST_F(Archive, ListWhoseLinesEndInCr_IsRefusedAtItsLine) {
-  const std::string a = simulated("a.csv", {"-f", "resolute-26"});
-  const std::string odd = simulated("b\rc.csv", {"-f", "resolute-26"});
-  ASSERT_EQ(run({"archive", "--files-from", folder_.file("list.txt", odd + "\n"), "-o",
-                 path("list.json")})
-                .status,
-            0);
+  const std::string a = simulated("a.csv", "-f resolute-26");
+  const std::string odd = simulated("b\rc.csv", "-f resolute-26");
+  run_ok("archive --files-from {} -o {}", folder_.file("list.txt", odd + "\n"), path("list.json"));
   fs::remove(path("list.json"));
   const std::string list = folder_.file("list.txt", odd + "\n" + a + "\r" + a + "\r");
-  const Outcome outcome = run({"archive", "--files-from", list, "-o", path("list.json")});
-  EXPECT_EQ(outcome.status, 3);
-  EXPECT_THAT(outcome.err,
-              HasSubstr(list + ": line 2 has a CR inside; end each line in LF or CRLF"));
+  EXPECT_THAT(run("archive --files-from {} -o {}", list, path("list.json")),
+              fails(3, list + ": line 2 has a CR inside; end each line in LF or CRLF"));
   EXPECT_FALSE(fs::exists(path("list.json")));
 }
 
 TEST_F(Archive, ListThatIsNoTextOfPaths_IsRefusedAtItsLine) {
-  const std::string a = simulated("a.csv", {"-f", "resolute-26"});
+  const std::string a = simulated("a.csv", "-f resolute-26");
   const auto refused = [&](const std::string& list, const std::string& cause) {
-    const Outcome outcome = run({"archive", "--files-from", list, "-o", path("list.json")});
+    const Outcome outcome = run("archive --files-from {} -o {}", list, path("list.json"));
     EXPECT_EQ(outcome.status, 3) << cause;
     EXPECT_THAT(outcome.err, HasSubstr(list + ": " + cause));
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
@@ -571,26 +542,26 @@ TEST_F(Archive, ListThatIsNoTextOfPaths_IsRefusedAtItsLine) {
 }
 
 TEST_F(Archive, FileUnderTwoNames_IsNotCountedTwice) {
-  simulated("m/a.csv", {"-f", "resolute-26"});
+  simulated("m/a.csv", "-f resolute-26");
   const std::string m = captures() + "/m";
   fs::create_directory_symlink(m, path("link"));
   fs::create_symlink(m + "/a.csv", path("a-link.csv"));
   const std::string here = fs::current_path().string();
   const std::string relative = fs::relative(m, here).string();
-  ASSERT_EQ(run({"archive", m, "-o", path("1.json")}).status, 0);
+  run_ok("archive {} -o {}", m, path("1.json"));
   for (const std::string& other :
        {relative, relative + "/a.csv", "./" + relative, path("link") + "/../m", path("link"),
         path("link") + "/a.csv", path("a-link.csv")}) {
-    ASSERT_EQ(run({"archive", other, "-o", path("2.json")}).status, 0) << other;
-    const Outcome twice = merge({path("1.json"), path("2.json")});
-    EXPECT_EQ(twice.status, 3) << other;
-    EXPECT_THAT(twice.err, HasSubstr("this file is in two of the summaries")) << other;
+    ASSERT_EQ(run("archive {} -o {}", other, path("2.json")).status, 0) << other;
+    EXPECT_THAT(merge({path("1.json"), path("2.json")}),
+                fails(3, "this file is in two of the summaries"))
+        << other;
   }
   EXPECT_THAT(merge({path("1.json"), path("2.json")}).err, HasSubstr("also named"));
 }
 
 TEST_F(Archive, ChangedByteOfASummary_IsRefused) {
-  simulated("a.csv", {"-f", "resolute-26", "--fault", "flip:0.2"});
+  simulated("a.csv", "-f resolute-26 --fault flip:0.2");
   summary();
   const std::string text = content_of(path("summary.json"));
   EXPECT_EQ(merge({path("summary.json")}).status, 0);
@@ -609,19 +580,17 @@ TEST_F(Archive, ChangedByteOfASummary_IsRefused) {
   // As an older version wrote it.
   std::string old = text;
   old.replace(old.find(",\n\"checksum\""), std::string::npos, "}\n");
-  const Outcome outcome = merge({folder_.file("old.json", old)});
-  EXPECT_EQ(outcome.status, 3);
-  EXPECT_THAT(outcome.err, HasSubstr("old.json: not a usable summary: its checksum is missing"));
+  EXPECT_THAT(merge({folder_.file("old.json", old)}),
+              fails(3, "old.json: not a usable summary: its checksum is missing"));
 }
 
 TEST_F(Archive, RawSamples_AreReadAmongOtherCaptures) {
-  const Words link{"-f", "resolute-26", "--clock", "1MHz", "--sample-rate", "10MHz"};
+  const Words link("-f resolute-26 --clock 1MHz --sample-rate 10MHz");
   simulated("a.bin", link);
   simulated("b.sr", link);
-  const Json json = summary({"--raw-rate", "10MHz", "--ma", "D0", "--slo", "D1"});
+  const Json json = summary("--raw-rate 10MHz --ma D0 --slo D1");
   EXPECT_EQ(entry_of(json, "a.bin")["links"][0]["cycles"], 60) << outcome_.err;
   EXPECT_EQ(cause_of(json, "b.sr"), "no_such_line");
 }
 
-}  // namespace archive_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::archive_test

@@ -1,21 +1,14 @@
 // Bad input of every kind: one clear line, the right exit status, bounded memory, no partial file.
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 
-#include <algorithm>
-#include <cstdlib>
 #include <cstring>
-#include <filesystem>
-#include <fstream>
-#include <map>
 #include <random>
-#include <sstream>
-#include <string>
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace bad_input_test {
+namespace biss::verbs::bad_input_test {
+
+using BadInput = InFolder;
 
 constexpr const char* usual = "pos26,nE,nW,crc6";
 
@@ -41,7 +34,7 @@ void expect_one_line(const Outcome& outcome, const std::string& part) {
 
 std::string good_capture(const Folder& folder, const std::string& extension) {
   const std::string path = folder.path("good" + extension);
-  EXPECT_EQ(run({"simulate", "-f", usual, "--cycles", "30", "-o", path}).status, 0);
+  run_ok("simulate -f {} --cycles 30 -o {}", usual, path);
   return content_of(path);
 }
 
@@ -51,7 +44,7 @@ void expect_refused(const Folder& folder, const std::string& input, int status,
   SCOPED_TRACE(input);
   const std::string output = folder.file("rows.csv", "old rows\n");
   const std::size_t files = folder.files();
-  const Outcome outcome = run({"decode", input, "-f", usual, "--to", "csv", "-o", output});
+  const Outcome outcome = run("decode {} -f {} --to csv -o {}", input, usual, output);
   EXPECT_EQ(outcome.status, status) << outcome.err;
   expect_one_line(outcome, part);
   EXPECT_EQ(content_of(output), "old rows\n");
@@ -59,8 +52,7 @@ void expect_refused(const Folder& folder, const std::string& input, int status,
   EXPECT_EQ(outcome.out, "");
 }
 
-TEST(BadInput, WhatIsNoCapture_IsRefused) {
-  const Folder folder;
+TEST_F(BadInput, WhatIsNoCapture_IsRefused) {
   expect_refused(folder, folder.path("missing.vcd"), 3, "cannot be opened");
   expect_refused(folder, folder.path(""), 3, "folder");
   expect_refused(folder, folder.file("empty.vcd", ""), 3, "empty");
@@ -78,26 +70,23 @@ TEST(BadInput, WhatIsNoCapture_IsRefused) {
   }
 }
 
-TEST(BadInput, TimeThatRunsBackwards_IsNamedWithItsPlace) {
-  const Folder folder;
+TEST_F(BadInput, TimeThatRunsBackwards_IsNamedWithItsPlace) {
   expect_refused(folder, folder.file("back.csv", "time_ns,MA,SLO\n0,1,1\n100,0,1\n50,1,1\n"), 3,
                  "back.csv:4");
   const std::string vcd = good_capture(folder, ".vcd");
   expect_refused(folder, folder.file("back.vcd", vcd + "#5\n0!\n"), 3, "back.vcd:");
 }
 
-TEST(BadInput, HalfAFile_GivesWhatIsWholeOrAnErrorNeverAWrongRow) {
-  const Folder folder;
+TEST_F(BadInput, HalfAFile_GivesWhatIsWholeOrAnErrorNeverAWrongRow) {
   for (const char* extension : {".vcd", ".csv"}) {
     const std::string text = good_capture(folder, extension);
     const auto whole = rows_of(
-        run({"decode", folder.path(std::string("good") + extension), "-f", usual, "--to", "csv"})
-            .out);
+        run("decode {} -f {} --to csv", folder.path(std::string("good") + extension), usual).out);
     ASSERT_EQ(whole.size(), 30U);
     for (std::size_t cut = 10; cut < text.size(); cut += text.size() / 23) {
       SCOPED_TRACE(std::string(extension) + " cut at " + std::to_string(cut));
       const std::string half = folder.file(std::string("half") + extension, text.substr(0, cut));
-      const Outcome outcome = run({"decode", half, "-f", usual, "--to", "csv"});
+      const Outcome outcome = run("decode {} -f {} --to csv", half, usual);
       EXPECT_TRUE(outcome.status == 0 || outcome.status == 1 || outcome.status == 3);
       const auto rows = rows_of(outcome.out);
       for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -112,26 +101,23 @@ TEST(BadInput, HalfAFile_GivesWhatIsWholeOrAnErrorNeverAWrongRow) {
   }
 }
 
-TEST(BadInput, ReadErrorBehindGoodRows_PipesThemAndFails) {
-  const Folder folder;
+TEST_F(BadInput, ReadErrorBehindGoodRows_PipesThemAndFails) {
   const std::string capture =
       folder.file("tail.vcd", good_capture(folder, ".vcd") + "#99999999999999\nnonsense\n");
   expect_refused(folder, capture, 3, "tail.vcd:");
-  const Outcome piped = run({"decode", capture, "-f", usual, "--to", "csv"});
+  const Outcome piped = run("decode {} -f {} --to csv", capture, usual);
   EXPECT_EQ(piped.status, 3);
   EXPECT_EQ(rows_of(piped.out).size(), 30U);
 }
 
-TEST(BadInput, UnknownLevels_AreRowsOfTheirOwn) {
-  const Folder folder;
+TEST_F(BadInput, UnknownLevels_AreRowsOfTheirOwn) {
   std::string text = good_capture(folder, ".csv");
   auto line = text.begin();
   for (int i = 0; i < 400; ++i) line = std::find(line, text.end(), '\n') + 1;
   const auto comma = std::find(line, text.end(), ',');
   *(comma + 1) = 'x';
   *(comma + 3) = 'z';
-  const Outcome outcome = run({"decode", folder.file("x.csv", text), "-f", usual, "--to", "csv"});
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const Outcome outcome = run_ok("decode {} -f {} --to csv", folder.file("x.csv", text), usual);
   std::size_t unknown = 0;
   std::size_t good = 0;
   for (const Row& row : rows_of(outcome.out)) {
@@ -142,33 +128,28 @@ TEST(BadInput, UnknownLevels_AreRowsOfTheirOwn) {
   EXPECT_EQ(good, 29U);
 }
 
-TEST(BadInput, LinesThatAreNotThere_AreWrongUsage) {
-  const Folder folder;
+TEST_F(BadInput, LinesThatAreNotThere_AreWrongUsage) {
   good_capture(folder, ".csv");
   const std::string capture = folder.path("good.csv");
-  for (const std::vector<std::string>& options : std::vector<std::vector<std::string>>{
-           {"--ma", "CLK"}, {"--slo", "other.csv:SLO"}, {"--ma", "SLO", "--slo", "SLO"}}) {
-    std::vector<std::string> words{"decode", capture};
-    words.insert(words.end(), options.begin(), options.end());
-    const Outcome outcome = run(words);
+  for (const Words& options :
+       {Words("--ma CLK"), Words("--slo other.csv:SLO"), Words("--ma SLO --slo SLO")}) {
+    const Outcome outcome = run(Words("decode {}", capture) + options);
     EXPECT_EQ(outcome.status, 2) << outcome.err;
     expect_one_line(outcome, "");
     EXPECT_EQ(outcome.out, "");
   }
 }
 
-TEST(BadInput, NoRequestOnTheLines_FailsTheData) {
-  const Folder folder;
+TEST_F(BadInput, NoRequestOnTheLines_FailsTheData) {
   const std::string still = folder.file("still.csv", "time_ns,MA,SLO\n0,1,1\n100000,1,1\n");
-  const Outcome outcome = run({"decode", still, "-f", usual});
+  const Outcome outcome = run("decode {} -f {}", still, usual);
   EXPECT_EQ(outcome.status, 1) << outcome.err;
   expect_one_line(outcome, "no request cycle");
   const std::string unnamed = folder.file("unnamed.csv", "time_ns,A,B\n0,1,1\n100000,1,1\n");
-  EXPECT_EQ(run({"decode", unnamed, "-f", usual}).status, 1);
+  EXPECT_EQ(run("decode {} -f {}", unnamed, usual).status, 1);
 }
 
-TEST(BadInput, EndlessToken_IsRefusedInBoundedMemory) {
-  const Folder folder;
+TEST_F(BadInput, EndlessToken_IsRefusedInBoundedMemory) {
   const std::string piece(1'000'000, 'a');
   for (const char* begin :
        {"", "$timescale 1ns $end\n$var wire 1 ! MA $end\n$enddefinitions $end\n#", "$comment ",
@@ -190,8 +171,7 @@ TEST(BadInput, EndlessToken_IsRefusedInBoundedMemory) {
   }
 }
 
-TEST(BadInput, AccessFileThatCannotBeRead_IsRefusedWithItsLine) {
-  const Folder folder;
+TEST_F(BadInput, AccessFileThatCannotBeRead_IsRefusedWithItsLine) {
   const auto simulate = [&](const std::string& file) {
     return run_measured(
         {"simulate", "-f", usual, "--access", "@" + file, "-o", folder.path("line.vcd")});
@@ -228,16 +208,12 @@ int status_with_short_reader(const Folder& folder, const std::string& words) {
   return std::atoi(content_of(status).c_str());
 }
 
-TEST(BadInput, ReaderThatLeaves_GetsTheJudgementAndTheOtherOutputsDone) {
-  const Folder folder;
+TEST_F(BadInput, ReaderThatLeaves_GetsTheJudgementAndTheOtherOutputsDone) {
   const std::string capture = folder.path("bad.csv");
   const std::string truth = folder.path("truth.csv");
   const std::string simulate = std::string("simulate -f ") + usual;
   // Only the last row is bad, and the rows before it exceed the capacity of a pipe.
-  ASSERT_EQ(run({"simulate", "-f", usual, "--cycles", "3000", "--fault", "flip@2999,bit=9", "-o",
-                 capture})
-                .status,
-            0);
+  run_ok("simulate -f {} --cycles 3000 --fault flip@2999,bit=9 -o {}", usual, capture);
   const std::string decode = "decode '" + capture + "' -f " + usual + " --to csv";
   EXPECT_EQ(status_with_short_reader(folder, decode + " --fail-on crc"), 1);
   EXPECT_EQ(status_with_short_reader(folder, decode), 0);
@@ -266,10 +242,9 @@ std::string with_gap(std::string archive, std::uint32_t gap) {
 }
 
 // A session too large for memory is copied to the folder that TMPDIR names.
-TEST(BadInput, TemporaryFolder_IsTheOneOfTheEnvironment) {
-  const Folder folder;
+TEST_F(BadInput, TemporaryFolder_IsTheOneOfTheEnvironment) {
   const std::string small = folder.path("small.sr");
-  ASSERT_EQ(run({"simulate", "-f", usual, "--cycles", "30", "-o", small}).status, 0);
+  run_ok("simulate -f {} --cycles 30 -o {}", usual, small);
   const std::string session = folder.file("line.sr", with_gap(content_of(small), 20'000'000));
   const auto status_with = [&](const std::string& temporary) {
     const std::string line = "cat '" + session + "' | TMPDIR='" + temporary + "' '" + BISS_COMMAND +
@@ -293,7 +268,7 @@ Outcome run_limited(int kib, const std::string& words) {
   return outcome;
 }
 
-TEST(BadInput, MemoryThatEndsInAWorker_IsAnErrorOfOneLine) {
+TEST_F(BadInput, MemoryThatEndsInAWorker_IsAnErrorOfOneLine) {
   // A sanitized process reserves more than any limit.
   if (sanitized()) return;
   int refused = 0;
@@ -310,8 +285,7 @@ TEST(BadInput, MemoryThatEndsInAWorker_IsAnErrorOfOneLine) {
   EXPECT_GT(refused, 0);
 }
 
-TEST(BadInput, FreeRunningLinesOfManyEdges_StayInBoundedMemory) {
-  const Folder folder;
+TEST_F(BadInput, FreeRunningLinesOfManyEdges_StayInBoundedMemory) {
   const std::string path = folder.file("free.csv", "time_ns,MA,SLO\n");
   std::ofstream file(path, std::ios::binary | std::ios::app);
   for (int i = 0; i < 2'000'000; ++i) file << i * 500 << (i % 2 == 0 ? ",1,0\n" : ",0,1\n");
@@ -324,8 +298,7 @@ TEST(BadInput, FreeRunningLinesOfManyEdges_StayInBoundedMemory) {
   }
 }
 
-TEST(BadInput, FormatWithAMistake_PointsAtIt) {
-  const Folder folder;
+TEST_F(BadInput, FormatWithAMistake_PointsAtIt) {
   good_capture(folder, ".csv");
   const std::string capture = folder.path("good.csv");
   for (const char* format : {"",
@@ -363,7 +336,7 @@ TEST(BadInput, FormatWithAMistake_PointsAtIt) {
     SCOPED_TRACE(format);
     for (const std::string verb : {"decode", "crc", "plan", "simulate"}) {
       const std::string output = folder.path("never.csv");
-      std::vector<std::string> words{verb, "-f", format};
+      Words words{verb, "-f", format};
       if (verb == "decode") words.push_back(capture);
       if (verb == "crc") words.emplace_back("0");
       if (verb == "simulate") words.insert(words.end(), {"-o", output});
@@ -377,24 +350,23 @@ TEST(BadInput, FormatWithAMistake_PointsAtIt) {
   }
 }
 
-TEST(BadInput, PositionTooLargeOrNoNumber_IsWrongUsage) {
+TEST_F(BadInput, PositionTooLargeOrNoNumber_IsWrongUsage) {
   for (const char* position :
        {"67108864", "0x4000000", "99999999999999999999999", "-1", "1.5", "x", "0x", "1e3"}) {
-    const Outcome outcome = run({"crc", "-f", usual, "--", position});
+    const Outcome outcome = run("crc -f {} -- {}", usual, position);
     EXPECT_EQ(outcome.status, 2) << position;
     expect_one_line(outcome, "position");
     EXPECT_EQ(outcome.out, "");
   }
 }
 
-TEST(BadInput, OutputThatCannotBeWritten_IsAnInputOutputError) {
-  const Folder folder;
+TEST_F(BadInput, OutputThatCannotBeWritten_IsAnInputOutputError) {
   good_capture(folder, ".csv");
   const Outcome outcome =
-      run({"decode", folder.path("good.csv"), "-o", folder.path("no/such/folder")});
+      run("decode {} -o {}", folder.path("good.csv"), folder.path("no/such/folder"));
   EXPECT_EQ(outcome.status, 3);
   expect_one_line(outcome, "no/such/folder");
-  const Outcome full = run({"decode", folder.path("good.csv"), "-o", "/dev/full"});
+  const Outcome full = run("decode {} -o /dev/full", folder.path("good.csv"));
   EXPECT_EQ(full.status, 3);
   expect_one_line(full, "/dev/full");
 }
@@ -411,7 +383,7 @@ std::map<std::string, std::string> contents_of(const Folder& folder) {
 // Words of a command; those that begin with `%` are files in the folder.
 std::vector<std::string> words_in(const Folder& folder, const std::string& line) {
   std::istringstream stream(line);
-  std::vector<std::string> words;
+  Words words;
   for (std::string word; stream >> word;) {
     const std::size_t file = word.find('%');
     if (file != std::string::npos) word.replace(file, 1, folder.path(""));
@@ -431,13 +403,12 @@ void expect_same_file(const Folder& folder, const std::string& line,
   EXPECT_EQ(contents_of(folder), before);
 }
 
-TEST(BadInput, OutputOntoAnInput_IsWrongUsageAndLeavesIt) {
-  const Folder folder;
+TEST_F(BadInput, OutputOntoAnInput_IsWrongUsageAndLeavesIt) {
   good_capture(folder, ".vcd");
   folder.file("encoder.eds", "[registers]\nEDS_BANK = 2\n[common]\nTMA = 100ns\n");
   folder.file("list", "read:0x42\n");
-  ASSERT_EQ(run(words_in(folder, "eds build %encoder.eds --force -o %dump.hex")).status, 0);
-  ASSERT_EQ(run(words_in(folder, "safety campaign -f rxm --frames 100 --state %state")).status, 0);
+  run_ok(words_in(folder, "eds build %encoder.eds --force -o %dump.hex"));
+  run_ok(words_in(folder, "safety campaign -f rxm --frames 100 --state %state"));
   const std::string path = folder.path("good.vcd");
   std::filesystem::create_symlink(path, folder.path("link.vcd"));
   std::filesystem::create_hard_link(path, folder.path("hard.vcd"));
@@ -470,8 +441,7 @@ TEST(BadInput, OutputOntoAnInput_IsWrongUsageAndLeavesIt) {
   expect_same_file(folder, "decode - -f pos26,nE,nW,crc6 -o %good.vcd", path);
 }
 
-TEST(BadInput, TwoOutputsInOneFile_AreWrongUsage) {
-  const Folder folder;
+TEST_F(BadInput, TwoOutputsInOneFile_AreWrongUsage) {
   good_capture(folder, ".vcd");
   std::filesystem::create_symlink(folder.path("missing"), folder.path("link"));
   for (const char* line : {"simulate -f pos26,nE,nW,crc6 -o %both.csv --truth %both.csv",
@@ -484,11 +454,10 @@ TEST(BadInput, TwoOutputsInOneFile_AreWrongUsage) {
     expect_same_file(folder, line);
   }
   // /dev/null may be the target of several outputs.
-  EXPECT_EQ(run({"simulate", "-f", usual, "-o", "/dev/null", "--truth", "/dev/null"}).status, 0);
+  run_ok("simulate -f {} -o /dev/null --truth /dev/null", usual);
 }
 
-TEST(BadInput, InputThatStandardOutputAppendsTo_IsWrongUsage) {
-  const Folder folder;
+TEST_F(BadInput, InputThatStandardOutputAppendsTo_IsWrongUsage) {
   const std::string capture = good_capture(folder, ".vcd");
   const std::string path = folder.path("good.vcd");
   const std::string line = std::string("'") + BISS_COMMAND + "' decode '" + path + "' -f " + usual +
@@ -498,8 +467,7 @@ TEST(BadInput, InputThatStandardOutputAppendsTo_IsWrongUsage) {
   EXPECT_EQ(content_of(path), capture);
 }
 
-TEST(BadInput, QuantityWithoutUnit_IsWrongUsage) {
-  const Folder folder;
+TEST_F(BadInput, QuantityWithoutUnit_IsWrongUsage) {
   good_capture(folder, ".vcd");
   for (const char* line :
        {"plan -f resolute-26 --clock 10", "plan -f resolute-26 --cable 50",
@@ -511,23 +479,22 @@ TEST(BadInput, QuantityWithoutUnit_IsWrongUsage) {
     expect_one_line(outcome, "no unit; use");
     EXPECT_EQ(folder.files(), 1U);
   }
-  EXPECT_EQ(run(words_in(folder, "plan -f resolute-26 --clock 10MHz --cable 0")).status, 0);
+  run_ok(words_in(folder, "plan -f resolute-26 --clock 10MHz --cable 0"));
 }
 
-TEST(BadInput, EmptyValue_IsWrongUsageAndNotTakenForNone) {
-  const Folder folder;
+TEST_F(BadInput, EmptyValue_IsWrongUsageAndNotTakenForNone) {
   good_capture(folder, ".vcd");
   const std::string capture = folder.path("good.vcd");
   for (const char* option : {"-f", "--ack-max", "--ack-clocks", "--timeout", "--release",
                              "--clock-max", "--cycle-min", "--since", "--ma", "--fail-on", "-o"}) {
     SCOPED_TRACE(option);
-    const Outcome outcome = run({"decode", capture, option, ""});
+    const Outcome outcome = run("decode {} {} {}", capture, option, "");
     EXPECT_EQ(outcome.status, 2);
     expect_one_line(outcome, "empty; a value is needed");
     EXPECT_EQ(outcome.out, "");
     if (std::string_view(option).starts_with("--")) {
       const Outcome joined =
-          run({"decode", capture, std::string(option) + "=", "pos26,nE,nW,crc6"});
+          run("decode {} {} pos26,nE,nW,crc6", capture, std::string(option) + "=");
       EXPECT_EQ(joined.status, 2);
       expect_one_line(joined, "empty; a value is needed");
     }
@@ -536,18 +503,17 @@ TEST(BadInput, EmptyValue_IsWrongUsageAndNotTakenForNone) {
                              "--counter-start", "--truth", "--ma-from"}) {
     SCOPED_TRACE(option);
     const Outcome outcome =
-        run({"simulate", "-f", usual, option, "", "-o", folder.path("never.vcd")});
+        run("simulate -f {} {} {} -o {}", usual, option, "", folder.path("never.vcd"));
     EXPECT_EQ(outcome.status, 2);
     expect_one_line(outcome, "empty; a value is needed");
     EXPECT_EQ(folder.files(), 1U);
   }
-  const Outcome shard = run({"safety", "campaign", "-f", "rxm", "--shard", ""});
+  const Outcome shard = run("safety campaign -f rxm --shard {}", "");
   EXPECT_EQ(shard.status, 2);
   expect_one_line(shard, "empty; a value is needed");
 }
 
-TEST(BadInput, NegativeTime_IsATimeOfTheCapture) {
-  const Folder folder;
+TEST_F(BadInput, NegativeTime_IsATimeOfTheCapture) {
   const std::string text = good_capture(folder, ".csv");
   // All times 1 ms earlier.
   std::istringstream lines(text);
@@ -560,11 +526,10 @@ TEST(BadInput, NegativeTime_IsATimeOfTheCapture) {
         std::to_string(std::stod(line.substr(0, comma)) - 1'000'000) + line.substr(comma) + '\n';
   }
   const std::string capture = folder.file("early.csv", early);
-  const auto all = rows_of(run({"decode", capture, "-f", usual, "--to", "csv"}).out);
+  const auto all = rows_of(run("decode {} -f {} --to csv", capture, usual).out);
   ASSERT_EQ(all.size(), 30U);
   const Outcome part =
-      run({"decode", capture, "-f", usual, "--to", "csv", "--since", "-900us", "--until=-1us"});
-  EXPECT_EQ(part.status, 0) << part.err;
+      run_ok("decode {} -f {} --to csv --since -900us --until=-1us", capture, usual);
   std::size_t inside = 0;
   for (const Row& row : all) {
     const double time = std::stod(row.at("time_ns"));
@@ -575,25 +540,22 @@ TEST(BadInput, NegativeTime_IsATimeOfTheCapture) {
   EXPECT_EQ(rows_of(part.out).size(), inside);
 }
 
-TEST(BadInput, MoreCyclesThanTimeCanCount_IsWrongUsage) {
-  const Folder folder;
-  const Outcome outcome = run({"simulate", "-f", "pos1", "--rate", "1Hz", "--cycles", "9300000",
-                               "-o", folder.path("long.csv")});
+TEST_F(BadInput, MoreCyclesThanTimeCanCount_IsWrongUsage) {
+  const Outcome outcome =
+      run("simulate -f pos1 --rate 1Hz --cycles 9300000 -o {}", folder.path("long.csv"));
   EXPECT_EQ(outcome.status, 2);
   expect_one_line(outcome, "8640000 cycles at this rate");
 }
 
-TEST(BadInput, NoCycleInTheTimeAskedFor_SaysSo) {
-  const Folder folder;
+TEST_F(BadInput, NoCycleInTheTimeAskedFor_SaysSo) {
   good_capture(folder, ".vcd");
-  const Outcome outcome = run({"decode", folder.path("good.vcd"), "-f", usual, "--since", "900s"});
+  const Outcome outcome = run("decode {} -f {} --since 900s", folder.path("good.vcd"), usual);
   EXPECT_EQ(outcome.status, 1);
   expect_one_line(outcome, "no request cycle between --since and --until; outside: 30");
   const Outcome exchanged =
-      run({"decode", folder.path("good.vcd"), "-f", usual, "--since", "900s", "--until", "1s"});
+      run("decode {} -f {} --since 900s --until 1s", folder.path("good.vcd"), usual);
   EXPECT_EQ(exchanged.status, 2);
   expect_one_line(exchanged, "--until: is before --since");
 }
 
-}  // namespace bad_input_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::bad_input_test

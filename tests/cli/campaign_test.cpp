@@ -1,45 +1,37 @@
 // biss safety campaign: killed and resumed, in shards, with any number of threads.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <filesystem>
 #include <random>
-#include <string>
 #include <thread>
-#include <vector>
 
 #include "tests/cli/run_command.hpp"
 
 extern char** environ;
 
-namespace biss::verbs {
-namespace campaign_test {
+namespace biss::verbs::campaign_test {
 
-std::vector<std::string> campaign(const std::vector<std::string>& more) {
-  std::vector<std::string> arguments{
-      "safety",   "campaign", "-f",      "rxm",     "--fault",    "flips:0.1", "--fault",
-      "burst:16", "--fault",  "slo_low", "--fault", "lost_start", "--fault",   "flips:0.5:fitting",
-      "--frames", "1000003",  "--seed",  "11",      "--to",       "csv",       "--no-importance"};
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return arguments;
+using Campaign = InFolder;
+
+Words campaign(const Words& more) {
+  return Words(
+             "safety campaign -f rxm --fault flips:0.1 --fault burst:16 --fault slo_low --fault "
+             "lost_start --fault flips:0.5:fitting --frames 1000003 --seed 11 --to csv "
+             "--no-importance") +
+         more;
 }
 
 const std::string& whole() {
-  static const std::string table = run(campaign({"--threads", "2"})).out;
+  static const std::string table = run(campaign("--threads 2")).out;
   return table;
 }
 
 // Starts the command and sends it the signal after that time. Returns the status of waitpid().
-int run_for(std::chrono::microseconds time, const std::vector<std::string>& arguments,
-            int signal_number = SIGKILL) {
-  std::vector<std::string> words{BISS_COMMAND};
-  words.insert(words.end(), arguments.begin(), arguments.end());
+int run_for(std::chrono::microseconds time, const Words& arguments, int signal_number = SIGKILL) {
+  Words words = Words{BISS_COMMAND} + arguments;
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
@@ -52,30 +44,27 @@ int run_for(std::chrono::microseconds time, const std::vector<std::string>& argu
   return status;
 }
 
-TEST(Campaign, KilledAtAnyTime_GoesOnToTheSameTable) {
-  const Folder folder;
+TEST_F(Campaign, KilledAtAnyTime_GoesOnToTheSameTable) {
   const std::string state = folder.path("state.json");
   std::mt19937 random(20261121);
   int kills = 0;
   for (; kills < 12; ++kills) {
     const auto time = std::chrono::microseconds(20'000 + random() % 100'000);
-    if (WIFEXITED(run_for(time, campaign({"--threads", "2", "--state", state, "--save-every", "1ms",
-                                          "-o", folder.path("early.csv")})))) {
+    if (WIFEXITED(run_for(time, campaign(Words("--threads 2 --state {} --save-every 1ms -o {}",
+                                               state, folder.path("early.csv")))))) {
       break;
     }
   }
   EXPECT_GT(kills, 0);
-  const Outcome last = run(campaign({"--threads", "3", "--state", state}));
-  EXPECT_EQ(last.status, 0) << last.err;
+  const Outcome last = run_ok(campaign(Words("--threads 3 --state {}", state)));
   EXPECT_EQ(last.out, whole());
   const Outcome again = run(campaign({"--state", state}));
   EXPECT_EQ(again.out, whole());
 }
 
-TEST(Campaign, InterruptedBeforeTheFirstSave_KeepsItsProgress) {
-  const Folder folder;
+TEST_F(Campaign, InterruptedBeforeTheFirstSave_KeepsItsProgress) {
   const std::string state = folder.path("state.json");
-  const auto arguments = campaign({"--state", state, "--save-every", "1000s"});
+  const auto arguments = campaign(Words("--state {} --save-every 1000s", state));
   // After the command handles signals, the first one makes it write a state.
   int status = 0;
   for (auto time = std::chrono::milliseconds(50); !std::filesystem::exists(state); time *= 2) {
@@ -86,27 +75,24 @@ TEST(Campaign, InterruptedBeforeTheFirstSave_KeepsItsProgress) {
   EXPECT_EQ(run(arguments).out, whole());
 }
 
-TEST(Campaign, SevenShardsMerged_GiveTheSameTable) {
-  const Folder folder;
-  std::vector<std::string> merge{"safety", "campaign", "merge", "--to", "csv"};
+TEST_F(Campaign, SevenShardsMerged_GiveTheSameTable) {
+  Words merge("safety campaign merge --to csv");
   for (const char* shard : {"1/7", "2/7", "3/7", "4/7", "5/7", "6/7", "7/7"}) {
     const std::string state = folder.path(std::string(1, shard[0]) + ".json");
-    const Outcome part = run(campaign({"--shard", shard, "--state", state}));
-    ASSERT_EQ(part.status, 0) << part.err;
+    const Outcome part = run_ok(campaign(Words("--shard {} --state {}", shard, state)));
     EXPECT_NE(part.out, whole());
     if (shard[0] == '7') {
       EXPECT_EQ(run(merge).status, 1) << "a part is missing";
     }
     merge.push_back(state);
   }
-  const Outcome merged = run(merge);
-  EXPECT_EQ(merged.status, 0) << merged.err;
+  const Outcome merged = run_ok(merge);
   EXPECT_EQ(merged.out, whole());
   merge.push_back(folder.path("3.json"));
   EXPECT_EQ(run(merge).status, 3) << "a part twice";
 }
 
-TEST(Campaign, Rows_HaveTheKeysOfTheContract) {
+TEST_F(Campaign, Rows_HaveTheKeysOfTheContract) {
   EXPECT_TRUE(
       whole().starts_with("fault,frames,accepted_cpw,accepted_spw,accepted_both,"
                           "accepted_monitor,wrong,rate,theory,"));
@@ -119,10 +105,9 @@ TEST(Campaign, Rows_HaveTheKeysOfTheContract) {
   EXPECT_LT(std::abs(std::stod(rows[4].at("sigma"))), 5);
 }
 
-TEST(Campaign, JsonLines_HaveNumbers) {
-  const Outcome lines = run({"safety", "campaign", "-f", "rxm", "--fault", "flips:0.1", "--frames",
-                             "70000", "--no-importance", "--to", "jsonl"});
-  ASSERT_EQ(lines.status, 0) << lines.err;
+TEST_F(Campaign, JsonLines_HaveNumbers) {
+  const Outcome lines =
+      run_ok("safety campaign -f rxm --fault flips:0.1 --frames 70000 --no-importance --to jsonl");
   for (const char* key : {"rate", "theory", "low", "high", "cpw_sigma", "effective"}) {
     const auto at = lines.out.find("\"" + std::string(key) + "\":");
     ASSERT_NE(at, std::string::npos) << key;
@@ -132,12 +117,12 @@ TEST(Campaign, JsonLines_HaveNumbers) {
   }
 }
 
-TEST(Campaign, MissedFrame_IsShownAgainByItsNumber) {
+TEST_F(Campaign, MissedFrame_IsShownAgainByItsNumber) {
   const std::string missed = rows_of(whole())[0].at("missed");
   ASSERT_FALSE(missed.empty());
-  const Outcome shown = run({"safety", "campaign", "-f", "rxm", "--fault", "flips:0.1", "--seed",
-                             "11", "--replay", missed.substr(0, missed.find(';')), "--to", "csv"});
-  ASSERT_EQ(shown.status, 0) << shown.err;
+  const Outcome shown =
+      run_ok("safety campaign -f rxm --fault flips:0.1 --seed 11 --replay {} --to csv",
+             missed.substr(0, missed.find(';')));
   const auto rows = rows_of(shown.out);
   ASSERT_EQ(rows.size(), 1U);
   EXPECT_EQ(rows[0].at("verdict"), "safe");
@@ -145,27 +130,24 @@ TEST(Campaign, MissedFrame_IsShownAgainByItsNumber) {
   EXPECT_NE(rows[0].at("cpw_sent"), rows[0].at("cpw_read"));
 }
 
-TEST(Campaign, StateOfAnotherCampaign_IsRefusedAndKept) {
-  const Folder folder;
+TEST_F(Campaign, StateOfAnotherCampaign_IsRefusedAndKept) {
   const std::string state = folder.path("state.json");
-  ASSERT_EQ(run(campaign({"--shard", "1/20", "--state", state})).status, 0);
+  run_ok(campaign(Words("--shard 1/20 --state {}", state)));
   const std::string before = content_of(state);
-  EXPECT_EQ(run(campaign({"--seed", "12", "--state", state})).status, 2) << "--seed twice";
-  const Outcome other =
-      run({"safety", "campaign", "-f", "rxm", "--fault", "flips:0.1", "--state", state});
+  EXPECT_EQ(run(campaign(Words("--seed 12 --state {}", state))).status, 2) << "--seed twice";
+  const Outcome other = run("safety campaign -f rxm --fault flips:0.1 --state {}", state);
   EXPECT_EQ(other.status, 3);
   EXPECT_EQ(content_of(state), before);
   const std::string broken = folder.file("broken.json", before.substr(0, before.size() / 2));
   EXPECT_EQ(run(campaign({"--state", broken})).status, 3);
 }
 
-TEST(Campaign, StateWithACountThatCannotBe_IsRefused) {
-  const Folder folder;
+TEST_F(Campaign, StateWithACountThatCannotBe_IsRefused) {
   const std::string state = folder.path("state.json");
-  const std::vector<std::string> arguments{
-      "safety", "campaign",        "-f",   "rxm", "--fault", "flips:0.1", "--frames",
-      "1000",   "--no-importance", "--to", "csv", "--state", state};
-  ASSERT_EQ(run(arguments).status, 0);
+  const Words arguments(
+      "safety campaign -f rxm --fault flips:0.1 --frames 1000 --no-importance --to csv --state {}",
+      state);
+  run_ok(arguments);
   const std::string text = content_of(state);
   const std::size_t at = text.find("\"cpw\":[[") + 9;
   const std::size_t comma = text.find(',', at);
@@ -177,18 +159,17 @@ TEST(Campaign, StateWithACountThatCannotBe_IsRefused) {
     EXPECT_EQ(refused.status, 3) << count;
     EXPECT_THAT(refused.err, testing::HasSubstr("flips:0.1: 'cpw' is"));
     EXPECT_EQ(refused.out, "");
-    EXPECT_EQ(run({"safety", "campaign", "merge", state}).status, 3);
+    EXPECT_EQ(run("safety campaign merge {}", state).status, 3);
     EXPECT_EQ(content_of(state), wrong);
   }
 }
 
-TEST(Campaign, ChangedByteOfAState_IsRefused) {
-  const Folder folder;
+TEST_F(Campaign, ChangedByteOfAState_IsRefused) {
   const std::string state = folder.path("state.json");
-  const std::vector<std::string> arguments{
-      "safety", "campaign",        "-f",   "rxm", "--fault", "flips:0.1", "--frames",
-      "1000",   "--no-importance", "--to", "csv", "--state", state};
-  ASSERT_EQ(run(arguments).status, 0);
+  const Words arguments(
+      "safety campaign -f rxm --fault flips:0.1 --frames 1000 --no-importance --to csv --state {}",
+      state);
+  run_ok(arguments);
   const std::string text = content_of(state);
   EXPECT_EQ(run(arguments).status, 0) << "as it was written";
   for (std::size_t at = 0; at < text.size(); at += 3) {
@@ -200,79 +181,67 @@ TEST(Campaign, ChangedByteOfAState_IsRefused) {
   }
   // As an older version wrote it.
   folder.file("state.json", text.substr(0, text.find(",\n\"checksum\"")) + "}\n");
-  const Outcome old = run(arguments);
-  EXPECT_EQ(old.status, 3);
-  EXPECT_THAT(old.err, testing::HasSubstr("not a usable campaign state: its checksum is missing"));
+  EXPECT_THAT(run(arguments), fails(3, "not a usable campaign state: its checksum is missing"));
 }
 
-TEST(Campaign, ReplayAfterTheLastFrame_IsReported) {
+TEST_F(Campaign, ReplayAfterTheLastFrame_IsReported) {
   const auto replay = [](const std::string& fault, const std::string& index) {
-    return run({"safety", "campaign", "-f", "rxm", "--fault", fault, "--frames", "5000000",
-                "--replay", index, "--to", "csv"});
+    return run("safety campaign -f rxm --fault {} --frames 5000000 --replay {} --to csv", fault,
+               index);
   };
   EXPECT_EQ(replay("flips:0.1", "4999999").err, "");
   EXPECT_EQ(replay("flips:0.1:fitting", "4194303").err, "");
-  const Outcome behind = replay("flips:0.1", "5000000");
-  EXPECT_EQ(behind.status, 0);
+  const Outcome behind = ok(replay("flips:0.1", "5000000"));
   EXPECT_NE(behind.err.find("frame 5000000 is not below the 5000000 of --frames"),
             std::string::npos)
       << behind.err;
   EXPECT_EQ(rows_of(behind.out).size(), 1U);
 }
 
-TEST(Campaign, CatalogueName_IsMonitoredByTheFirstConfigurationOfItsWords) {
+TEST_F(Campaign, CatalogueName_IsMonitoredByTheFirstConfigurationOfItsWords) {
   const auto table = [](const std::string& format) {
-    return run({"safety", "campaign", "-f", format, "--fault", "burst:16", "--frames", "100000",
-                "--to", "csv"});
+    return run("safety campaign -f {} --fault burst:16 --frames 100000 --to csv", format);
   };
-  const Outcome named = table("fortis-fs-36-28");
-  EXPECT_EQ(named.status, 0) << named.err;
+  const Outcome named = ok(table("fortis-fs-36-28"));
   EXPECT_EQ(named.out, table("fs-36-28").out);
 }
 
-TEST(Campaign, WrongUsage_IsNamed) {
-  const auto refused = [](const std::vector<std::string>& more) {
-    std::vector<std::string> arguments{"safety", "campaign"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    const Outcome outcome = run(arguments);
+TEST_F(Campaign, WrongUsage_IsNamed) {
+  const auto refused = [](const Words& more) {
+    const Outcome outcome = run(Words("safety campaign") + more);
     EXPECT_EQ(outcome.status, 2) << outcome.err;
     EXPECT_TRUE(outcome.out.empty());
   };
   refused({});
-  refused({"-f", "resolute"});
-  refused({"-f", "pos26,nE,nW,crc6"});
-  refused({"-f", "rxm", "--fault", "flips"});
-  refused({"-f", "rxm", "--fault", "slo_low:60"});
-  refused({"-f", "rxm", "--fault", "burst:32:29"});
-  refused({"-f", "rxm", "--fault", "false_start:61"});
-  refused({"-f", "rxm", "--fault", "lost_start:0"});
-  refused({"-f", "rxm", "--shard", "0/7"});
-  refused({"-f", "rxm", "--shard", "8/7"});
-  refused({"-f", "rxm", "--shard", "6/18446744073709551615"});
-  refused({"-f", "rxm", "--replay", "1"});
-  refused({"-f", "rxm", "--fault", "flips:0.1:fitting", "--replay", "4194304"});
-  refused({"-f", "rxm", "--fault", "burst:16", "--replay", "70368744177664"});
-  const Outcome unit = run({"safety", "campaign", "-f", "rxm", "--save-every", "1"});
-  EXPECT_EQ(unit.status, 2);
-  EXPECT_NE(unit.err.find("--save-every: '1': no unit"), std::string::npos) << unit.err;
+  refused("-f resolute");
+  refused("-f pos26,nE,nW,crc6");
+  refused("-f rxm --fault flips");
+  refused("-f rxm --fault slo_low:60");
+  refused("-f rxm --fault burst:32:29");
+  refused("-f rxm --fault false_start:61");
+  refused("-f rxm --fault lost_start:0");
+  refused("-f rxm --shard 0/7");
+  refused("-f rxm --shard 8/7");
+  refused("-f rxm --shard 6/18446744073709551615");
+  refused("-f rxm --replay 1");
+  refused("-f rxm --fault flips:0.1:fitting --replay 4194304");
+  refused("-f rxm --fault burst:16 --replay 70368744177664");
+  EXPECT_THAT(run("safety campaign -f rxm --save-every 1"), fails(2, "--save-every: '1': no unit"));
 }
 
-TEST(Campaign, StateThatCannotBeRead_IsNamed) {
-  const Folder folder;
-  const auto refused = [&](const std::vector<std::string>& arguments, const std::string& what) {
+TEST_F(Campaign, StateThatCannotBeRead_IsNamed) {
+  const auto refused = [&](const Words& arguments, const std::string& what) {
     const Outcome outcome = run(arguments);
     EXPECT_EQ(outcome.status, 3) << outcome.err;
     EXPECT_THAT(outcome.err, testing::HasSubstr(what));
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
   };
   const auto with_state = [](const std::string& path) {
-    return std::vector<std::string>{"safety",   "campaign", "-f",      "fs-36-28",
-                                    "--frames", "100",      "--state", path};
+    return Words("safety campaign -f fs-36-28 --frames 100 --state {}", path);
   };
   refused(with_state("/dev/zero"), "/dev/zero: it is larger than 64 MiB");
   refused(with_state(folder.path("")), "it is a directory");
-  refused({"safety", "campaign", "merge", folder.path("none")}, "cannot open it: No such file");
+  refused(Words("safety campaign merge {}", folder.path("none")), "cannot open it: No such file");
 }
 
-}  // namespace campaign_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::campaign_test

@@ -1,13 +1,8 @@
 // Captures with known content: simulated ones, or those of hardware and of independent cores.
-#include <gtest/gtest.h>
-
-#include <string>
-
 #include "tests/cli/reference_captures.hpp"
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace captures_test {
+namespace biss::verbs::captures_test {
 
 class Captures : public testing::TestWithParam<std::string> {};
 
@@ -15,8 +10,7 @@ TEST_P(Captures, EveryRow_IsAsTheTruthHasIt) {
   for (const ReferenceCapture& capture : reference_captures()) {
     SCOPED_TRACE(capture.path);
     const Outcome outcome =
-        run({"decode", capture.path + GetParam(), "-f", capture.format, "--to", "csv"});
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
+        run_ok("decode {} -f {} --to csv", capture.path + GetParam(), capture.format);
     const auto rows = rows_of(outcome.out);
     ASSERT_EQ(rows.size(), capture.frames.size());
     for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -41,11 +35,9 @@ TEST_P(Captures, EveryRow_IsAsTheTruthHasIt) {
 TEST_P(Captures, TheLinesAtTheSlave_GiveTheSamePositions) {
   if (GetParam() == ".csv") return;  // has only the two lines at the master
   const std::string file = reference_captures().back().path + ".vcd";
-  const auto at_master =
-      rows_of(run({"decode", file, "-f", "pos26,nE,nW,crc6", "--to", "csv"}).out);
-  const Outcome outcome = run({"decode", file, "-f", "pos26,nE,nW,crc6", "--to", "csv", "--ma",
-                               "MA_at_slave", "--slo", "SLO_at_slave"});
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const auto at_master = rows_of(run("decode {} -f pos26,nE,nW,crc6 --to csv", file).out);
+  const Outcome outcome =
+      run_ok("decode {} -f pos26,nE,nW,crc6 --to csv --ma MA_at_slave --slo SLO_at_slave", file);
   auto at_slave = rows_of(outcome.out);
   ASSERT_EQ(at_slave.size(), at_master.size());
   std::size_t good = 0;
@@ -62,5 +54,4 @@ TEST_P(Captures, TheLinesAtTheSlave_GiveTheSamePositions) {
 INSTANTIATE_TEST_SUITE_P(Of, Captures, testing::Values(".vcd", ".csv"),
                          [](const auto& kind) { return kind.param.substr(1); });
 
-}  // namespace captures_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::captures_test

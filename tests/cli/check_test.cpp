@@ -1,19 +1,8 @@
 // Verdicts of `check` on simulated captures of encoders.
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <map>
-#include <string>
-#include <vector>
-
 #include "decode/rules.hpp"
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace check_test {
-
-using Words = std::vector<std::string>;
+namespace biss::verbs::check_test {
 
 constexpr const char* registers =
     "0x40: 00 00 62 1E 00 00 00 01 00 00\n"
@@ -35,16 +24,11 @@ bool needs_format(const std::string& rule) {
 class Conform : public testing::Test {
  protected:
   void simulate(const Words& more) const {
-    Words words{"simulate", "--registers", page, "-o", capture};
-    words.insert(words.end(), more.begin(), more.end());
-    const Outcome outcome = run(words);
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    run_ok(Words("simulate --registers {} -o {}", page, capture) + more);
   }
   // Verdicts by rule, and the exit status.
   std::map<std::string, std::string> judge(const Words& more, int status) const {
-    Words words{"check", capture, "--to", "csv"};
-    words.insert(words.end(), more.begin(), more.end());
-    const Outcome outcome = run(words);
+    const Outcome outcome = run(Words("check {} --to csv", capture) + more);
     EXPECT_EQ(outcome.status, status) << outcome.out << outcome.err;
     std::map<std::string, std::string> verdicts;
     for (const Row& row : rows_of(outcome.out)) verdicts[row.at("rule")] = row.at("verdict");
@@ -60,9 +44,9 @@ class Conform : public testing::Test {
   Folder folder;
   std::string page = folder.file("page.txt", registers);
   std::string capture = folder.path("line.vcd");
-  Words usual{"--access",      "read:0x42,2", "--access",  "read:0x78,8", "--access",
-              "write:0x48=5A", "--access",    "read:0x20", "--access",    "read:0x48",
-              "--clock",       "2MHz",        "--cable",   "20m"};
+  Words usual = Words(
+      "--access read:0x42,2 --access read:0x78,8 --access write:0x48=5A --access read:0x20 "
+      "--access read:0x48 --clock 2MHz --cable 20m");
 };
 
 TEST_F(Conform, SimulatedEncoder_PassesEveryRuleThatTheCaptureShows) {
@@ -83,7 +67,7 @@ TEST_F(Conform, FrameOfAnotherLengthThanTheIdentifier_FailsProfile) {
   Words words = usual;
   words.insert(words.end(), {"-f", "pos30,nE,nW,crc6"});
   simulate(words);
-  expect_only_failing({"-f", "pos30,nE,nW,crc6"}, "profile");
+  expect_only_failing("-f pos30,nE,nW,crc6", "profile");
   expect_only_failing({}, "profile");
 }
 
@@ -91,32 +75,31 @@ TEST_F(Conform, DamagedFrame_FailsCrc) {
   Words words = usual;
   words.insert(words.end(), {"--fault", "flip@3,bit=7"});
   simulate(words);
-  expect_only_failing({"-f", "pos28,nE,nW,crc6"}, "frame_crc");
+  expect_only_failing("-f pos28,nE,nW,crc6", "frame_crc");
 }
 
 TEST_F(Conform, TimeoutLongerThanTold_Fails) {
   simulate(usual);
-  expect_only_failing({"-f", "pos28,nE,nW,crc6", "--timeout", "static:20us"}, "timeout_longest");
+  expect_only_failing("-f pos28,nE,nW,crc6 --timeout static:20us", "timeout_longest");
 }
 
 TEST_F(Conform, AckLongerThanTold_Fails) {
   Words words = usual;
   words.insert(words.end(), {"--processing", "9us"});
   simulate(words);
-  const auto verdicts = judge({"-f", "pos28,nE,nW,crc6", "--ack-max", "5us"}, 1);
+  const auto verdicts = judge("-f pos28,nE,nW,crc6 --ack-max 5us", 1);
   EXPECT_EQ(verdicts.at("ack_longest"), "fail");
-  EXPECT_EQ(judge({"-f", "pos28,nE,nW,crc6"}, 0).at("ack_longest"), "pass");
+  EXPECT_EQ(judge("-f pos28,nE,nW,crc6", 0).at("ack_longest"), "pass");
 }
 
 TEST_F(Conform, BusyBeyondTwentyMilliseconds_Fails) {
-  simulate({"--access", "read:0x42", "--register-busy", "30ms"});
-  EXPECT_EQ(judge({"-f", "pos28,nE,nW,crc6"}, 1).at("busy"), "fail");
+  simulate("--access read:0x42 --register-busy 30ms");
+  EXPECT_EQ(judge("-f pos28,nE,nW,crc6", 1).at("busy"), "fail");
 }
 
 TEST_F(Conform, JsonLines_HaveTheKeysThatStay) {
   simulate(usual);
-  const Outcome outcome = run({"check", capture, "--to", "jsonl"});
-  EXPECT_EQ(outcome.status, 0);
+  const Outcome outcome = run_ok("check {} --to jsonl", capture);
   EXPECT_NE(outcome.out.find(R"({"rule":"line_delay","limit":40000,"worst":)"), std::string::npos)
       << outcome.out;
   EXPECT_NE(outcome.out.find(R"({"rule":"data_sheet","limit":null,"worst":null,"unit":"findings",)"
@@ -127,17 +110,10 @@ TEST_F(Conform, JsonLines_HaveTheKeysThatStay) {
 
 class Check : public testing::Test {
  protected:
-  void simulate(const Words& more) const {
-    Words words{"simulate", "-o", capture};
-    words.insert(words.end(), more.begin(), more.end());
-    const Outcome outcome = run(words);
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
-  }
+  void simulate(const Words& more) const { run_ok(Words("simulate -o {}", capture) + more); }
   // The rules that fail, by name, and those that are judged.
   std::string failing(const Words& more) {
-    Words words{"check", capture, "--to", "csv"};
-    words.insert(words.end(), more.begin(), more.end());
-    const Outcome outcome = run(words);
+    const Outcome outcome = run(Words("check {} --to csv", capture) + more);
     std::string names;
     judged.clear();
     for (const Row& row : rows_of(outcome.out)) {
@@ -156,7 +132,7 @@ class Check : public testing::Test {
 
 // The type brings its format and its limits.
 TEST_F(Check, TypeOfTheEncoder_Passes) {
-  simulate({"-f", "fs-36-28", "--clock", "5MHz", "--cable", "0.5m"});
+  simulate("-f fs-36-28 --clock 5MHz --cable 0.5m");
   EXPECT_EQ(failing({"--against", "fs-36-28"}), "");
   for (const char* rule : {"frame_crc", "duty", "clock_change", "cycle_min", "cable", "cds_zero",
                            "sign_of_life", "extra_clocks", "ready", "nE", "sampling_margin"}) {
@@ -165,7 +141,7 @@ TEST_F(Check, TypeOfTheEncoder_Passes) {
 }
 
 TEST_F(Check, Renishaw_IsTheLimitsOfItsDataSheetsWithAnyFormat) {
-  simulate({"-f", "pos26,nE,nW,crc6", "--clock", "2MHz", "--cable", "10m"});
+  simulate("-f pos26,nE,nW,crc6 --clock 2MHz --cable 10m");
   EXPECT_EQ(failing({"--against", "biss-c", "-f", "pos26,nE,nW,crc6"}), "");
   EXPECT_EQ(failing({"--against", "renishaw", "-f", "pos26,nE,nW,crc6"}).substr(0, 12),
             "ack_shortest");
@@ -173,13 +149,13 @@ TEST_F(Check, Renishaw_IsTheLimitsOfItsDataSheetsWithAnyFormat) {
 }
 
 TEST_F(Check, OptionsOfTiming_ReplaceSingleLimits) {
-  simulate({"-f", "resolute-26", "--clock", "5MHz"});
+  simulate("-f resolute-26 --clock 5MHz");
   EXPECT_EQ(failing({"--against", "renishaw", "--clock-max", "4MHz"}), "clock_max");
   EXPECT_EQ(failing({"--against", "resolute-26", "--clock-max", "4MHz"}), "clock_max");
 }
 
 TEST_F(Check, SpeedMax_IsInCountsOrTurns) {
-  simulate({"-f", "resolute-26", "--clock", "5MHz", "--rate", "10kHz"});
+  simulate("-f resolute-26 --clock 5MHz --rate 10kHz");
   // The ramp takes 1000 requests for a turn: 10 turns a second.
   EXPECT_EQ(failing({"--against", "resolute-26", "--speed-max", "620rpm"}), "");
   EXPECT_EQ(failing({"--against", "resolute-26", "--speed-max", "580rpm"}), "speed");
@@ -188,10 +164,10 @@ TEST_F(Check, SpeedMax_IsInCountsOrTurns) {
 }
 
 TEST_F(Check, MasterWithoutCompensation_FailsOnALongCable) {
-  simulate({"-f", "resolute-26", "--clock", "2MHz", "--cable", "10m"});
+  simulate("-f resolute-26 --clock 2MHz --cable 10m");
   EXPECT_EQ(failing({"--against", "resolute-26"}), "");
   EXPECT_EQ(failing({"--against", "resolute-26", "--no-compensation"}), "sampling_uncompensated");
-  simulate({"-f", "resolute-26", "--clock", "2MHz", "--cable", "8m"});
+  simulate("-f resolute-26 --clock 2MHz --cable 8m");
   EXPECT_EQ(failing({"--against", "resolute-26", "--no-compensation"}), "");
 }
 
@@ -211,7 +187,7 @@ TEST_F(Check, FaultsOfTheLine_FailTheirRules) {
   };
   for (const Case& each : cases) {
     SCOPED_TRACE(each.faults[1]);
-    Words words{"-f", "fs-28-24", "--clock", "1MHz", "--cycles", "40"};
+    Words words("-f fs-28-24 --clock 1MHz --cycles 40");
     words.insert(words.end(), each.faults.begin(), each.faults.end());
     simulate(words);
     EXPECT_EQ(failing({"--against", "fs-28-24"}), each.fails);
@@ -219,8 +195,8 @@ TEST_F(Check, FaultsOfTheLine_FailTheirRules) {
 }
 
 TEST_F(Check, PulsesThatAreTheFirstClock_LeaveTheLineDelaySteady) {
-  simulate({"-f", "resolute-26", "--clock", "2.5MHz", "--cable", "60m", "--cycles", "400",
-            "--fault", "glitch_ma_idle:0.2", "--seed", "3"});
+  simulate(
+      "-f resolute-26 --clock 2.5MHz --cable 60m --cycles 400 --fault glitch_ma_idle:0.2 --seed 3");
   EXPECT_THAT(failing({"--against", "resolute-26"}),
               testing::Not(testing::HasSubstr("line_delay")));
   EXPECT_THAT(judged, testing::HasSubstr(" line_delay_jitter  "));
@@ -229,22 +205,20 @@ TEST_F(Check, PulsesThatAreTheFirstClock_LeaveTheLineDelaySteady) {
 TEST_F(Check, NoRequestAnswered_FailsStart) {
   for (const char* fault : {"no_answer:1", "exchange:1"}) {
     SCOPED_TRACE(fault);
-    simulate({"-f", "resolute-26", "--cycles", "300", "--fault", fault});
+    simulate(Words("-f resolute-26 --cycles 300 --fault {}", fault));
     EXPECT_EQ(failing({"--against", "resolute-26"}), "frame_structure start");
   }
 }
 
 // Some requests have START, but none the end of the frame.
 TEST_F(Check, StartAlwaysTooLate_IsNoPass) {
-  simulate({"-f", "resolute-26", "--cycles", "300", "--fault", "late_start:1"});
-  const Outcome outcome = run({"check", capture, "--against", "resolute-26"});
-  EXPECT_EQ(outcome.status, 1);
-  EXPECT_THAT(outcome.err, testing::HasSubstr("no frame could be judged"));
+  simulate("-f resolute-26 --cycles 300 --fault late_start:1");
+  EXPECT_THAT(run("check {} --against resolute-26", capture), fails(1, "no frame could be judged"));
 }
 
 TEST_F(Check, FormatLongerThanTheRequests_IsNoPass) {
-  simulate({"-f", "resolute-26", "--cycles", "100"});
-  const Outcome outcome = run({"check", capture, "-f", "pos32,nE,nW,crc6", "--to", "csv"});
+  simulate("-f resolute-26 --cycles 100");
+  const Outcome outcome = run("check {} -f pos32,nE,nW,crc6 --to csv", capture);
   EXPECT_EQ(outcome.status, 1);
   EXPECT_THAT(outcome.err, testing::HasSubstr("no frame could be judged: every request ends before "
                                               "the last bit of the frame"));
@@ -254,23 +228,20 @@ TEST_F(Check, FormatLongerThanTheRequests_IsNoPass) {
 }
 
 TEST_F(Check, HighestSpeedWithoutAFormat_IsNotJudgedForLackOfTheFormat) {
-  simulate({"-f", "resolute-26"});
+  simulate("-f resolute-26");
   for (const char* speed : {"6000rpm", "1000000"}) {
-    const Outcome outcome =
-        run({"check", capture, "-f", "none", "--speed-max", speed, "--to", "csv"});
+    const Outcome outcome = run("check {} -f none --speed-max {} --to csv", capture, speed);
     EXPECT_THAT(outcome.out, testing::HasSubstr("\nspeed,,,counts/s,,,not_judged,0,--speed-max,"
                                                 "needs the frame format\n"));
   }
 }
 
 TEST_F(Check, UnknownLimits_AreWrongUsage) {
-  simulate({"-f", "resolute-26"});
-  const Outcome unknown = run({"check", capture, "--against", "resolut-26"});
-  EXPECT_EQ(unknown.status, 2);
-  EXPECT_THAT(unknown.err, testing::HasSubstr("did you mean resolute-26?"));
-  EXPECT_EQ(run({"check", capture, "--against", "pos26,nE,nW,crc6"}).status, 2);
+  simulate("-f resolute-26");
+  EXPECT_THAT(run("check {} --against resolut-26", capture), fails(2, "did you mean resolute-26?"));
+  EXPECT_EQ(run("check {} --against pos26,nE,nW,crc6", capture).status, 2);
   for (const char* speed : {"fast", "0", "rpm", "-3rpm", "1e6"}) {
-    EXPECT_EQ(run({"check", capture, "--speed-max", speed}).status, 2) << speed;
+    EXPECT_EQ(run("check {} --speed-max {}", capture, speed).status, 2) << speed;
   }
 }
 
@@ -286,20 +257,18 @@ TEST(CheckDocument, EveryRule_IsExplained) {
 // A line of BiSS Safety with a wrong bit in this one of 100 cycles.
 std::string with_flip(const Folder& folder, int cycle) {
   const std::string capture = folder.path("line.vcd");
-  const Outcome made = run({"simulate", "-f", "fs-36-28", "--clock", "5MHz", "--cycles", "100",
-                            "--fault", fmt::format("flip@{},bit=12", cycle), "-o", capture});
-  EXPECT_EQ(made.status, 0) << made.err;
+  run_ok("simulate -f fs-36-28 --clock 5MHz --cycles 100 --fault {} -o {}",
+         fmt::format("flip@{},bit=12", cycle), capture);
   return capture;
 }
 
 TEST(CheckRange, FaultOutsideOfSinceAndUntil_IsNotJudged) {
   const Folder folder;
   const std::string capture = with_flip(folder, 3);
-  EXPECT_EQ(run({"check", capture, "-f", "fs-36-28"}).status, 1);
-  const Words later{"check", capture, "-f", "fs-36-28", "--since", "1ms"};
+  EXPECT_EQ(run("check {} -f fs-36-28", capture).status, 1);
+  const Words later("check {} -f fs-36-28 --since 1ms", capture);
   EXPECT_EQ(run(later).status, 0) << run(later).err;
-  EXPECT_EQ(run({"check", capture, "-f", "fs-36-28", "--since", "2ms", "--until", "1ms"}).status,
-            2);
+  EXPECT_EQ(run("check {} -f fs-36-28 --since 2ms --until 1ms", capture).status, 2);
 }
 
 std::map<std::string, std::string> verdicts_of(const Words& words) {
@@ -312,9 +281,7 @@ TEST(CheckWords, WordLengthThatNoDataSheetNames_Fails) {
   const Folder folder;
   const std::string capture = folder.path("line.vcd");
   const auto verdict = [&](const std::string& format, const std::string& against) {
-    EXPECT_EQ(
-        run({"simulate", "-f", format, "--clock", "5MHz", "--cycles", "50", "-o", capture}).status,
-        0);
+    run_ok("simulate -f {} --clock 5MHz --cycles 50 -o {}", format, capture);
     return verdicts_of({"check", capture, "-f", format, "--against", against, "--to", "csv"})
         .at("word_length");
   };
@@ -331,8 +298,7 @@ TEST(CheckSafety, FaultOfTheMonitor_FailsSafetyAndStaysWithLatch) {
   const Folder folder;
   const std::string capture = with_flip(folder, 50);
   const auto faults = [&](const Words& more) {
-    Words words{"check", capture, "-f", "fs-36-28", "--to", "csv"};
-    words.insert(words.end(), more.begin(), more.end());
+    Words words = Words("check {} -f fs-36-28 --to csv", capture) + more;
     for (const Row& row : rows_of(run(words).out)) {
       if (row.at("rule") == "safety") return row.at("verdict") + ' ' + row.at("worst");
     }
@@ -344,5 +310,4 @@ TEST(CheckSafety, FaultOfTheMonitor_FailsSafetyAndStaysWithLatch) {
   EXPECT_EQ(faults({}), "not_judged ");
 }
 
-}  // namespace check_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::check_test

@@ -3,8 +3,7 @@
 
 #include "tests/sim/clean_capture.hpp"
 
-namespace biss::verbs {
-namespace clean_check_test {
+namespace biss::verbs::clean_check_test {
 
 TEST(CleanCheck, CapturesWithoutFaults_FailNoRule) {
   for (std::uint64_t number = 100'000; number < 100'040; ++number) {
@@ -14,5 +13,4 @@ TEST(CleanCheck, CapturesWithoutFaults_FailNoRule) {
   }
 }
 
-}  // namespace clean_check_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::clean_check_test

@@ -1,22 +1,14 @@
 // `biss compare`: the one thing that differs between two links is named first.
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <functional>
 #include <nlohmann/json.hpp>
-#include <sstream>
-#include <string>
-#include <vector>
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace compare_test {
+namespace biss::verbs::compare_test {
 
+using CompareVerb = InFolder;
 using nlohmann::json;
 using testing::HasSubstr;
-using Words = std::vector<std::string>;
 
 constexpr const char* format = "pos26,nE,nW,crc6";
 
@@ -31,20 +23,15 @@ struct Line {
 
 std::string simulate(const Folder& folder, const std::string& name, const Line& line) {
   const std::string capture = folder.path(name);
-  Words words{"simulate", "-f",       line.format, "--clock",   line.clock,
-              "--cable",  line.cable, "--motion",  line.motion, "--seed",
-              line.seed,  "--cycles", "300",       "-o",        capture};
+  Words words("simulate -f {} --clock {} --cable {} --motion {} --seed {} --cycles 300 -o {}",
+              line.format, line.clock, line.cable, line.motion, line.seed, capture);
   words.insert(words.end(), line.more.begin(), line.more.end());
-  const Outcome made = run(words);
-  EXPECT_EQ(made.status, 0) << made.err;
+  run_ok(words);
   return capture;
 }
 
 std::vector<json> compare(const std::string& good, const std::string& bad, const Words& more = {}) {
-  Words words{"compare", good, bad, "--to", "jsonl"};
-  words.insert(words.end(), more.begin(), more.end());
-  const Outcome outcome = run(words);
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const Outcome outcome = run_ok(Words("compare {} {} --to jsonl", good, bad) + more);
   std::vector<json> rows;
   std::istringstream lines(outcome.out);
   for (std::string line; std::getline(lines, line);) rows.push_back(json::parse(line));
@@ -120,8 +107,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& test) { return test.param.name; });
 
 // The axis of the bad link stands still, or jumps.
-TEST(CompareVerb, OtherMotionBesideAFault_ComesAfterTheFault) {
-  const Folder folder;
+TEST_F(CompareVerb, OtherMotionBesideAFault_ComesAfterTheFault) {
   const std::string good = simulate(folder, "good.csv", {});
   for (const char* motion : {"constant", "max"}) {
     const std::string bad =
@@ -131,8 +117,7 @@ TEST(CompareVerb, OtherMotionBesideAFault_ComesAfterTheFault) {
   }
 }
 
-TEST(CompareVerb, OtherMotionAlone_IsASmallDifference) {
-  const Folder folder;
+TEST_F(CompareVerb, OtherMotionAlone_IsASmallDifference) {
   const std::string good = simulate(folder, "good.csv", {});
   const auto rows =
       compare(good, simulate(folder, "bad.csv", {.motion = "constant"}), {"-f", format});
@@ -140,18 +125,15 @@ TEST(CompareVerb, OtherMotionAlone_IsASmallDifference) {
   for (const json& row : rows) EXPECT_EQ(row.at("effect"), 0.01) << row;
 }
 
-TEST(CompareVerb, SameFileTwice_DiffersInNothing) {
-  const Folder folder;
+TEST_F(CompareVerb, SameFileTwice_DiffersInNothing) {
   const std::string capture = simulate(folder, "line.csv", {.more = {"--fault", "flip:0.1"}});
-  const Outcome outcome = run({"compare", capture, capture, "--to", "jsonl"});
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const Outcome outcome = run_ok("compare {} {} --to jsonl", capture, capture);
   EXPECT_EQ(outcome.out, "");
   EXPECT_THAT(outcome.err, HasSubstr("nothing"));
 }
 
-TEST(CompareVerb, OtherSeeds_HaveNoEffect) {
-  const Folder folder;
-  const Words noisy{"--jitter", "20ns", "--fault", "flip:0.05"};
+TEST_F(CompareVerb, OtherSeeds_HaveNoEffect) {
+  const Words noisy("--jitter 20ns --fault flip:0.05");
   const std::string first = simulate(folder, "first.csv", {.more = noisy});
   for (const char* seed : {"4", "5", "6", "7"}) {
     const auto rows = compare(first, simulate(folder, "second.csv", {.seed = seed, .more = noisy}));
@@ -159,11 +141,10 @@ TEST(CompareVerb, OtherSeeds_HaveNoEffect) {
   }
 }
 
-TEST(CompareVerb, OtherFormat_IsNamedWithBothFormats) {
-  const Folder folder;
+TEST_F(CompareVerb, OtherFormat_IsNamedWithBothFormats) {
   const std::string good = simulate(folder, "good.csv", {});
   const std::string bad = simulate(folder, "bad.csv", {.format = "pos32,nE,nW,crc6"});
-  const Outcome outcome = run({"compare", good, bad, "--to", "jsonl"});
+  const Outcome outcome = run("compare {} {} --to jsonl", good, bad);
   const auto rows = compare(good, bad);
   ASSERT_FALSE(rows.empty());
   EXPECT_EQ(rows[0].at("property"), "format") << as_text(rows);
@@ -175,8 +156,7 @@ TEST(CompareVerb, OtherFormat_IsNamedWithBothFormats) {
   EXPECT_THAT(outcome.err, HasSubstr("wrong_format"));
 }
 
-TEST(CompareVerb, InvertedSlo_IsNamedFirst) {
-  const Folder folder;
+TEST_F(CompareVerb, InvertedSlo_IsNamedFirst) {
   const std::string good = simulate(folder, "good.csv", {});
   const std::string bad = rewritten(folder, "bad.csv", good, [](std::string&, std::string& slo) {
     slo = slo == "0" ? "1" : "0";
@@ -187,8 +167,7 @@ TEST(CompareVerb, InvertedSlo_IsNamedFirst) {
   EXPECT_EQ(rows[0].at("bad"), "SLO");
 }
 
-TEST(CompareVerb, ExchangedLines_AreNamedFirst) {
-  const Folder folder;
+TEST_F(CompareVerb, ExchangedLines_AreNamedFirst) {
   const std::string good = simulate(folder, "good.csv", {});
   const std::string bad = rewritten(folder, "bad.csv", good,
                                     [](std::string& ma, std::string& slo) { std::swap(ma, slo); });
@@ -197,12 +176,11 @@ TEST(CompareVerb, ExchangedLines_AreNamedFirst) {
   EXPECT_EQ(rows[0].at("bad"), "MA = SLO, SLO = MA");
 }
 
-TEST(CompareVerb, Rows_HaveTheirKeysAndFallingEffects) {
-  const Folder folder;
+TEST_F(CompareVerb, Rows_HaveTheirKeysAndFallingEffects) {
   const std::string good = simulate(folder, "good.csv", {});
   const std::string bad = simulate(
       folder, "bad.csv", {.clock = "2MHz", .cable = "50m", .more = {"--fault", "flip:0.2"}});
-  const Outcome outcome = run({"compare", good, bad, "--to", "jsonl"});
+  const Outcome outcome = run("compare {} {} --to jsonl", good, bad);
   EXPECT_THAT(outcome.out, testing::StartsWith(R"({"property":"clock","unit":"Hz","good":)"
                                                R"(1000000,"bad":2000000,"effect":1})"));
   const auto rows = compare(good, bad);
@@ -220,8 +198,7 @@ TEST(CompareVerb, Rows_HaveTheirKeysAndFallingEffects) {
 }
 
 // A damaged link may show too little of its format.
-TEST(CompareVerb, BadLinkThatDoesNotShowItsFormat_IsJudgedByThatOfTheGoodOne) {
-  const Folder folder;
+TEST_F(CompareVerb, BadLinkThatDoesNotShowItsFormat_IsJudgedByThatOfTheGoodOne) {
   const std::string good = simulate(folder, "good.csv", {});
   const std::string bad =
       simulate(folder, "bad.csv", {.motion = "constant", .more = {"--fault", "flip:0.5"}});
@@ -229,8 +206,7 @@ TEST(CompareVerb, BadLinkThatDoesNotShowItsFormat_IsJudgedByThatOfTheGoodOne) {
   EXPECT_THAT(properties(rows), testing::Contains("status_crc")) << as_text(rows);
 }
 
-TEST(CompareVerb, FilesWithOneLineEach_AreJoinedInPairs) {
-  const Folder folder;
+TEST_F(CompareVerb, FilesWithOneLineEach_AreJoinedInPairs) {
   Words files;
   for (const char* clock : {"1MHz", "2MHz"}) {
     const auto rows = rows_of(content_of(simulate(folder, "line.csv", {.clock = clock})));
@@ -245,52 +221,41 @@ TEST(CompareVerb, FilesWithOneLineEach_AreJoinedInPairs) {
       files.push_back(folder.file(fmt::format("{}_{}.csv", clock, line), text));
     }
   }
-  Words words{"compare", "--to", "jsonl"};
-  words.insert(words.end(), files.begin(), files.end());
-  const Outcome outcome = run(words);
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const Outcome outcome = run_ok(Words("compare --to jsonl") + files);
   EXPECT_THAT(outcome.out, testing::StartsWith(R"({"property":"clock")"));
 }
 
-TEST(CompareVerb, GoodFromAPipe_IsReadToo) {
-  const Folder folder;
+TEST_F(CompareVerb, GoodFromAPipe_IsReadToo) {
   const std::string good = simulate(folder, "good.csv", {});
   const std::string bad = simulate(folder, "bad.csv", {.cable = "50m"});
-  const Outcome outcome = run({"compare", "-", bad, "--to", "jsonl"}, good);
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const Outcome outcome = run_ok({"compare", "-", bad, "--to", "jsonl"}, good);
   EXPECT_THAT(outcome.out, testing::StartsWith(R"({"property":"line_delay")"));
 }
 
-TEST(CompareVerb, CaptureWithoutARequest_Fails) {
-  const Folder folder;
+TEST_F(CompareVerb, CaptureWithoutARequest_Fails) {
   const std::string good = simulate(folder, "good.csv", {});
   const std::string idle = folder.file("idle.csv", "time_ns,MA,SLO\n0,1,1\n1000,1,0\n2000,1,1\n");
   for (const Words& files : {Words{good, idle}, Words{idle, good}}) {
-    const Outcome outcome = run({"compare", files[0], files[1], "--to", "jsonl"});
+    const Outcome outcome = run("compare {} {} --to jsonl", files[0], files[1]);
     EXPECT_EQ(outcome.status, 1) << outcome.err;
     EXPECT_EQ(outcome.out, "");
     EXPECT_THAT(outcome.err, HasSubstr("idle.csv: no request cycle"));
   }
 }
 
-TEST(CompareVerb, FileThatCannotBeRead_EndsWithStatus3) {
-  const Folder folder;
+TEST_F(CompareVerb, FileThatCannotBeRead_EndsWithStatus3) {
   const std::string good = simulate(folder, "good.csv", {});
-  EXPECT_EQ(run({"compare", good, folder.path("missing.csv")}).status, 3);
-  EXPECT_EQ(run({"compare", folder.file("bad.vcd", "$timescale 1 nonsense $end"), good}).status, 3);
+  EXPECT_EQ(run("compare {} {}", good, folder.path("missing.csv")).status, 3);
+  EXPECT_EQ(run("compare {} {}", folder.file("bad.vcd", "$timescale 1 nonsense $end"), good).status,
+            3);
 }
 
-TEST(CompareVerb, OneCaptureOrThree_AreWrongUsage) {
-  const Folder folder;
+TEST_F(CompareVerb, OneCaptureOrThree_AreWrongUsage) {
   const std::string good = simulate(folder, "good.csv", {});
   for (const Words& files : {Words{good}, Words{good, good, good}, Words{good, good, good, good}}) {
-    Words words{"compare"};
-    words.insert(words.end(), files.begin(), files.end());
-    const Outcome outcome = run(words);
-    EXPECT_EQ(outcome.status, 2);
-    EXPECT_THAT(outcome.err, HasSubstr("GOOD"));
+    Words words = Words("compare") + files;
+    EXPECT_THAT(run(words), fails(2, "GOOD"));
   }
 }
 
-}  // namespace compare_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::compare_test

@@ -1,20 +1,12 @@
 // Control communication together with the positions, as simulated by `biss simulate`.
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cstddef>
-#include <string>
-#include <string_view>
-#include <vector>
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace control_test {
+namespace biss::verbs::control_test {
 
+using ConfiguringMaster = InFolder;
 using testing::HasSubstr;
-using Words = std::vector<std::string>;
 
 // The registers of an iC-MHM in iC-Haus' application note AN22: BP3 with 28 bits of position,
 // EDS_BANK names a bank that is not shown.
@@ -32,21 +24,17 @@ class SimulatedRegisters : public testing::Test {
  protected:
   // Simulates with an iC-MHM's registers; the capture is line.vcd.
   Outcome simulate(const Words& more) const {
-    Words words{"simulate", "--registers", page, "-o", capture, "--truth", truth};
-    words.insert(words.end(), more.begin(), more.end());
-    return run(words);
+    return run(Words("simulate --registers {} -o {} --truth {}", page, capture, truth) + more);
   }
   std::vector<Row> outcomes_of(const Words& more) const {
     Words words = more;
     words.insert(words.end(), {"--outcomes", "-"});
-    const Outcome outcome = simulate(words);
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    const Outcome outcome = ok(simulate(words));
     return rows_of(outcome.out);
   }
   // The rows of the capture, after a check that each is right.
   std::vector<Row> expect_right(const std::string& format) const {
-    const Outcome read = run({"decode", capture, "-f", format, "--to", "csv"});
-    EXPECT_EQ(read.status, 0) << read.err;
+    const Outcome read = run_ok("decode {} -f {} --to csv", capture, format);
     const auto rows = rows_of(read.out);
     const auto meant = rows_of(content_of(truth));
     EXPECT_EQ(rows.size(), meant.size());
@@ -65,7 +53,7 @@ class SimulatedRegisters : public testing::Test {
 };
 
 TEST_F(SimulatedRegisters, ProfileIdentifier_IsReadOverTheWireAndIsTheFormat) {
-  const auto rows = outcomes_of({"--access", "read:0x42,2", "--access", "read:0x78,8"});
+  const auto rows = outcomes_of("--access read:0x42,2 --access read:0x78,8");
   ASSERT_EQ(rows.size(), 2U);
   EXPECT_EQ(rows[0].at("id"), "0");
   EXPECT_EQ(rows[0].at("access"), "read");
@@ -83,7 +71,7 @@ TEST_F(SimulatedRegisters, ProfileIdentifier_IsReadOverTheWireAndIsTheFormat) {
 }
 
 TEST_F(SimulatedRegisters, TrafficAtTheHighestRate_DelaysNoRequest) {
-  const Words line{"--clock", "10MHz", "--cable", "30m", "--motion", "random"};
+  const Words line("--clock 10MHz --cable 30m --motion random");
   Words with = line;
   for (const char* access : {"read:0x42,50", "write:0x48=000102030405060708090A0B0C0D0E0F",
                              "read:0,20", "0/command:user", "read:0x20"}) {
@@ -106,10 +94,9 @@ TEST_F(SimulatedRegisters, TrafficAtTheHighestRate_DelaysNoRequest) {
 }
 
 TEST_F(SimulatedRegisters, Outcomes_SayWhatBecameOfEachAccess) {
-  const auto rows =
-      outcomes_of({"--access", "read:0x20", "--access", "1/read:0", "--access", "write:0x42=00",
-                   "--access", "write:0x48=0102", "--access", "read:0x48,2", "--access",
-                   "0/command:user", "--access", "command:bypass", "--access", "read:0x72,8"});
+  const auto rows = outcomes_of(
+      "--access read:0x20 --access 1/read:0 --access write:0x42=00 --access write:0x48=0102 "
+      "--access read:0x48,2 --access 0/command:user --access command:bypass --access read:0x72,8");
   const std::vector<std::string> causes{
       "refused", "no_such_slave",   "refused_or_not_addressed", "ok", "ok", "not_accepted",
       "ok",      "next_unavailable"};
@@ -123,8 +110,8 @@ TEST_F(SimulatedRegisters, Outcomes_SayWhatBecameOfEachAccess) {
 
 TEST_F(SimulatedRegisters, Chain_EachEncoderHasItsOwn) {
   const std::string other = folder.file("other.txt", "0x40: 00 00 62 12\n0x48: AB\n");
-  const Words line{"--registers", other,           "--access", "1/read:0x48",
-                   "--access",    "0/read:0x42,2", "--access", "1/read:0x42,2"};
+  const Words line(
+      "--registers {} --access 1/read:0x48 --access 0/read:0x42,2 --access 1/read:0x42,2", other);
   const auto rows = outcomes_of(line);
   ASSERT_EQ(rows.size(), 3U);
   EXPECT_EQ(rows[0].at("data"), "AB");
@@ -132,37 +119,34 @@ TEST_F(SimulatedRegisters, Chain_EachEncoderHasItsOwn) {
   EXPECT_EQ(rows[2].at("data"), "62 12");
   // The one with the higher ID comes first.
   expect_right("pos16,nE,nW,crc6+pos28,nE,nW,crc6");
-  const Outcome swapped = run({"simulate", "--registers", "1:" + page, "--registers", "0:" + other,
-                               "-o", capture, "--truth", truth});
-  EXPECT_EQ(swapped.status, 0) << swapped.err;
+  run_ok("simulate --registers {} --registers {} -o {} --truth {}", "1:" + page, "0:" + other,
+         capture, truth);
   expect_right("pos28,nE,nW,crc6+pos16,nE,nW,crc6");
 }
 
 TEST_F(SimulatedRegisters, AccessesInAFile_AreThoseOfTheCommandLine) {
   const std::string list =
       folder.file("list.txt", "# two\nread:0x42,2  # profile\n\n  write:0x48=07 \r\n");
-  const auto rows = outcomes_of({"--access", "@" + list, "--access", "read:0x48"});
+  const auto rows = outcomes_of(Words("--access {} --access read:0x48", "@" + list));
   ASSERT_EQ(rows.size(), 3U);
   EXPECT_EQ(rows[0].at("data"), "62 1E");
   EXPECT_EQ(rows[2].at("data"), "07");
   const std::string wrong = folder.file("wrong.txt", "read:0x42\nread:0x99\n");
-  const Outcome outcome = simulate({"--access", "@" + wrong});
-  EXPECT_EQ(outcome.status, 3);
-  EXPECT_THAT(outcome.err, HasSubstr("line 2"));
+  EXPECT_THAT(simulate({"--access", "@" + wrong}), fails(3, "line 2"));
   EXPECT_EQ(simulate({"--access", "@" + folder.path("none")}).status, 3);
 }
 
 TEST_F(SimulatedRegisters, BusyEncoder_TakesThatManyCyclesMoreAByte) {
-  const auto at_once = outcomes_of({"--access", "read:0x40,4"});
-  const auto late = outcomes_of({"--access", "read:0x40,4", "--register-busy", "7"});
+  const auto at_once = outcomes_of("--access read:0x40,4");
+  const auto late = outcomes_of("--access read:0x40,4 --register-busy 7");
   EXPECT_EQ(std::stoi(late[0].at("cycles")), std::stoi(at_once[0].at("cycles")) + 4 * 7);
   EXPECT_EQ(late[0].at("data"), at_once[0].at("data"));
-  const auto too_late = outcomes_of({"--access", "read:0x40,4", "--register-busy", "21ms"});
+  const auto too_late = outcomes_of("--access read:0x40,4 --register-busy 21ms");
   EXPECT_EQ(too_late[0].at("outcome"), "busy_too_long");
 }
 
 TEST_F(SimulatedRegisters, Faults_SpoilAccessesAndRetriesMendThem) {
-  const Words faults{"--access", "read:0x40,16", "--fault", "cut@60", "--seed", "3"};
+  const Words faults("--access read:0x40,16 --fault cut@60 --seed 3");
   EXPECT_EQ(outcomes_of(faults)[0].at("outcome"), "frame_lost");
   Words mended = faults;
   mended.insert(mended.end(), {"--retries", "2"});
@@ -171,53 +155,48 @@ TEST_F(SimulatedRegisters, Faults_SpoilAccessesAndRetriesMendThem) {
 
 TEST_F(SimulatedRegisters, JsonLines_AreADumpOfTheSameRegisters) {
   const std::string lines = folder.path("outcomes.jsonl");
-  ASSERT_EQ(simulate({"--access", "read:0x40,52", "--access", "read:0x78,8", "--access",
-                      "read:0,20", "--outcomes", lines})
-                .status,
-            0);
+  ASSERT_EQ(
+      simulate(Words("--access read:0x40,52 --access read:0x78,8 --access read:0,20 --outcomes {}",
+                     lines))
+          .status,
+      0);
   const auto again = [&](const std::string& file) {
-    return run({"simulate", "--registers", file, "--access", "read:0,20", "--access",
-                "read:0x40,52", "--access", "read:0x78,8", "-o", capture, "--outcomes", "-"});
+    return run(
+        "simulate --registers {} --access read:0,20 --access read:0x40,52 --access read:0x78,8 -o "
+        "{} --outcomes -",
+        file, capture);
   };
-  const Outcome first = again(page);
-  EXPECT_EQ(first.status, 0) << first.err;
+  const Outcome first = ok(again(page));
   EXPECT_EQ(again(lines).out, first.out);
 }
 
 TEST_F(SimulatedRegisters, WrongUsage_IsOneLine) {
   const auto expect_usage = [&](const Words& more, const char* part) {
-    const Outcome outcome = simulate(more);
-    EXPECT_EQ(outcome.status, 2) << part;
-    EXPECT_THAT(outcome.err, HasSubstr(part));
+    EXPECT_THAT(simulate(more), fails(2, part)) << part;
   };
-  expect_usage({"--cycles", "46", "--access", "read:0"}, "the accesses take at least 47");
-  EXPECT_EQ(simulate({"--cycles", "47", "--access", "read:0"}).status, 0);
-  expect_usage({"--access", "read:0x80"}, "the address must be 0 to 0x7F");
-  expect_usage({"--outcomes", "-"}, "--outcomes: needs --access");
-  expect_usage({"--access", "read:0", "--outcomes", truth}, "are the same file");
-  expect_usage({"-f", "resolute-26"}, "the option cds0");
-  expect_usage({"-f", "pos26,nE,nW,crc6", "--registers", page}, "with ID 1");
+  expect_usage("--cycles 46 --access read:0", "the accesses take at least 47");
+  EXPECT_EQ(simulate("--cycles 47 --access read:0").status, 0);
+  expect_usage("--access read:0x80", "the address must be 0 to 0x7F");
+  expect_usage("--outcomes -", "--outcomes: needs --access");
+  expect_usage(Words("--access read:0 --outcomes {}", truth), "are the same file");
+  expect_usage("-f resolute-26", "the option cds0");
+  expect_usage(Words("-f pos26,nE,nW,crc6 --registers {}", page), "with ID 1");
   expect_usage({"--registers", "0:" + page}, "given twice");
-  expect_usage({"--register-busy", "long"}, "frames");
+  expect_usage("--register-busy long", "frames");
   EXPECT_EQ(simulate({"--registers", folder.path("none")}).status, 3);
-  const Outcome outcome = run({"simulate", "-o", capture});
-  EXPECT_EQ(outcome.status, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("give --format, or --registers"));
+  EXPECT_THAT(run("simulate -o {}", capture), fails(2, "give --format, or --registers"));
 }
 
 TEST_F(SimulatedRegisters, RecordedMaster_GetsItsAnswersFromTheRegisters) {
-  ASSERT_EQ(simulate({"--access", "read:0x42,2", "--motion", "constant"}).status, 0);
+  ASSERT_EQ(simulate("--access read:0x42,2 --motion constant").status, 0);
   const std::string answered = folder.path("answered.vcd");
   const auto answer = [&](const Words& more) {
-    Words words{"simulate", "-f",       "pos28,nE,nW,crc6",
-                "--motion", "constant", "--ma-from",
-                capture,    "-o",       answered};
-    words.insert(words.end(), more.begin(), more.end());
-    EXPECT_EQ(run(words).status, 0);
-    return run({"decode", answered, "-f", "pos28,nE,nW,crc6", "--to", "csv"}).out;
+    run_ok(Words("simulate -f pos28,nE,nW,crc6 --motion constant --ma-from {} -o {}", capture,
+                 answered) +
+           more);
+    return run("decode {} -f pos28,nE,nW,crc6 --to csv", answered).out;
   };
-  const std::string original =
-      run({"decode", capture, "-f", "pos28,nE,nW,crc6", "--to", "csv"}).out;
+  const std::string original = run("decode {} -f pos28,nE,nW,crc6 --to csv", capture).out;
   EXPECT_EQ(answer({"--registers", page}), original);
   EXPECT_NE(answer({}), original);  // CDS stays 0
 }
@@ -236,8 +215,7 @@ void expect_positions(const std::string& capture, const std::string& truth,
                       const std::string& format, std::size_t cycles) {
   const auto meant = rows_of(content_of(truth));
   ASSERT_EQ(meant.size(), cycles);
-  const Outcome read = run({"decode", capture, "-f", format, "--to", "csv"});
-  ASSERT_EQ(read.status, 0) << read.err;
+  const Outcome read = run_ok("decode {} -f {} --to csv", capture, format);
   const auto rows = rows_of(read.out);
   ASSERT_GT(rows.size(), cycles);  // those of the configuration come first
   const std::size_t first = rows.size() - cycles;
@@ -249,8 +227,7 @@ void expect_positions(const std::string& capture, const std::string& truth,
 }
 
 TEST_F(SimulatedRegisters, ConfiguringMaster_FindsTheFormatThatTheCaptureDecodesWith) {
-  const Outcome outcome = simulate({"--configure", "--motion", "random", "--cable", "50m"});
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const Outcome outcome = ok(simulate("--configure --motion random --cable 50m"));
   EXPECT_EQ(found(outcome, "format"), "pos28,nE,nW,crc6");
   EXPECT_THAT(outcome.err, testing::ContainsRegex("\nshortest cycle +not given "));
   EXPECT_THAT(outcome.err, HasSubstr("4D484D234400 (MHM#D)"));
@@ -264,14 +241,12 @@ constexpr const char* described_encoder =
     "[common]\nTMA = 100ns\nTBUSY_MAX = 10us?\nTO_MAX = 20us?\nTCYC = 31.25us?\n"
     "[bp3]\nMT_LEN = 12 bit\nMT_CNT = 4096\nFI_LEN = 18 bit\nSIP_CNT = 1\nSIP_RES = 262144\n";
 
-TEST(ConfiguringMaster, DataSheet_IsReadOverTheWireAndTellsTurnsAndTiming) {
-  const Folder folder;
+TEST_F(ConfiguringMaster, DataSheet_IsReadOverTheWireAndTellsTurnsAndTiming) {
   const std::string sheet = folder.file("encoder.eds", described_encoder);
   const std::string capture = folder.path("line.vcd");
   const std::string truth = folder.path("truth.csv");
-  const Outcome outcome = run({"simulate", "--registers", sheet, "--configure", "--clock", "10MHz",
-                               "-o", capture, "--truth", truth});
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const Outcome outcome = run_ok(
+      "simulate --registers {} --configure --clock 10MHz -o {} --truth {}", sheet, capture, truth);
   EXPECT_EQ(found(outcome, "format"), "mt12,st18,nE,nW,crc6");
   EXPECT_EQ(found(outcome, "timeout"), "static:20us");
   EXPECT_THAT(outcome.err, HasSubstr("250 kHz to 10 MHz"));
@@ -280,37 +255,34 @@ TEST(ConfiguringMaster, DataSheet_IsReadOverTheWireAndTellsTurnsAndTiming) {
 }
 
 // 12 bits of turns and 19 of a turn, described as one value of 31 bits with counts of its own.
-TEST(ConfiguringMaster, DataSheetThatContradictsItself_IsRefusedByNameEverywhere) {
-  const Folder folder;
+TEST_F(ConfiguringMaster, DataSheetThatContradictsItself_IsRefusedByNameEverywhere) {
   const std::string description = folder.file(
       "encoder.eds",
       "[registers]\nEDS_BANK = 2\n[common]\nTMA = 100ns\n"
       "[bp3]\nMT_LEN = 0\nMT_CNT = 4096\nCO_LEN = 31\nCO_FMT = left\nFI_LEN = 0\nSIP_CNT = 1\n"
       "SIP_RES = 524288\n");
   const std::string sheet = folder.path("encoder.hex");
-  ASSERT_EQ(run({"eds", "build", "--force", description, "-o", sheet}).status, 0);
+  run_ok("eds build --force {} -o {}", description, sheet);
   const std::string capture = folder.path("line.vcd");
   constexpr const char* cause = "MT_CNT: more counts than its length can tell apart";
-  const Outcome configured = run({"simulate", "--registers", sheet, "-f", "mt12,st19,nE,nW,crc6",
-                                  "--configure", "-o", capture});
+  const Outcome configured =
+      run("simulate --registers {} -f mt12,st19,nE,nW,crc6 --configure -o {}", sheet, capture);
   EXPECT_EQ(configured.status, 1);
   EXPECT_THAT(configured.err, testing::ContainsRegex("\ndata sheet +ID 0: MT_CNT: more counts"));
   EXPECT_THAT(
       configured.err,
       HasSubstr(std::string("no configuration: eds_contradiction at read_channels of ID 0: ") +
                 cause));
-  const Outcome described = run({"simulate", "--registers", sheet, "-o", capture});
+  const Outcome described = run("simulate --registers {} -o {}", sheet, capture);
   EXPECT_EQ(described.status, 1);
   EXPECT_THAT(described.err, HasSubstr("the data sheet contradicts itself; give --format"));
   EXPECT_THAT(described.err, HasSubstr(cause));
-  EXPECT_EQ(run({"simulate", "--registers", sheet, "-f", "pos31,nE,nW,crc6", "-o", capture}).status,
-            0);
-  EXPECT_THAT(run({"eds", "advise", sheet}).err, HasSubstr(cause));
-  EXPECT_THAT(run({"eds", "show", sheet}).err, HasSubstr(cause));
+  run_ok("simulate --registers {} -f pos31,nE,nW,crc6 -o {}", sheet, capture);
+  EXPECT_THAT(run("eds advise {}", sheet).err, HasSubstr(cause));
+  EXPECT_THAT(run("eds show {}", sheet).err, HasSubstr(cause));
 }
 
-TEST(ConfiguringMaster, DataSheetForMoreThanTheLineHas_IsRefusedByField) {
-  const Folder folder;
+TEST_F(ConfiguringMaster, DataSheetForMoreThanTheLineHas_IsRefusedByField) {
   const std::string capture = folder.path("line.vcd");
   for (const std::string_view field : {"DC_NUM", "SL_NUM"}) {
     const std::string description =
@@ -318,8 +290,8 @@ TEST(ConfiguringMaster, DataSheetForMoreThanTheLineHas_IsRefusedByField) {
                                                "{} = 2\n[bp3]\nFI_LEN = 18\n",
                                                field));
     const std::string sheet = folder.path("encoder.hex");
-    ASSERT_EQ(run({"eds", "build", "--force", description, "-o", sheet}).status, 0);
-    const Outcome described = run({"simulate", "--registers", sheet, "-o", capture});
+    run_ok("eds build --force {} -o {}", description, sheet);
+    const Outcome described = run("simulate --registers {} -o {}", sheet, capture);
     const Outcome configured = run(
         {"simulate", "--registers", sheet, "-f", "pos18,nE,nW,crc6", "--configure", "-o", capture});
     EXPECT_EQ(configured.status, 1);
@@ -333,16 +305,15 @@ TEST(ConfiguringMaster, DataSheetForMoreThanTheLineHas_IsRefusedByField) {
   }
 }
 
-TEST(ConfiguringMaster, ChainOfTwo_IsFoundAndBelievedAboutItsClock) {
-  const Folder folder;
+TEST_F(ConfiguringMaster, ChainOfTwo_IsFoundAndBelievedAboutItsClock) {
   const std::string sheet = folder.file("encoder.eds", described_encoder);
   const std::string other = folder.file("other.txt", "0x40: 00 00 62 12\n");
   const std::string capture = folder.path("line.vcd");
   const std::string truth = folder.path("truth.csv");
-  const Outcome outcome =
-      run({"simulate", "--registers", other, "--registers", sheet, "--configure", "--clock", "2MHz",
-           "--access", "0/read:0x42,2", "--outcomes", "-", "-o", capture, "--truth", truth});
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const Outcome outcome = run_ok(
+      "simulate --registers {} --registers {} --configure --clock 2MHz --access 0/read:0x42,2 "
+      "--outcomes - -o {} --truth {}",
+      other, sheet, capture, truth);
   EXPECT_EQ(found(outcome, "format"), "mt12,st18,nE,nW,crc6+pos16,nE,nW,crc6");
   EXPECT_EQ(found(outcome, "shortest cycle"), "31.25");
   EXPECT_THAT(outcome.err,
@@ -351,14 +322,11 @@ TEST(ConfiguringMaster, ChainOfTwo_IsFoundAndBelievedAboutItsClock) {
   expect_positions(capture, truth, found(outcome, "format"), 100);
 }
 
-TEST(ConfiguringMaster, WithoutControl_SaysWhyAndLeavesTheCapture) {
-  const Folder folder;
+TEST_F(ConfiguringMaster, WithoutControl_SaysWhyAndLeavesTheCapture) {
   const std::string capture = folder.path("line.vcd");
-  const Outcome outcome = run({"simulate", "-f", "resolute-26", "--configure", "-o", capture});
-  EXPECT_EQ(outcome.status, 1);
-  EXPECT_THAT(outcome.err, HasSubstr("no configuration: no_control"));
-  EXPECT_GT(rows_of(run({"decode", capture, "--to", "csv"}).out).size(), 100U);
+  EXPECT_THAT(run("simulate -f resolute-26 --configure -o {}", capture),
+              fails(1, "no configuration: no_control"));
+  EXPECT_GT(rows_of(run("decode {} --to csv", capture).out).size(), 100U);
 }
 
-}  // namespace control_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::control_test

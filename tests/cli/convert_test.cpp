@@ -1,21 +1,13 @@
 // `biss convert`: what both formats hold comes back, and what one cannot hold is said.
-#include <gtest/gtest.h>
-
-#include <cstdint>
-#include <cstdlib>
-#include <filesystem>
 #include <random>
-#include <string>
-#include <vector>
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace convert_test {
+namespace biss::verbs::convert_test {
 
-using Strings = std::vector<std::string>;
+using Convert = InFolder;
 
-Outcome convert(Strings arguments) {
+Outcome convert(Words arguments) {
   arguments.insert(arguments.begin(), "convert");
   return run(arguments);
 }
@@ -46,16 +38,12 @@ std::string random_csv(std::uint64_t seed, const std::string& names, std::size_t
 
 // Converts a file to `to` and back to the format of the file, which must then have the same bytes.
 void expect_back(const Folder& folder, const std::string& from, const std::string& extension,
-                 const std::string& to, const Strings& there, const Strings& back) {
+                 const std::string& to, const Words& there, const Words& back) {
   SCOPED_TRACE(extension + " -> " + to);
-  Strings forth{from, folder.path("there" + to)};
-  forth.insert(forth.end(), there.begin(), there.end());
-  const Outcome gone = convert(forth);
-  ASSERT_EQ(gone.status, 0) << gone.err;
-  Strings again{folder.path("there" + to), folder.path("back" + extension)};
-  again.insert(again.end(), back.begin(), back.end());
-  const Outcome come = convert(again);
-  ASSERT_EQ(come.status, 0) << come.err;
+  Words forth = Words{from, folder.path("there" + to)} + there;
+  ok(convert(forth));
+  Words again = Words{folder.path("there" + to), folder.path("back" + extension)} + back;
+  ok(convert(again));
   EXPECT_TRUE(content_of(folder.path("back" + extension)) == content_of(from));
 }
 
@@ -66,24 +54,23 @@ bool is_sampled(const std::string& extension) {
 bool is_raw(const std::string& extension) { return extension == ".bin" || extension == ".raw"; }
 
 // Raw samples hold neither their rate nor names.
-Strings reading(const std::string& extension) {
+Words reading(const std::string& extension) {
   if (!is_raw(extension)) return {};
   return {"--raw-rate", "100MHz", "--line", "D0=MA", "--line", "D1=SLO"};
 }
 
-TEST(Convert, EveryPairOfFormats_GivesTheSameFileBack) {
-  const Folder folder;
+TEST_F(Convert, EveryPairOfFormats_GivesTheSameFileBack) {
   const std::string base =
       folder.file("base.csv", random_csv(7'801, "MA,SLO", 2, 0, 10'000, false));
-  const Strings all{".vcd", ".csv", ".saleae.csv", ".sr", ".dsl", ".bin", ".raw"};
+  const Words all(".vcd .csv .saleae.csv .sr .dsl .bin .raw");
   for (const std::string& from : all) {
     const std::string first = folder.path("first" + from);
-    Strings arguments{base, first};
+    Words arguments{base, first};
     if (is_sampled(from)) arguments.insert(arguments.end(), {"--rate", "100MHz"});
     ASSERT_EQ(convert(arguments).status, 0);
     for (const std::string& to : all) {
-      Strings there = reading(from);
-      Strings back = reading(to);
+      Words there = reading(from);
+      Words back = reading(to);
       if (is_sampled(to) && !is_sampled(from)) there.insert(there.end(), {"--rate", "100MHz"});
       if (is_sampled(from) && !is_sampled(to)) back.insert(back.end(), {"--rate", "100MHz"});
       expect_back(folder, first, from, to, there, back);
@@ -91,20 +78,18 @@ TEST(Convert, EveryPairOfFormats_GivesTheSameFileBack) {
   }
 }
 
-TEST(Convert, PicosecondsAndUnknownLevels_ComeBackFromFormatsOfChanges) {
-  const Folder folder;
+TEST_F(Convert, PicosecondsAndUnknownLevels_ComeBackFromFormatsOfChanges) {
   for (const std::int64_t first : {0, -987'654'321}) {
     const std::string base =
         folder.file("base.csv", random_csv(7'802, "MA,SLO,\"a b,c\"", 3, first, 1, true));
-    Strings all{".csv", ".saleae.csv"};
+    Words all{".csv", ".saleae.csv"};
     if (first == 0) all.push_back(".vcd");
     for (const std::string& from : all) {
-      const Outcome made = convert({base, folder.path("first" + from)});
-      ASSERT_EQ(made.status, 0);
+      const Outcome made = ok(convert({base, folder.path("first" + from)}));
       EXPECT_FALSE(contains(made.err, "lost")) << made.err;
       for (const std::string& to : all) {
         // A VCD has no blanks in names.
-        Strings back;
+        Words back;
         if (to == ".vcd" && from != to)
           back = {"--line", "MA", "--line", "SLO", "--line", "a_b,c=a b,c"};
         expect_back(folder, folder.path("first" + from), from, to, {}, back);
@@ -113,8 +98,7 @@ TEST(Convert, PicosecondsAndUnknownLevels_ComeBackFromFormatsOfChanges) {
   }
 }
 
-TEST(Convert, SaleaeBinary_HoldsOneLineWithItsGaps) {
-  const Folder folder;
+TEST_F(Convert, SaleaeBinary_HoldsOneLineWithItsGaps) {
   for (const bool unknown : {false, true}) {
     const std::string base = folder.file(
         "base.csv", random_csv(7'803, "there", 1, -1'000, 1, unknown) + "9999999999999,1\n");
@@ -128,37 +112,28 @@ TEST(Convert, SaleaeBinary_HoldsOneLineWithItsGaps) {
   }
 }
 
-TEST(Convert, SimulatedLine_DecodesTheSameFromEveryFormat) {
-  const Folder folder;
+TEST_F(Convert, SimulatedLine_DecodesTheSameFromEveryFormat) {
   const std::string line = folder.path("line.vcd");
-  ASSERT_EQ(run({"simulate", "-f", "resolute-26", "--sample-rate", "100MHz", "-o",
-                 folder.path("line.sr"), "--cycles", "20"})
-                .status,
-            0);
+  run_ok("simulate -f resolute-26 --sample-rate 100MHz -o {} --cycles 20", folder.path("line.sr"));
   ASSERT_EQ(convert({folder.path("line.sr"), line}).status, 0);
-  const auto decoded = [&](const Strings& files) {
-    Strings arguments{"decode", "-f", "resolute-26", "--to", "csv", "--resolution", "10ns"};
-    arguments.insert(arguments.end(), files.begin(), files.end());
-    return run(arguments).out;
+  const auto decoded = [&](const Words& files) {
+    return run(Words("decode -f resolute-26 --to csv --resolution 10ns") + files).out;
   };
   const std::string wanted = decoded({line});
   EXPECT_EQ(rows_of(wanted).size(), 20U);
   for (const std::string to : {".csv", ".saleae.csv", ".sr", ".dsl"}) {
-    const Outcome done = convert({folder.path("line.sr"), folder.path("other" + to)});
-    EXPECT_EQ(done.status, 0) << done.err;
+    ok(convert({folder.path("line.sr"), folder.path("other" + to)}));
     EXPECT_EQ(decoded({folder.path("other" + to)}), wanted) << to;
   }
   ASSERT_EQ(convert({line, folder.path("MA.saleae.bin"), "--line", "MA"}).status, 0);
   ASSERT_EQ(convert({line, folder.path("SLO.saleae.bin"), "--line", "SLO"}).status, 0);
   EXPECT_EQ(decoded({folder.path("MA.saleae.bin"), folder.path("SLO.saleae.bin")}), wanted);
-  const Outcome joined = convert(
-      {folder.path("MA.saleae.bin"), folder.path("SLO.saleae.bin"), folder.path("joined.vcd")});
-  EXPECT_EQ(joined.status, 0) << joined.err;
+  const Outcome joined = ok(convert(
+      {folder.path("MA.saleae.bin"), folder.path("SLO.saleae.bin"), folder.path("joined.vcd")}));
   EXPECT_TRUE(content_of(folder.path("joined.vcd")) == content_of(line));
 }
 
-TEST(Convert, FilesJoined_KeepTheirNamesWhereTheyDiffer) {
-  const Folder folder;
+TEST_F(Convert, FilesJoined_KeepTheirNamesWhereTheyDiffer) {
   const std::string a = folder.file("a.csv", "time_ns,MA\n0,1\n5,0\n");
   const std::string b = folder.file("b.csv", "time_ns,SLO\n1,1\n");
   const std::string c = folder.file("c.csv", "time_ns,MA\n2,1\n");
@@ -168,8 +143,7 @@ TEST(Convert, FilesJoined_KeepTheirNamesWhereTheyDiffer) {
   EXPECT_TRUE(contains(content_of(folder.path("ac.csv")), "a.csv:MA,"));
 }
 
-TEST(Convert, TimeRange_BeginsWithTheLevelsThere) {
-  const Folder folder;
+TEST_F(Convert, TimeRange_BeginsWithTheLevelsThere) {
   const std::string in =
       folder.file("in.csv", "time_ns,MA,SLO\n0,1,\n10,0,1\n20,1,1\n30,0,0\n40,1,0\n");
   const std::string out = folder.path("out.csv");
@@ -191,36 +165,31 @@ TEST(Convert, TimeRange_BeginsWithTheLevelsThere) {
   EXPECT_EQ(convert({in, out, "--until", "0ns"}).status, 0);
   // Samples begin at the begin of the range.
   const std::string raw = folder.path("out.bin");
-  const Outcome done = convert({in, raw, "--since", "15ns", "--rate", "200MHz"});
-  EXPECT_EQ(done.status, 0) << done.err;
+  const Outcome done = ok(convert({in, raw, "--since", "15ns", "--rate", "200MHz"}));
   EXPECT_EQ(content_of(raw), std::string("\2\3\3\0\0\1", 6));
   EXPECT_TRUE(contains(done.err, "every time by -15 ns")) << done.err;
 }
 
-TEST(Convert, LinesSelected_AreRenamedAndOrdered) {
-  const Folder folder;
+TEST_F(Convert, LinesSelected_AreRenamedAndOrdered) {
   const std::string in = folder.file("in.csv", "time_ns,a,b=c,d\n0,1,0,1\n10,0,1,0\n");
   const std::string out = folder.path("out.csv");
   ASSERT_EQ(convert({in, out, "--line", "d=MA", "--line", "b=c"}).status, 0);
   EXPECT_EQ(content_of(out), "time_ns,MA,b=c\n0.000,1,0\n10.000,0,1\n");
-  for (const Strings& wrong : {Strings{"--line", "x"},
-                               {"--line", "a", "--line", "a"},
-                               {"--line", "a=d", "--line", "d"},
-                               {"--line", "a="}}) {
-    Strings arguments{in, out};
-    arguments.insert(arguments.end(), wrong.begin(), wrong.end());
+  for (const Words& wrong : {Words{"--line", "x"},
+                             {"--line", "a", "--line", "a"},
+                             {"--line", "a=d", "--line", "d"},
+                             {"--line", "a="}}) {
+    Words arguments = Words{in, out} + wrong;
     const Outcome refused = convert(arguments);
     EXPECT_EQ(refused.status, 2) << wrong[1];
     EXPECT_TRUE(contains(refused.err, "--line")) << refused.err;
   }
 }
 
-TEST(Convert, WhatSamplesCannotHold_IsCounted) {
-  const Folder folder;
+TEST_F(Convert, WhatSamplesCannotHold_IsCounted) {
   const std::string in =
       folder.file("in.csv", "time_ns,MA,SLO\n0,1,1\n12,0,1\n13,1,1\n40,0,x\n50,1,1\n100,1,0\n");
-  const Outcome done = convert({in, folder.path("out.bin"), "--rate", "100MHz"});
-  EXPECT_EQ(done.status, 0) << done.err;
+  const Outcome done = ok(convert({in, folder.path("out.bin"), "--rate", "100MHz"}));
   EXPECT_TRUE(contains(done.err, "2 of 9 changes  ")) << done.err;
   EXPECT_TRUE(contains(done.err, "to the next sample, at most 10 ns later")) << done.err;
   EXPECT_TRUE(contains(done.err, "1 of 9 changes  ")) << done.err;
@@ -233,11 +202,9 @@ TEST(Convert, WhatSamplesCannotHold_IsCounted) {
   EXPECT_FALSE(contains(exact.err, "moved")) << exact.err;
 }
 
-TEST(Convert, WhatFormatsOfChangesCannotHold_IsSaid) {
-  const Folder folder;
+TEST_F(Convert, WhatFormatsOfChangesCannotHold_IsSaid) {
   const std::string in = folder.file("in.csv", "time_ns,my line\n-5,1\n10,0\n");
-  const Outcome vcd = convert({in, folder.path("out.vcd")});
-  EXPECT_EQ(vcd.status, 0) << vcd.err;
+  const Outcome vcd = ok(convert({in, folder.path("out.vcd")}));
   EXPECT_TRUE(contains(vcd.err, "every time by 5 ns")) << vcd.err;
   EXPECT_TRUE(contains(vcd.err, "name 'my line'")) << vcd.err;
   EXPECT_TRUE(contains(content_of(folder.path("out.vcd")), "#15000\n0!")) << vcd.err;
@@ -253,13 +220,12 @@ TEST(Convert, WhatFormatsOfChangesCannotHold_IsSaid) {
   EXPECT_TRUE(contains(late.err, "1 of 2 times")) << late.err;
 }
 
-TEST(Convert, WrongUsage_IsNamedAndWritesNothing) {
-  const Folder folder;
+TEST_F(Convert, WrongUsage_IsNamedAndWritesNothing) {
   const std::string in = folder.file("in.vcd",
                                      "$timescale 1ns $end $var wire 1 ! MA $end "
                                      "$enddefinitions $end #0 1! #10 0!\n");
   const std::string before = content_of(in);
-  const auto expect = [&](const Strings& arguments, const std::string& part) {
+  const auto expect = [&](const Words& arguments, const std::string& part) {
     const Outcome refused = convert(arguments);
     EXPECT_EQ(refused.status, 2) << part;
     EXPECT_TRUE(contains(refused.err, part)) << refused.err;
@@ -281,18 +247,15 @@ TEST(Convert, WrongUsage_IsNamedAndWritesNothing) {
   EXPECT_EQ(content_of(in), before);
 }
 
-TEST(Convert, FormatGiven_OverridesTheExtension) {
-  const Folder folder;
+TEST_F(Convert, FormatGiven_OverridesTheExtension) {
   const std::string in = folder.file("in.csv", "time_ns,MA\n0,1\n10,0\n");
-  const Outcome out = convert({in, "-", "--to", "vcd"});
-  EXPECT_EQ(out.status, 0);
+  const Outcome out = ok(convert({in, "-", "--to", "vcd"}));
   EXPECT_TRUE(out.out.starts_with("$timescale")) << out.out;
   ASSERT_EQ(convert({in, folder.path("x.txt"), "--to", "csv"}).status, 0);
   EXPECT_EQ(content_of(folder.path("x.txt")), "time_ns,MA\n0.000,1\n10.000,0\n");
 }
 
-TEST(Convert, DamagedCapture_IsConvertedOnlyIfAskedTo) {
-  const Folder folder;
+TEST_F(Convert, DamagedCapture_IsConvertedOnlyIfAskedTo) {
   const std::string in = folder.file("in.csv", "time_ns,MA\n0,1\n10,0\n20,?\n");
   const std::string out = folder.path("out.csv");
   const Outcome refused = convert({in, out});
@@ -306,8 +269,7 @@ TEST(Convert, DamagedCapture_IsConvertedOnlyIfAskedTo) {
   EXPECT_EQ(content_of(out), "time_ns,MA\n0.000,1\n10.000,0\n");
 }
 
-TEST(Convert, MoreSamplesThanADiskHolds_AreRefused) {
-  const Folder folder;
+TEST_F(Convert, MoreSamplesThanADiskHolds_AreRefused) {
   const std::string in = folder.file("in.csv", "time_s,MA\n0,1\n9000000,0\n");
   const Outcome refused = convert({in, folder.path("out.sr"), "--rate", "1GHz"});
   EXPECT_EQ(refused.status, 3);
@@ -315,8 +277,7 @@ TEST(Convert, MoreSamplesThanADiskHolds_AreRefused) {
   EXPECT_EQ(folder.files(), 1U);
 }
 
-TEST(Convert, SmallFileThatDecompressesToALargeOne_NeedsLittleMemory) {
-  const Folder folder;
+TEST_F(Convert, SmallFileThatDecompressesToALargeOne_NeedsLittleMemory) {
   const std::string in = folder.path("in.csv");
   const std::string made =
       "(printf 'time_ns,MA,SLO\\n0,1,1\\n'; head -c 104857600 /dev/zero | "
@@ -324,8 +285,7 @@ TEST(Convert, SmallFileThatDecompressesToALargeOne_NeedsLittleMemory) {
       in + ".gz";
   ASSERT_EQ(std::system(made.c_str()), 0);
   ASSERT_LT(std::filesystem::file_size(in + ".gz"), 1'000'000U);
-  const Outcome done = run_measured({"convert", in + ".gz", folder.path("out.vcd")});
-  EXPECT_EQ(done.status, 0) << done.err;
+  const Outcome done = ok(run_measured({"convert", in + ".gz", folder.path("out.vcd")}));
   EXPECT_TRUE(contains(content_of(folder.path("out.vcd")), "#0\n1!\n1\"\n"));
 #if !defined(__has_feature)
   // A sanitized process needs more. The text alone has 102400 KiB.
@@ -380,5 +340,4 @@ TEST_F(ConvertSigrok, WhatIsWritten_HasTheSameSamplesThere) {
   EXPECT_TRUE(from_vcd == samples_.substr(0, samples_.size() - 1));
 }
 
-}  // namespace convert_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::convert_test

@@ -1,20 +1,12 @@
 // The options proposed in the summary of `decode` work, and its statements about the lines are
 // true.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <string>
-#include <vector>
-
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace decode_hints_test {
+namespace biss::verbs::decode_hints_test {
 
+using DecodeHints = InFolder;
 using testing::HasSubstr;
 using testing::Not;
-using Words = std::vector<std::string>;
 
 constexpr const char* format = "pos26,nE,nW,crc6";
 
@@ -26,20 +18,18 @@ Words with_access(const Folder& folder) {
 
 std::string simulate(const Folder& folder, const Words& more = {}) {
   const std::string capture = folder.path("line.csv");
-  Words words{"simulate", "-f", format, "--clock", "1MHz", "--seed", "3", "-o", capture};
-  words.insert(words.end(), more.begin(), more.end());
+  Words words = Words("simulate -f {} --clock 1MHz --seed 3 -o {}", format, capture) + more;
   if (std::find(more.begin(), more.end(), "--access") == more.end()) {
     words.insert(words.end(), {"--cycles", "40"});
   }
-  const Outcome made = run(words);
-  EXPECT_EQ(made.status, 0) << made.err;
+  run_ok(words);
   return capture;
 }
 
 Outcome decode(Words words, const Words& more = {}) {
   words.insert(words.begin(), "decode");
   words.insert(words.end(), {"--to", "csv"});
-  words.insert(words.end(), more.begin(), more.end());
+  words = words + more;
   return run(words);
 }
 
@@ -82,9 +72,8 @@ std::string inverted(const Folder& folder, const std::string& capture, bool ma, 
   return folder.file("inverted.csv", text);
 }
 
-TEST(DecodeHints, AckOfAlwaysTheSameClocks_GetsItsNumber) {
-  const Folder folder;
-  const std::string capture = simulate(folder, {"--ack-clocks", "9"});
+TEST_F(DecodeHints, AckOfAlwaysTheSameClocks_GetsItsNumber) {
+  const std::string capture = simulate(folder, "--ack-clocks 9");
   for (const Words& timing : {Words{"--ack-max", "2us"}, Words{"--ack-clocks", "20"}}) {
     const Outcome refused = decode({capture, "-f", format}, timing);
     EXPECT_THAT(refused.err, HasSubstr("40 ack_range"));
@@ -94,27 +83,25 @@ TEST(DecodeHints, AckOfAlwaysTheSameClocks_GetsItsNumber) {
   }
 }
 
-TEST(DecodeHints, AckThatVaries_GetsALongerBoundOrNone) {
-  const Folder folder;
+TEST_F(DecodeHints, AckThatVaries_GetsALongerBoundOrNone) {
   // 40 cycles with 3 clocks of ACK, and 40 with 9 clocks.
-  std::string text = content_of(simulate(folder, {"--ack-clocks", "3"}));
-  for (const Row& row : rows_of(content_of(simulate(folder, {"--ack-clocks", "9"})))) {
+  std::string text = content_of(simulate(folder, "--ack-clocks 3"));
+  for (const Row& row : rows_of(content_of(simulate(folder, "--ack-clocks 9")))) {
     text += std::to_string(std::stod(row.at("time_ns")) + 1e8) + "," + row.at("MA") + "," +
             row.at("SLO") + "\n";
   }
   const std::string capture = folder.file("both.csv", text);
-  const Outcome refused = decode({capture, "-f", format}, {"--ack-max", "3us"});
+  const Outcome refused = decode({capture, "-f", format}, "--ack-max 3us");
   EXPECT_THAT(refused.err, HasSubstr("40 ack_range"));
   const Words hint = proposed(refused.err);
   EXPECT_EQ(hint, (Words{"--ack-max", "9000ns"})) << refused.err;
   expect_all_ok(decode({capture, "-f", format}, hint), 80);
-  const Outcome fixed = decode({capture, "-f", format}, {"--ack-clocks", "2"});
+  const Outcome fixed = decode({capture, "-f", format}, "--ack-clocks 2");
   EXPECT_THAT(fixed.err, HasSubstr("leave out --ack-clocks"));
   expect_all_ok(decode({capture, "-f", format}), 80);
 }
 
-TEST(DecodeHints, SloASampleBeforeMa_GetsAResolution) {
-  const Folder folder;
+TEST_F(DecodeHints, SloASampleBeforeMa_GetsAResolution) {
   const Words early = with_late_ma(folder, simulate(folder), 8);
   const Outcome refused = decode(early);
   EXPECT_THAT(refused.err, HasSubstr("40 response_range"));
@@ -123,24 +110,21 @@ TEST(DecodeHints, SloASampleBeforeMa_GetsAResolution) {
   expect_all_ok(decode(early, hint));
 }
 
-TEST(DecodeHints, SloFarBeforeMa_IsNoQuestionOfResolution) {
-  const Folder folder;
+TEST_F(DecodeHints, SloFarBeforeMa_IsNoQuestionOfResolution) {
   const Outcome refused = decode(with_late_ma(folder, simulate(folder), 300));
   EXPECT_THAT(refused.err, HasSubstr("40 response_range"));
   EXPECT_THAT(refused.err, HasSubstr("which interface the device has"));
   EXPECT_THAT(refused.err, Not(HasSubstr("--resolution")));
 }
 
-TEST(DecodeHints, LinesExchanged_AreReadTheOtherWayRound) {
-  const Folder folder;
+TEST_F(DecodeHints, LinesExchanged_AreReadTheOtherWayRound) {
   const std::string capture = simulate(folder);
   const Outcome swapped = decode({capture, "-f", format, "--ma", "SLO", "--slo", "MA"});
   EXPECT_THAT(swapped.err, HasSubstr("exchange --ma and --slo"));
   expect_all_ok(decode({capture, "-f", format, "--ma", "MA", "--slo", "SLO"}));
 }
 
-TEST(DecodeHints, CdsOfAMasterThatUsesRegisters_IsLeftOut) {
-  const Folder folder;
+TEST_F(DecodeHints, CdsOfAMasterThatUsesRegisters_IsLeftOut) {
   const std::string capture = simulate(folder, with_access(folder));
   const Outcome refused = decode({capture, "-f", std::string(format) + ";cds0"});
   EXPECT_THAT(refused.err, HasSubstr("leave ;cds0 out"));
@@ -151,7 +135,7 @@ TEST(DecodeHints, CdsOfAMasterThatUsesRegisters_IsLeftOut) {
 
 TEST(DecodeLines, InvertedLines_GiveTheSameRows) {
   const Folder folder;
-  const std::string capture = simulate(folder, {"--slo-delay", "61ns"});
+  const std::string capture = simulate(folder, "--slo-delay 61ns");
   const Outcome upright = decode({capture, "-f", format});
   EXPECT_THAT(upright.err, Not(HasSubstr("inverted")));
   EXPECT_EQ(rows_of(upright.out).at(0).at("line_delay_ns"), "61");
@@ -173,12 +157,11 @@ TEST(DecodeLines, InvertedLines_AreReadByEveryVerb) {
   const std::string capture = simulate(folder, with_access(folder));
   const std::string other = inverted(folder, capture, true, true);
   for (const char* const verb : {"registers", "check"}) {
-    const Outcome upright = run({verb, capture, "-f", format, "--to", "csv"});
-    EXPECT_EQ(run({verb, other, "-f", format, "--to", "csv"}).out, upright.out);
-    EXPECT_EQ(run({verb, other, "-f", format, "--to", "csv", "--invert-ma", "--invert-slo"}).out,
+    const Outcome upright = run("{} {} -f {} --to csv", verb, capture, format);
+    EXPECT_EQ(run("{} {} -f {} --to csv", verb, other, format).out, upright.out);
+    EXPECT_EQ(run("{} {} -f {} --to csv --invert-ma --invert-slo", verb, other, format).out,
               upright.out);
   }
 }
 
-}  // namespace decode_hints_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::decode_hints_test

@@ -1,23 +1,15 @@
 // `biss draw`: cycles of captures and of a simulated line, as text and as SVG.
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cstdlib>
 #include <random>
-#include <string>
-#include <vector>
 
 #include "sim/fault.hpp"
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace draw_test {
+namespace biss::verbs::draw_test {
 
+using DrawVerb = InFolder;
 using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
-using Words = std::vector<std::string>;
 
 constexpr const char* format = "pos12,nE,nW,crc6";
 
@@ -28,18 +20,15 @@ Outcome draw(Words words) {
 
 // A simulated cycle with a known position.
 Outcome draw_line(const Words& more = {}) {
-  Words words{"-f", format, "--clock", "5MHz", "--cable", "20m", "--position", "1234"};
-  words.insert(words.end(), more.begin(), more.end());
+  Words words = Words("-f {} --clock 5MHz --cable 20m --position 1234", format) + more;
   return draw(words);
 }
 
 std::string simulate(const Folder& folder, const Words& more = {}, const char* cycles = "6") {
   const std::string capture = folder.path("line.csv");
-  Words words{"simulate", "-f", format, "--clock", "1MHz",     "--cable", "20m",
-              "--seed",   "3",  "-o",   capture,   "--cycles", cycles};
-  words.insert(words.end(), more.begin(), more.end());
-  const Outcome made = run(words);
-  EXPECT_EQ(made.status, 0) << made.err;
+  run_ok(Words("simulate -f {} --clock 1MHz --cable 20m --seed 3 -o {} --cycles {}", format,
+               capture, cycles) +
+         more);
   return capture;
 }
 
@@ -56,9 +45,8 @@ bool all_well_formed(const std::string& folder) {
   return std::system(command.c_str()) == 0;
 }
 
-TEST(DrawVerb, SimulatedCycle_HasItsPartsByNameAndValue) {
-  const Outcome outcome = draw_line({"--ack", "5", "--width", "240"});
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+TEST_F(DrawVerb, SimulatedCycle_HasItsPartsByNameAndValue) {
+  const Outcome outcome = ok(draw_line({"--ack", "5", "--width", "240"}));
   EXPECT_EQ(outcome.err, "");
   for (const char* const part :
        {"MA 5 MHz", "line delay 200 ns", " ACK 1 us, 5 clocks ", "│START│CDS=0│", " pos=1234 ",
@@ -69,7 +57,7 @@ TEST(DrawVerb, SimulatedCycle_HasItsPartsByNameAndValue) {
   EXPECT_THAT(outcome.out, Not(HasSubstr("failure")));
 }
 
-TEST(DrawVerb, LongAckAndTimeout_AreCutWithTheirLength) {
+TEST_F(DrawVerb, LongAckAndTimeout_AreCutWithTheirLength) {
   const Outcome text = draw_line({"--ack", "40", "--width", "300"});
   EXPECT_THAT(text.out, HasSubstr("34 clocks"));
   EXPECT_THAT(text.out, HasSubstr("38.6 us"));
@@ -80,13 +68,12 @@ TEST(DrawVerb, LongAckAndTimeout_AreCutWithTheirLength) {
   EXPECT_THAT(svg.out, HasSubstr(">ACK 8 us, 40 clocks</text>"));
 }
 
-TEST(DrawVerb, Svg_IsWellFormedForEveryFault) {
-  const Folder folder;
+TEST_F(DrawVerb, Svg_IsWellFormedForEveryFault) {
   for (std::size_t k = 0; k < sim::simulated_fault_count; ++k) {
     const std::string name(sim::fault_list[k].name);
     const Outcome outcome =
-        draw({"-f", "fs-36-28", "--clock", "10MHz", "--cable", "30m", "--fault", name + "@1",
-              "--cycle", "0", "--count", "2", "-o", folder.path(name + ".svg")});
+        draw(Words("-f fs-36-28 --clock 10MHz --cable 30m --fault {} --cycle 0 --count 2 -o {}",
+                   name + "@1", folder.path(name + ".svg")));
     // A fault may leave one cycle where there were two.
     EXPECT_LE(outcome.status, 1) << outcome.err;
   }
@@ -94,8 +81,7 @@ TEST(DrawVerb, Svg_IsWellFormedForEveryFault) {
   EXPECT_TRUE(all_well_formed(folder.path("")));
 }
 
-TEST(DrawVerb, Svg_NeedsNothingElseAndIsTheSameEachTime) {
-  const Folder folder;
+TEST_F(DrawVerb, Svg_NeedsNothingElseAndIsTheSameEachTime) {
   const std::string file = folder.path("cycle.svg");
   ASSERT_EQ(draw_line({"-o", file}).status, 0);
   const std::string svg = content_of(file);
@@ -108,7 +94,7 @@ TEST(DrawVerb, Svg_NeedsNothingElseAndIsTheSameEachTime) {
   }
 }
 
-TEST(DrawVerb, WrongChecksum_IsMarkedWithTheExpectedOne) {
+TEST_F(DrawVerb, WrongChecksum_IsMarkedWithTheExpectedOne) {
   const Outcome text = draw_line({"--fault", "flip@0,bit=7", "--width", "200"});
   EXPECT_THAT(text.out, HasSubstr("cycle 0 at 4 us: crc"));
   EXPECT_THAT(text.out, HasSubstr("injected: flip@bit=7"));
@@ -122,7 +108,7 @@ TEST(DrawVerb, WrongChecksum_IsMarkedWithTheExpectedOne) {
   EXPECT_THAT(svg.out, HasSubstr("Failure: crc: received 0x14, expected 0x"));
 }
 
-TEST(DrawVerb, Failures_StandWithTheirCause) {
+TEST_F(DrawVerb, Failures_StandWithTheirCause) {
   const auto expect = [](const Words& more, const char* cause) {
     EXPECT_THAT(draw_line(more).out, HasSubstr(cause));
   };
@@ -134,17 +120,13 @@ TEST(DrawVerb, Failures_StandWithTheirCause) {
 }
 
 // The values are those of decode, for positions in any form.
-TEST(DrawVerb, Values_AreThoseOfDecode) {
-  const Folder folder;
+TEST_F(DrawVerb, Values_AreThoseOfDecode) {
   for (const char* const each :
        {"pos26,nE,nW,crc6", "mt12,st20,nE,nW,lc6,crc16", "mt4,st8:gray,E,W,crc5",
         "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16"}) {
     const std::string capture = folder.path("values.csv");
-    ASSERT_EQ(run({"simulate", "-f", each, "--clock", "5MHz", "--motion", "random", "--cycles", "4",
-                   "-o", capture})
-                  .status,
-              0);
-    const auto rows = rows_of(run({"decode", capture, "-f", each, "--to", "csv"}).out);
+    run_ok("simulate -f {} --clock 5MHz --motion random --cycles 4 -o {}", each, capture);
+    const auto rows = rows_of(run("decode {} -f {} --to csv", capture, each).out);
     ASSERT_EQ(rows.size(), 4U);
     for (std::size_t n = 0; n < rows.size(); ++n) {
       const Outcome drawn =
@@ -162,7 +144,7 @@ TEST(DrawVerb, Values_AreThoseOfDecode) {
   }
 }
 
-TEST(DrawVerb, CdmOfOne_IsDrawnUntilTheTimeout) {
+TEST_F(DrawVerb, CdmOfOne_IsDrawnUntilTheTimeout) {
   // MA stays low after the second frame until SLO has risen.
   std::string csv = "time_ns,MA,SLO\n-20000,1,1\n";
   const auto frame = [&csv](int begin, bool ends_low) {
@@ -181,17 +163,14 @@ TEST(DrawVerb, CdmOfOne_IsDrawnUntilTheTimeout) {
   frame(1000, false);
   frame(20000, true);
   csv += "60000,1,1\n";
-  const Folder folder;
   const std::string capture = folder.file("cdm.csv", csv);
   EXPECT_THAT(draw({capture, "-f", "pos3,crc3"}).out, HasSubstr("CDM=0"));
   EXPECT_THAT(draw({capture, "-f", "pos3,crc3", "--cycle", "1"}).out, HasSubstr("CDM=1"));
 }
 
-TEST(DrawVerb, CycleOfACapture_AndSeveral) {
-  const Folder folder;
-  const std::string capture = simulate(folder, {"--fault", "flip@3"});
-  const Outcome one = draw({capture, "-f", format, "--cycle", "3"});
-  EXPECT_EQ(one.status, 0) << one.err;
+TEST_F(DrawVerb, CycleOfACapture_AndSeveral) {
+  const std::string capture = simulate(folder, "--fault flip@3");
+  const Outcome one = ok(draw({capture, "-f", format, "--cycle", "3"}));
   EXPECT_THAT(one.out, HasSubstr("cycle 3 at"));
   EXPECT_THAT(one.out, HasSubstr("failure"));
   const Outcome several = draw({capture, "-f", format, "--cycle", "2", "--count", "3"});
@@ -202,8 +181,7 @@ TEST(DrawVerb, CycleOfACapture_AndSeveral) {
   EXPECT_THAT(image.out, HasSubstr(">6 request cycles, from 0 on</title>"));
 }
 
-TEST(DrawVerb, CycleThatIsNotThere_IsNamedAndNothingIsWritten) {
-  const Folder folder;
+TEST_F(DrawVerb, CycleThatIsNotThere_IsNamedAndNothingIsWritten) {
   const std::string capture = simulate(folder);
   const std::string output = folder.path("cycle.svg");
   const Outcome outcome = draw({capture, "-f", format, "--cycle", "6", "-o", output});
@@ -216,8 +194,7 @@ TEST(DrawVerb, CycleThatIsNotThere_IsNamedAndNothingIsWritten) {
   EXPECT_THAT(more.err, HasSubstr("no cycle 6;"));
 }
 
-TEST(DrawVerb, DamagedFile_IsDrawnUpToTheDamage) {
-  const Folder folder;
+TEST_F(DrawVerb, DamagedFile_IsDrawnUpToTheDamage) {
   const std::string good = content_of(simulate(folder));
   const std::string capture =
       folder.file("damaged.csv", good.substr(0, good.size() / 2) + "\nnonsense\n");
@@ -228,17 +205,13 @@ TEST(DrawVerb, DamagedFile_IsDrawnUpToTheDamage) {
   EXPECT_EQ(outcome.out, "");
 }
 
-TEST(DrawVerb, FileThatIsNotThere_IsAnErrorOfReading) {
-  const Outcome outcome = draw({"/nowhere/line.vcd", "-f", format});
-  EXPECT_EQ(outcome.status, 3);
-  EXPECT_THAT(outcome.err, HasSubstr("/nowhere/line.vcd"));
+TEST_F(DrawVerb, FileThatIsNotThere_IsAnErrorOfReading) {
+  EXPECT_THAT(draw({"/nowhere/line.vcd", "-f", format}), fails(3, "/nowhere/line.vcd"));
 }
 
-TEST(DrawVerb, CaptureWithoutFormat_IsDrawnWithTheOneItShows) {
-  const Folder folder;
-  const std::string capture = simulate(folder, {"--motion", "random"}, "400");
-  const Outcome outcome = draw({capture, "--cycle", "2"});
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+TEST_F(DrawVerb, CaptureWithoutFormat_IsDrawnWithTheOneItShows) {
+  const std::string capture = simulate(folder, "--motion random", "400");
+  const Outcome outcome = ok(draw({capture, "--cycle", "2"}));
   EXPECT_THAT(outcome.err, HasSubstr("drawn with the format that its frames show"));
   EXPECT_THAT(outcome.out, HasSubstr("crc=0x"));
   const Outcome structure = draw({capture, "-f", "none", "--cycle", "2"});
@@ -246,8 +219,7 @@ TEST(DrawVerb, CaptureWithoutFormat_IsDrawnWithTheOneItShows) {
   EXPECT_THAT(structure.out, HasSubstr(" bits "));
 }
 
-TEST(DrawVerb, WrongUsage_IsOneLineThatSaysWhy) {
-  const Folder folder;
+TEST_F(DrawVerb, WrongUsage_IsOneLineThatSaysWhy) {
   const std::string capture = simulate(folder);
   const auto expect = [](const Words& words, const char* why) {
     const Outcome outcome = draw(words);
@@ -276,9 +248,8 @@ TEST(DrawVerb, WrongUsage_IsOneLineThatSaysWhy) {
   expect({"-f", format, "--to", "png"}, "--to: 'png' is not one of text, svg");
 }
 
-TEST(DrawVerb, Mark_StandsAtItsTimeAndIsNotCutOut) {
-  const Outcome outcome = draw_line({"--mark", "30us=here", "--mark", "1s=nowhere"});
-  EXPECT_EQ(outcome.status, 0);
+TEST_F(DrawVerb, Mark_StandsAtItsTimeAndIsNotCutOut) {
+  const Outcome outcome = ok(draw_line({"--mark", "30us=here", "--mark", "1s=nowhere"}));
   EXPECT_THAT(outcome.out, HasSubstr("marks "));
   EXPECT_THAT(outcome.out, HasSubstr("here"));
   EXPECT_THAT(outcome.out, Not(HasSubstr("nowhere")));
@@ -287,8 +258,7 @@ TEST(DrawVerb, Mark_StandsAtItsTimeAndIsNotCutOut) {
 }
 
 // Edges without sense: the picture stays small, and every cycle is drawn.
-TEST(DrawVerb, HostileCapture_IsDrawnInBoundedSpace) {
-  const Folder folder;
+TEST_F(DrawVerb, HostileCapture_IsDrawnInBoundedSpace) {
   for (unsigned seed = 1; seed <= 6; ++seed) {
     std::mt19937 random(seed);
     std::string csv = "time_ns,MA,SLO\n0,1,1\n";
@@ -312,5 +282,4 @@ TEST(DrawVerb, HostileCapture_IsDrawnInBoundedSpace) {
   EXPECT_TRUE(all_well_formed(folder.path("")));
 }
 
-}  // namespace draw_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::draw_test

@@ -1,20 +1,12 @@
 // biss safety evidence: a complete bundle that verifies itself and is reproducible byte by byte.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <set>
-#include <string>
-#include <vector>
 
 #include "sim/fault.hpp"
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace evidence_test {
+namespace biss::verbs::evidence_test {
+
+using Evidence = InFolder;
 
 namespace fs = std::filesystem;
 using testing::HasSubstr;
@@ -22,21 +14,17 @@ using testing::HasSubstr;
 // Small checksums, so that their theory is quick to compute.
 constexpr const char* safety_pair = "pos14,nE,nW,crc4+pos10,nE,nW,lc6,crc8;cds0";
 
-std::vector<std::string> evidence(const std::string& folder,
-                                  const std::vector<std::string>& more = {}) {
-  std::vector<std::string> arguments{"safety",   "evidence", "-f",       safety_pair,
-                                     "--frames", "3000",     "--faults", "200",
-                                     "--cycles", "300",      "-o",       folder};
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return arguments;
+std::vector<std::string> evidence(const std::string& folder, const Words& more = {}) {
+  return Words("safety evidence -f {} --frames 3000 --faults 200 --cycles 300 -o {}", safety_pair,
+               folder) +
+         more;
 }
 
 // One bundle, shared by all tests that only read it.
 const std::string& bundle() {
   static const Folder folder;
   static const std::string path = [] {
-    const Outcome made = run(evidence(folder.path("bundle"), {"--threads", "1"}));
-    EXPECT_EQ(made.status, 0) << made.err;
+    run_ok(evidence(folder.path("bundle"), "--threads 1"));
     return folder.path("bundle");
   }();
   return path;
@@ -68,7 +56,7 @@ std::vector<std::string> command_in(const std::string& text, const std::string& 
   const std::size_t at = text.find("`" + begin);
   if (at == std::string::npos) return {};
   const std::string line = text.substr(at + 1, text.find('`', at + 1) - at - 1);
-  std::vector<std::string> words{""};
+  Words words{""};
   bool quoted = false;
   for (const char letter : line) {
     if (letter == '\'') {
@@ -83,7 +71,7 @@ std::vector<std::string> command_in(const std::string& text, const std::string& 
   return words;
 }
 
-TEST(Evidence, Bundle_HasItsFilesAndTheirHashes) {
+TEST_F(Evidence, Bundle_HasItsFilesAndTheirHashes) {
   EXPECT_EQ(names_in(bundle()),
             (std::set<std::string>{"README.md", "SHA256SUMS", "analysis.jsonl", "analysis.txt",
                                    "campaign.csv", "configuration.json", "coverage.csv", "line.csv",
@@ -95,31 +83,28 @@ TEST(Evidence, Bundle_HasItsFilesAndTheirHashes) {
   }
 }
 
-TEST(Evidence, AnyNumberOfThreads_GivesTheSameBytes) {
-  const Folder folder;
+TEST_F(Evidence, AnyNumberOfThreads_GivesTheSameBytes) {
   const std::string again = folder.path("elsewhere");
-  ASSERT_EQ(run(evidence(again, {"--threads", "3"})).status, 0);
+  run_ok(evidence(again, "--threads 3"));
   for (const std::string& name : names_in(bundle())) {
     EXPECT_EQ(content_of(again + "/" + name), content_of(bundle() + "/" + name)) << name;
   }
   const std::string other = folder.path("other");
-  ASSERT_EQ(run(evidence(other, {"--seed", "2"})).status, 0);
+  run_ok(evidence(other, "--seed 2"));
   for (const char* name : {"campaign.csv", "line.csv", "sequences.csv", "manifest.json"}) {
     EXPECT_NE(content_of(other + "/" + name), content_of(bundle() + "/" + name)) << name;
   }
 }
 
-TEST(Evidence, CheckedBundle_IsMadeAgainTheSame) {
-  const Outcome checked = run({"safety", "evidence", "--check", bundle()});
-  EXPECT_EQ(checked.status, 0) << checked.err;
+TEST_F(Evidence, CheckedBundle_IsMadeAgainTheSame) {
+  const Outcome checked = run_ok("safety evidence --check {}", bundle());
   EXPECT_THAT(checked.err, HasSubstr("13 of 13 files"));
 }
 
-TEST(Evidence, ChangedBundle_IsFound) {
-  const Folder folder;
+TEST_F(Evidence, ChangedBundle_IsFound) {
   const std::string copy = copy_of_bundle(folder);
   const auto found = [&](int status, const std::vector<std::string>& findings) {
-    const Outcome checked = run({"safety", "evidence", "--check", copy});
+    const Outcome checked = run("safety evidence --check {}", copy);
     EXPECT_EQ(checked.status, status) << checked.err;
     for (const std::string& each : findings) EXPECT_THAT(checked.err, HasSubstr(each));
   };
@@ -148,44 +133,40 @@ TEST(Evidence, ChangedBundle_IsFound) {
   found(3, {"cannot read"});
 }
 
-TEST(Evidence, BundleOfAnotherBuild_IsReportedAndNoFailure) {
-  const Folder folder;
+TEST_F(Evidence, BundleOfAnotherBuild_IsReportedAndNoFailure) {
   const std::string copy = copy_of_bundle(folder);
   append(copy + "/version.json", "\n");
   ASSERT_EQ(shell("cd '" + copy + "' && sha256sum $(ls | grep -v SHA256SUMS) > SHA256SUMS"), 0);
-  const Outcome checked = run({"safety", "evidence", "--check", copy});
-  EXPECT_EQ(checked.status, 0) << checked.err;
+  const Outcome checked = run_ok("safety evidence --check {}", copy);
   EXPECT_THAT(checked.err, HasSubstr("version.json: from another build"));
 }
 
-TEST(Evidence, CommandsOfTheReadme_MakeTheSameTables) {
+TEST_F(Evidence, CommandsOfTheReadme_MakeTheSameTables) {
   const std::string readme = content_of(bundle() + "/README.md");
   for (const char* file :
        {"line.csv", "analysis.jsonl", "analysis.txt", "campaign.csv", "sequences.csv"}) {
     const std::size_t at = readme.find(std::string("* `") + file + "`: ");
     ASSERT_NE(at, std::string::npos) << file;
-    const Outcome outcome = run(command_in(readme.substr(at), "biss safety"));
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    const Outcome outcome = run_ok(command_in(readme.substr(at), "biss safety"));
     EXPECT_EQ(outcome.out, content_of(bundle() + "/" + file)) << file;
   }
 }
 
-TEST(Evidence, SetupOfItsOwn_IsGivenToTheVerbsByItsFile) {
-  const Folder folder;
+TEST_F(Evidence, SetupOfItsOwn_IsGivenToTheVerbsByItsFile) {
   const std::string made = folder.path("made");
-  ASSERT_EQ(run(evidence(made, {"--compare-bits", "8", "--tolerance", "0"})).status, 0);
+  run_ok(evidence(made, "--compare-bits 8 --tolerance 0"));
   const std::string readme = content_of(made + "/README.md");
-  std::vector<std::string> words = command_in(readme, "biss safety campaign");
+  Words words = command_in(readme, "biss safety campaign");
   const auto file = std::find(words.begin(), words.end(), "configuration.json");
   ASSERT_NE(file, words.end());
   *file = made + "/configuration.json";
   EXPECT_EQ(run(words).out, content_of(made + "/campaign.csv"));
   EXPECT_EQ(run(command_in(readme, "biss safety analyse")).out,
             content_of(made + "/analysis.jsonl"));
-  EXPECT_EQ(run({"safety", "evidence", "--check", made}).status, 0);
+  run_ok("safety evidence --check {}", made);
 }
 
-TEST(Evidence, Coverage_HasEveryFaultOfTheLineAndEveryKind) {
+TEST_F(Evidence, Coverage_HasEveryFaultOfTheLineAndEveryKind) {
   std::set<std::string> line;
   std::set<std::string> kinds;
   bool flips = false;
@@ -221,18 +202,16 @@ TEST(Evidence, Coverage_HasEveryFaultOfTheLineAndEveryKind) {
 }
 
 // Times of more than 8.8 s times 2^20 do not fit into 64 bits.
-TEST(Evidence, SlowestRate_HasNoFindingAndNoOverflow) {
-  const Folder folder;
+TEST_F(Evidence, SlowestRate_HasNoFindingAndNoOverflow) {
   const std::string made = folder.path("made");
-  const Outcome outcome = run(evidence(made, {"--rate", "1Hz"}));
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  run_ok(evidence(made, "--rate 1Hz"));
   for (const Row& row : rows_of(content_of(made + "/coverage.csv"))) {
     if (row.at("reaction_cycles").empty()) continue;
     EXPECT_LE(std::stod(row.at("reaction_cycles")), 4) << row.at("fault");
   }
 }
 
-TEST(Evidence, Matrix_HasARowForEachTestOfTheDocument) {
+TEST_F(Evidence, Matrix_HasARowForEachTestOfTheDocument) {
   const std::string matrix = content_of(bundle() + "/matrix.csv");
   EXPECT_TRUE(matrix.starts_with("requirement,source,test\n"));
   EXPECT_THAT(matrix, HasSubstr(",Safety.LatchedFault_HoldsToTheEnd\n"));
@@ -240,10 +219,9 @@ TEST(Evidence, Matrix_HasARowForEachTestOfTheDocument) {
   EXPECT_GT(std::count(matrix.begin(), matrix.end(), '\n'), 60);
 }
 
-TEST(Evidence, FolderThatIsNotFree_IsLeftAlone) {
-  const Folder folder;
+TEST_F(Evidence, FolderThatIsNotFree_IsLeftAlone) {
   const auto refused = [&](const std::string& target, const std::string& what,
-                           const std::vector<std::string>& more = {}) {
+                           const Words& more = {}) {
     const Outcome outcome = run(evidence(target, more));
     EXPECT_EQ(outcome.status, 3) << outcome.err;
     EXPECT_THAT(outcome.err, HasSubstr(what));
@@ -265,21 +243,19 @@ TEST(Evidence, FolderThatIsNotFree_IsLeftAlone) {
   EXPECT_EQ(names_in(folder.path("")), (std::set<std::string>{"copy", "mine"}));
 }
 
-TEST(Evidence, EmptyFolderOrBundleByForce_IsReplaced) {
-  const Folder folder;
+TEST_F(Evidence, EmptyFolderOrBundleByForce_IsReplaced) {
   const std::string target = folder.path("target");
   fs::create_directory(target);
-  ASSERT_EQ(run(evidence(target + "/")).status, 0);
+  run_ok(evidence(target + "/"));
   const std::string before = content_of(target + "/campaign.csv");
-  ASSERT_EQ(run(evidence(target, {"--seed", "7", "--force"})).status, 0);
+  run_ok(evidence(target, "--seed 7 --force"));
   EXPECT_NE(content_of(target + "/campaign.csv"), before);
-  EXPECT_EQ(run({"safety", "evidence", "--check", target}).status, 0);
+  run_ok("safety evidence --check {}", target);
   EXPECT_EQ(names_in(folder.path("")), std::set<std::string>{"target"});
 }
 
 // A limit on the file size, in place of a full disk.
-TEST(Evidence, FilesThatCannotBeWritten_LeaveWhatWasThere) {
-  const Folder folder;
+TEST_F(Evidence, FilesThatCannotBeWritten_LeaveWhatWasThere) {
   const std::string copy = copy_of_bundle(folder);
   const std::string before = content_of(copy + "/SHA256SUMS");
   const auto limited = [&](const std::string& target, const std::string& more) {
@@ -294,10 +270,9 @@ TEST(Evidence, FilesThatCannotBeWritten_LeaveWhatWasThere) {
   EXPECT_EQ(names_in(folder.path("")), (std::set<std::string>{"copy", "err"}));
 }
 
-TEST(Evidence, WrongUsage_IsNamed) {
-  const Folder folder;
+TEST_F(Evidence, WrongUsage_IsNamed) {
   const std::string target = folder.path("target");
-  const auto refused = [&](std::vector<std::string> more, const std::string& what) {
+  const auto refused = [&](Words more, const std::string& what) {
     more.insert(more.begin(), {"safety", "evidence"});
     const Outcome outcome = run(more);
     EXPECT_EQ(outcome.status, 2) << outcome.err;
@@ -306,21 +281,20 @@ TEST(Evidence, WrongUsage_IsNamed) {
   };
   refused({}, "-o DIR");
   refused({"-o", target}, "--format");
-  refused({"-f", "fs-36-29", "-o", target}, "fs-36-29");
-  refused({"-f", "resolute-26", "-o", target}, "not the format of a control and a safety word");
-  refused({"-f", "fs-36-28"}, "-o DIR");
-  refused({"-f", safety_pair, "-o", target, "--ber", "0.7"}, "--ber");
-  refused({"-f", safety_pair, "-o", target, "--compare-bits", "11"}, "--compare-bits");
-  refused({"-f", safety_pair, "-o", target, "--start-frames", "1"}, "--start-frames");
-  refused({"-f", safety_pair, "-o", target, "--watchdog", "3ms"}, "--watchdog");
-  refused({"-f", safety_pair, "-o", target, "--budget", "5"}, "--budget");
-  refused({"-f", safety_pair, "-o", target, "--rate", "200kHz"}, "the line model");
-  refused({"-f", safety_pair, "-o", target, "--counter", "count_2_63"}, "--counter");
-  refused({"--check", bundle(), "-o", target}, "--check");
-  refused({"--check", bundle(), "-f", safety_pair}, "--check");
+  refused(Words("-f fs-36-29 -o {}", target), "fs-36-29");
+  refused(Words("-f resolute-26 -o {}", target), "not the format of a control and a safety word");
+  refused("-f fs-36-28", "-o DIR");
+  refused(Words("-f {} -o {} --ber 0.7", safety_pair, target), "--ber");
+  refused(Words("-f {} -o {} --compare-bits 11", safety_pair, target), "--compare-bits");
+  refused(Words("-f {} -o {} --start-frames 1", safety_pair, target), "--start-frames");
+  refused(Words("-f {} -o {} --watchdog 3ms", safety_pair, target), "--watchdog");
+  refused(Words("-f {} -o {} --budget 5", safety_pair, target), "--budget");
+  refused(Words("-f {} -o {} --rate 200kHz", safety_pair, target), "the line model");
+  refused(Words("-f {} -o {} --counter count_2_63", safety_pair, target), "--counter");
+  refused(Words("--check {} -o {}", bundle(), target), "--check");
+  refused(Words("--check {} -f {}", bundle(), safety_pair), "--check");
   refused({"-f", safety_pair, "--force"}, "--force");
   EXPECT_EQ(folder.files(), 0U);
 }
 
-}  // namespace evidence_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::evidence_test

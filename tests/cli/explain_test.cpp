@@ -1,37 +1,25 @@
 // `biss explain`: causes with the figures of the capture, and a cycle drawn bit by bit.
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <fstream>
 #include <functional>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <sstream>
-#include <string>
-#include <vector>
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace explain_test {
+namespace biss::verbs::explain_test {
 
+using ExplainVerb = InFolder;
 using nlohmann::json;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
-using Words = std::vector<std::string>;
 
 constexpr const char* format = "pos26,nE,nW,crc6";
 
 std::string simulate(const Folder& folder, const Words& more = {}) {
   const std::string capture = folder.path("line.csv");
-  Words words{"simulate", "-f", format, "--clock", "1MHz",     "--cable", "20m",
-              "--seed",   "3",  "-o",   capture,   "--cycles", "200"};
-  words.insert(words.end(), more.begin(), more.end());
-  const Outcome made = run(words);
-  EXPECT_EQ(made.status, 0) << made.err;
+  run_ok(Words("simulate -f {} --clock 1MHz --cable 20m --seed 3 -o {} --cycles 200", format,
+               capture) +
+         more);
   return capture;
 }
 
@@ -42,97 +30,106 @@ std::vector<json> rows_in(const std::string& text) {
   return rows;
 }
 
-std::vector<json> explain(Words words, const std::string& input = "/dev/null") {
-  words.insert(words.begin(), "explain");
-  words.insert(words.end(), {"-f", format, "--to", "jsonl"});
-  const Outcome outcome = run(words, input);
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
-  return rows_in(outcome.out);
+std::string text_in(const json& row, const char* key) { return row.at(key).get<std::string>(); }
+
+std::vector<json> explain(const Words& words, const std::string& input = "/dev/null") {
+  return rows_in(run_ok(Words("explain -f {} --to jsonl", format) + words, input).out);
 }
 
-// 60 requests of `clocks`; every fifth one is followed by `pause`, in nanoseconds. The encoder
-// needs 20 µs.
-std::string requests_of(const Folder& folder, int clocks, std::int64_t pause) {
+std::vector<json> explained(const std::string& capture, const std::string& of,
+                            const Words& more = {}) {
+  Words words("explain {} --to jsonl", capture);
+  if (!of.empty()) words = words + Words{"-f", of};
+  return rows_in(run_ok(words + more).out);
+}
+
+// The pause after this clock of a frame, in nanoseconds; counted from 0.
+using Pause = std::function<std::int64_t(int frame, int clock)>;
+
+std::int64_t no_pause(int, int) { return 0; }
+
+// `frames` requests of `clocks` clocks of 1 µs to an encoder that needs 20 µs. The pause after the last
+// clock of a request is `rest`.
+std::string answered(
+    const Folder& folder, const std::string& of, int frames, int clocks, const Pause& pause,
+    const Words& more = {}, const Pause& rest = [](int, int) { return 80'000; }) {
   std::string ma = "time_ns,MA\n0,1\n";
   std::int64_t now = 50'000;
-  for (int request = 0; request < 60; ++request) {
+  for (int frame = 0; frame < frames; ++frame) {
     for (int clock = 0; clock < clocks; ++clock) {
       ma += fmt::format("{},0\n{},1\n", now, now + 500);
-      now += 1000;
+      now += 1000 + (clock + 1 < clocks ? pause : rest)(frame, clock);
     }
-    now += request % 5 == 4 ? pause : 40'000;
   }
-  const std::string capture = folder.path("line.csv");
-  const Outcome made = run({"simulate", "-f", format, "--ma-from", folder.file("ma.csv", ma),
-                            "--timeout", "static:20us", "-o", capture});
-  EXPECT_EQ(made.status, 0) << made.err;
+  const std::string capture = folder.path("answered.csv");
+  run_ok(Words("simulate -f {} --ma-from {} --timeout static:20us -o {}", of,
+               folder.file("ma.csv", ma), capture) +
+         more);
   return capture;
 }
 
-TEST(ExplainVerb, CleanCapture_IsHealthy) {
-  const Folder folder;
+// 60 requests of `clocks`; every fifth one is followed by `pause`, in nanoseconds.
+std::string requests_of(const Folder& folder, int clocks, std::int64_t pause) {
+  return answered(folder, format, 60, clocks, no_pause, {},
+                  [&](int request, int) { return request % 5 == 4 ? pause : 40'000; });
+}
+
+TEST_F(ExplainVerb, CleanCapture_IsHealthy) {
   const auto rows = explain({simulate(folder)});
   ASSERT_FALSE(rows.empty());
   EXPECT_EQ(rows[0].at("cause"), "healthy");
   EXPECT_GT(rows[0].at("likelihood").get<double>(), 0.9);
-  EXPECT_THAT(rows[0].at("evidence").get<std::string>(), HasSubstr("200 of 200 cycles are good"));
+  EXPECT_THAT(text_in(rows[0], "evidence"), HasSubstr("200 of 200 cycles are good"));
 }
 
-TEST(ExplainVerb, FormatNotKnown_IsNotCalledHealthyAndAsksForTheFormat) {
-  const Folder folder;
-  const std::string capture = simulate(folder, {"--motion", "constant", "--fault", "flip:0.3"});
-  const Outcome rows = run({"explain", capture, "--to", "jsonl"});
+TEST_F(ExplainVerb, FormatNotKnown_IsNotCalledHealthyAndAsksForTheFormat) {
+  const std::string capture = simulate(folder, "--motion constant --fault flip:0.3");
+  const Outcome rows = run("explain {} --to jsonl", capture);
   const json first = rows_in(rows.out).at(0);
   EXPECT_EQ(first.at("cause"), "healthy");
   EXPECT_LE(first.at("likelihood").get<double>(), 0.5);
-  EXPECT_THAT(first.at("remedy").get<std::string>(), HasSubstr("give -f FORMAT"));
-  EXPECT_THAT(first.at("evidence").get<std::string>(), Not(HasSubstr("good")));
-  const Outcome text = run({"explain", capture});
+  EXPECT_THAT(text_in(first, "remedy"), HasSubstr("give -f FORMAT"));
+  EXPECT_THAT(text_in(first, "evidence"), Not(HasSubstr("good")));
+  const Outcome text = run("explain {}", capture);
   EXPECT_THAT(text.out, HasSubstr("format  not known"));
   EXPECT_THAT(text.out, HasSubstr("200 unchecked"));
-  EXPECT_THAT(run({"explain", capture, "-f", format}).out, HasSubstr(format));
-  EXPECT_THAT(run({"check", capture}).err, HasSubstr("not known"));
-  EXPECT_THAT(run({"check", capture, "-f", format}).err, HasSubstr(format));
-  EXPECT_THAT(run({"check", capture, "-f", "none"}).err, HasSubstr("only the structure"));
+  EXPECT_THAT(run("explain {} -f {}", capture, format).out, HasSubstr(format));
+  EXPECT_THAT(run("check {}", capture).err, HasSubstr("not known"));
+  EXPECT_THAT(run("check {} -f {}", capture, format).err, HasSubstr(format));
+  EXPECT_THAT(run("check {} -f none", capture).err, HasSubstr("only the structure"));
 }
 
-TEST(ExplainVerb, EveryRequestEndsTheSameBitsEarly_IsOneNumber) {
-  const Folder folder;
+TEST_F(ExplainVerb, EveryRequestEndsTheSameBitsEarly_IsOneNumber) {
   const auto rows = explain({requests_of(folder, 34, 40'000)});
   EXPECT_EQ(rows.at(0).at("cause"), "master_stops_early");
-  EXPECT_THAT(rows.at(0).at("evidence").get<std::string>(),
+  EXPECT_THAT(text_in(rows.at(0), "evidence"),
               AllOf(HasSubstr("4 bits are missing"), Not(HasSubstr("4 to 4"))));
 }
 
-TEST(ExplainVerb, CycleOfEveryEncoder_HasColumnsWithDifferentNames) {
-  const Folder folder;
+TEST_F(ExplainVerb, CycleOfEveryEncoder_HasColumnsWithDifferentNames) {
   const Outcome outcome =
-      run({"explain", simulate(folder), "-f", format, "--cycle", "5", "--each", "--to", "csv"});
+      run("explain {} -f {} --cycle 5 --each --to csv", simulate(folder), format);
   const std::string head = outcome.out.substr(0, outcome.out.find('\n'));
   EXPECT_EQ(head,
             "cycle,bit,time_ns,ma,slo,sample,field,clock,expected,mends,status,ma_line,slo_line");
 }
 
-TEST(ExplainVerb, FlippedBits_AreNoiseWithTheirCyclesAndARemedy) {
-  const Folder folder;
-  const std::string capture =
-      simulate(folder, {"--fault", "flip@20", "--fault", "flip@21", "--fault", "flip@90", "--fault",
-                        "flip@91", "--fault", "flip@150"});
+TEST_F(ExplainVerb, FlippedBits_AreNoiseWithTheirCyclesAndARemedy) {
+  const std::string capture = simulate(
+      folder, "--fault flip@20 --fault flip@21 --fault flip@90 --fault flip@91 --fault flip@150");
   const auto rows = explain({capture});
   EXPECT_EQ(rows.at(0).at("cause"), "noise_on_slo");
-  EXPECT_THAT(rows[0].at("evidence").get<std::string>(),
+  EXPECT_THAT(text_in(rows[0], "evidence"),
               HasSubstr("5 of 200 cycles: the checksum is wrong (cycles 20 to 150"));
-  EXPECT_THAT(rows[0].at("remedy").get<std::string>(), HasSubstr("shield"));
+  EXPECT_THAT(text_in(rows[0], "remedy"), HasSubstr("shield"));
   for (const json& row : rows) EXPECT_EQ(row.size(), 4U);
   // The same from a pipe.
   EXPECT_EQ(explain({"-"}, capture), rows);
 }
 
-TEST(ExplainVerb, Cycle_IsDrawnWithTheFlipThatMendsIt) {
-  const Folder folder;
-  const std::string capture = simulate(folder, {"--fault", "flip@20,bit=7"});
-  const Outcome drawn = run({"explain", capture, "-f", format, "--cycle", "20"});
-  EXPECT_EQ(drawn.status, 0) << drawn.err;
+TEST_F(ExplainVerb, Cycle_IsDrawnWithTheFlipThatMendsIt) {
+  const std::string capture = simulate(folder, "--fault flip@20,bit=7");
+  const Outcome drawn = run_ok("explain {} -f {} --cycle 20", capture, format);
   EXPECT_THAT(drawn.out, HasSubstr("cycle 20 at "));
   EXPECT_THAT(drawn.out, HasSubstr("START  CDS  pos25"));
   EXPECT_THAT(drawn.out, HasSubstr("pos18 (bit 7)"));
@@ -151,25 +148,21 @@ TEST(ExplainVerb, Cycle_IsDrawnWithTheFlipThatMendsIt) {
   EXPECT_THAT(mending, testing::Contains(7U));
   EXPECT_EQ(received.size(), 26U);
   // The next cycle is whole.
-  EXPECT_THAT(run({"explain", capture, "-f", format, "--cycle", "21"}).out, HasSubstr(": right\n"));
+  EXPECT_THAT(run("explain {} -f {} --cycle 21", capture, format).out, HasSubstr(": right\n"));
 }
 
-TEST(ExplainVerb, CycleThatTheCaptureDoesNotHave_IsNamed) {
-  const Folder folder;
-  const Outcome outcome = run({"explain", simulate(folder), "-f", format, "--cycle", "200"});
-  EXPECT_EQ(outcome.status, 1);
-  EXPECT_THAT(outcome.err, HasSubstr("no cycle 200; the capture has 200 request cycles"));
+TEST_F(ExplainVerb, CycleThatTheCaptureDoesNotHave_IsNamed) {
+  EXPECT_THAT(run("explain {} -f {} --cycle 200", simulate(folder), format),
+              fails(1, "no cycle 200; the capture has 200 request cycles"));
 }
 
-TEST(ExplainVerb, LinesExchanged_AreNamed) {
-  const Folder folder;
+TEST_F(ExplainVerb, LinesExchanged_AreNamed) {
   const auto rows = explain({simulate(folder), "--ma", "SLO", "--slo", "MA"});
   EXPECT_EQ(rows.at(0).at("cause"), "ma_slo_swapped");
-  EXPECT_THAT(rows[0].at("evidence").get<std::string>(), HasSubstr("200 of 200"));
+  EXPECT_THAT(text_in(rows[0], "evidence"), HasSubstr("200 of 200"));
 }
 
-TEST(ExplainVerb, InvertedSlo_IsNamedUnlessTheUserSaysIt) {
-  const Folder folder;
+TEST_F(ExplainVerb, InvertedSlo_IsNamedUnlessTheUserSaysIt) {
   std::string text = "time_ns,MA,SLO\n";
   for (const Row& row : rows_of(content_of(simulate(folder)))) {
     text +=
@@ -180,75 +173,35 @@ TEST(ExplainVerb, InvertedSlo_IsNamedUnlessTheUserSaysIt) {
   EXPECT_EQ(explain({capture, "--invert-slo"}).at(0).at("cause"), "healthy");
 }
 
-TEST(ExplainVerb, WrongFormat_IsNamed) {
-  const Folder folder;
-  const std::string capture = simulate(folder, {"--motion", "random"});
-  const Outcome outcome = run({"explain", capture, "-f", "pos25,nE,nW,crc6", "--to", "jsonl"});
+TEST_F(ExplainVerb, WrongFormat_IsNamed) {
+  const std::string capture = simulate(folder, "--motion random");
+  const Outcome outcome = run("explain {} -f pos25,nE,nW,crc6 --to jsonl", capture);
   EXPECT_EQ(rows_in(outcome.out).at(0).at("cause"), "wrong_format");
 }
 
 // The capture of an encoder of another format, or with these faults.
 std::string simulate_as(const Folder& folder, const std::string& of, const Words& more) {
   const std::string capture = folder.path("other.csv");
-  Words words{"simulate", "-f", of, "--cycles", "200", "-o", capture};
+  Words words("simulate -f {} --cycles 200 -o {}", of, capture);
   if (std::find(more.begin(), more.end(), "--motion") == more.end()) {
     words.insert(words.end(), {"--motion", "max"});
   }
-  words.insert(words.end(), more.begin(), more.end());
-  const Outcome made = run(words);
-  EXPECT_EQ(made.status, 0) << made.err;
+  words = words + more;
+  run_ok(words);
   return capture;
 }
 
-// `frames` requests of `clocks` clocks of 1 µs, 80 µs apart; after the clocks of `pauses` MA rests.
-std::string answered(const Folder& folder, const std::string& of, int frames, int clocks,
-                     const std::function<std::int64_t(int frame, int clock)>& pause,
-                     const Words& more = {}) {
-  std::string ma = "time_ns,MA\n0,1\n";
-  std::int64_t now = 50'000;
-  for (int frame = 0; frame < frames; ++frame) {
-    for (int clock = 0; clock < clocks; ++clock) {
-      ma += fmt::format("{},0\n{},1\n", now, now + 500);
-      now += 1000 + (clock + 1 < clocks ? pause(frame, clock) : 0);
-    }
-    now += 80'000;
-  }
-  const std::string capture = folder.path("answered.csv");
-  Words words{"simulate",  "-f",          of,   "--ma-from", folder.file("ma.csv", ma),
-              "--timeout", "static:20us", "-o", capture};
-  words.insert(words.end(), more.begin(), more.end());
-  const Outcome made = run(words);
-  EXPECT_EQ(made.status, 0) << made.err;
-  return capture;
-}
-
-std::int64_t no_pause(int, int) { return 0; }
-
-std::vector<json> explained(const std::string& capture, const std::string& of,
-                            const Words& more = {}) {
-  Words words{"explain", capture, "--to", "jsonl"};
-  if (!of.empty()) words.insert(words.end(), {"-f", of});
-  words.insert(words.end(), more.begin(), more.end());
-  const Outcome outcome = run(words);
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
-  return rows_in(outcome.out);
-}
-
-std::string text_in(const json& row, const char* key) { return row.at(key).get<std::string>(); }
-
-TEST(ExplainVerb, StopIsABitOfAFurtherChannel_IsAWrongFormatAndNoWrongChecksum) {
-  const Folder folder;
+TEST_F(ExplainVerb, StopIsABitOfAFurtherChannel_IsAWrongFormatAndNoWrongChecksum) {
   const auto rows = explain({simulate_as(folder, "pos26,nE,nW,crc6+pos12,nE,nW,crc6", {})});
   EXPECT_EQ(rows.at(0).at("cause"), "wrong_format") << rows[0];
   for (const json& row : rows) {
-    EXPECT_THAT(row.at("evidence").get<std::string>(), Not(HasSubstr("checksum is wrong"))) << row;
+    EXPECT_THAT(text_in(row, "evidence"), Not(HasSubstr("checksum is wrong"))) << row;
   }
-  EXPECT_THAT(rows[0].at("evidence").get<std::string>(), HasSubstr("STOP is 1 after right"));
+  EXPECT_THAT(text_in(rows[0], "evidence"), HasSubstr("STOP is 1 after right"));
 }
 
 // The first bit of the second channel is 0 in all frames, as STOP is.
-TEST(ExplainVerb, FurtherChannelThatBeginsWith0_IsAWrongFormat) {
-  const Folder folder;
+TEST_F(ExplainVerb, FurtherChannelThatBeginsWith0_IsAWrongFormat) {
   std::string positions;
   for (int i = 0; i < 100; ++i) positions += fmt::format("{}\n", 100'000 + 7 * i);
   const auto rows =
@@ -258,85 +211,75 @@ TEST(ExplainVerb, FurtherChannelThatBeginsWith0_IsAWrongFormat) {
   EXPECT_EQ(rows.at(0).at("cause"), "wrong_format") << rows[0];
 }
 
-TEST(ExplainVerb, EncoderThatSeesMaInverted_IsNamedByTheStopItDoesNotSend) {
-  const Folder folder;
-  const std::string capture =
-      simulate_as(folder, format, {"--fault", "swap_ma:1", "--motion", "random"});
+TEST_F(ExplainVerb, EncoderThatSeesMaInverted_IsNamedByTheStopItDoesNotSend) {
+  const std::string capture = simulate_as(folder, format, "--fault swap_ma:1 --motion random");
   EXPECT_EQ(explained(capture, "").at(0).at("cause"), "ma_inverted");
   const auto rows = explain({capture});
   EXPECT_EQ(rows.at(0).at("cause"), "ma_inverted") << rows[0];
-  EXPECT_THAT(rows[0].at("evidence").get<std::string>(),
+  EXPECT_THAT(text_in(rows[0], "evidence"),
               AllOf(HasSubstr("STOP is 1 after right checksums"), HasSubstr("misses the last"),
                     HasSubstr("0.50 periods")));
 }
 
-TEST(ExplainVerb, AckBeyondItsLimitWithoutAFormat_IsNoWrongChecksum) {
-  const Folder folder;
-  const Outcome outcome = run({"explain", simulate(folder, {"--processing", "9us"}), "-f", "none",
-                               "--ack-max", "5us", "--to", "jsonl"});
+TEST_F(ExplainVerb, AckBeyondItsLimitWithoutAFormat_IsNoWrongChecksum) {
+  const Outcome outcome =
+      run("explain {} -f none --ack-max 5us --to jsonl", simulate(folder, "--processing 9us"));
   ASSERT_FALSE(outcome.out.empty()) << outcome.err;
   EXPECT_THAT(outcome.out, HasSubstr("START is outside"));
   EXPECT_THAT(outcome.out, Not(HasSubstr("checksum is wrong")));
 }
 
 // The master sees SLO low and stops after two clocks: no answer is read.
-TEST(ExplainVerb, SloInvertedAtTheEncoder_IsNamedByTheLevelsThatAreSeen) {
-  const Folder folder;
-  const auto rows = explain({simulate(folder, {"--fault", "swap_slo:1"})});
+TEST_F(ExplainVerb, SloInvertedAtTheEncoder_IsNamedByTheLevelsThatAreSeen) {
+  const auto rows = explain({simulate(folder, "--fault swap_slo:1")});
   EXPECT_EQ(rows.at(0).at("cause"), "slo_inverted");
-  EXPECT_THAT(rows[0].at("evidence").get<std::string>(),
+  EXPECT_THAT(text_in(rows[0], "evidence"),
               AllOf(HasSubstr("SLO rests low and goes high with ACK"), Not(HasSubstr("good"))));
 }
 
 // Positions that jump about fall by nearly a power of two now and then: no turns are late.
-TEST(ExplainVerb, PositionsThatJump_AreHealthy) {
-  const Folder folder;
+TEST_F(ExplainVerb, PositionsThatJump_AreHealthy) {
   const std::string capture = folder.path("jumps.csv");
   for (const char* seed : {"1", "2", "3", "4", "5", "6", "7", "8"}) {
-    const Outcome made = run({"simulate", "-f", "pos26,nE,nW,crc6", "--clock", "2MHz", "--motion",
-                              "random", "--cycles", "300", "--seed", seed, "-o", capture});
-    ASSERT_EQ(made.status, 0) << made.err;
-    const Outcome outcome = run({"explain", capture, "-f", "pos26,nE,nW,crc6", "--to", "jsonl"});
+    run_ok("simulate -f pos26,nE,nW,crc6 --clock 2MHz --motion random --cycles 300 --seed {} -o {}",
+           seed, capture);
+    const Outcome outcome = run("explain {} -f pos26,nE,nW,crc6 --to jsonl", capture);
     EXPECT_THAT(outcome.out, testing::StartsWith(R"({"cause":"healthy")")) << seed << outcome.err;
   }
 }
 
-TEST(ExplainVerb, LostOrRepeatedSignOfLife_IsNotHealthy) {
-  const Folder folder;
+TEST_F(ExplainVerb, LostOrRepeatedSignOfLife_IsNotHealthy) {
   const std::string counted = "pos26,nE,nW,lc6,crc16";
   for (const char* fault : {"loss:0.05", "repeat:0.05", "lc_frozen:0.05"}) {
-    const Outcome outcome = run({"explain", simulate_as(folder, counted, {"--fault", fault}), "-f",
-                                 counted, "--to", "jsonl"});
+    const Outcome outcome = run("explain {} -f {} --to jsonl",
+                                simulate_as(folder, counted, {"--fault", fault}), counted);
     const json first = rows_in(outcome.out).at(0);
     EXPECT_EQ(first.at("cause"), "frames_lost_or_repeated") << fault << first;
-    EXPECT_THAT(first.at("evidence").get<std::string>(), HasSubstr("the sign of life"));
+    EXPECT_THAT(text_in(first, "evidence"), HasSubstr("the sign of life"));
   }
 }
 
-TEST(ExplainVerb, Warning_IsNamedBesideTheHealthyLink) {
-  const Folder folder;
-  const auto rows = explain({simulate(folder, {"--fault", "nW:0.05"})});
+TEST_F(ExplainVerb, Warning_IsNamedBesideTheHealthyLink) {
+  const auto rows = explain({simulate(folder, "--fault nW:0.05")});
   EXPECT_EQ(rows.at(0).at("cause"), "healthy");
-  EXPECT_THAT(rows[0].at("evidence").get<std::string>(), HasSubstr("a warning (nW = 0) (cycles "));
-  EXPECT_THAT(rows[0].at("remedy").get<std::string>(),
+  EXPECT_THAT(text_in(rows[0], "evidence"), HasSubstr("a warning (nW = 0) (cycles "));
+  EXPECT_THAT(text_in(rows[0], "remedy"),
               AllOf(HasSubstr("warning"), Not(HasSubstr("nothing to do"))));
 }
 
-TEST(ExplainVerb, RequestsTooSoon_AreNamedAsInTheHintOfDecode) {
-  const Folder folder;
+TEST_F(ExplainVerb, RequestsTooSoon_AreNamedAsInTheHintOfDecode) {
   const std::string capture = requests_of(folder, 39, 7'000);
   const auto rows = explain({capture});
   EXPECT_EQ(rows.at(0).at("cause"), "requested_too_soon") << rows.at(0);
-  const Outcome decoded = run({"decode", capture, "-f", format, "--to", "csv"});
-  EXPECT_THAT(decoded.err, HasSubstr(rows[0].at("remedy").get<std::string>())) << decoded.err;
+  const Outcome decoded = run("decode {} -f {} --to csv", capture, format);
+  EXPECT_THAT(decoded.err, HasSubstr(text_in(rows[0], "remedy"))) << decoded.err;
   EXPECT_THAT(decoded.err, Not(HasSubstr("which interface")));
 }
 
 // ---- Lines of other people, made again from their description
 
-TEST(ExplainVerb, ReversedChecksum_IsNamedWithTheFormatThatReadsIt) {
-  const Folder folder;
-  const auto capture = simulate_as(folder, "pos22,nE,nW,crc6:reversed", {"--motion", "ramp"});
+TEST_F(ExplainVerb, ReversedChecksum_IsNamedWithTheFormatThatReadsIt) {
+  const auto capture = simulate_as(folder, "pos22,nE,nW,crc6:reversed", "--motion ramp");
   for (const char* given : {"pos22,nE,nW,crc6", ""}) {
     const auto rows = explained(capture, given);
     ASSERT_EQ(rows.at(0).at("cause"), "wrong_checksum") << rows[0];
@@ -345,21 +288,19 @@ TEST(ExplainVerb, ReversedChecksum_IsNamedWithTheFormatThatReadsIt) {
   }
 }
 
-TEST(ExplainVerb, WrongChecksumOfEachKind_IsNeverAnotherProtocol) {
-  const Folder folder;
+TEST_F(ExplainVerb, WrongChecksumOfEachKind_IsNeverAnotherProtocol) {
   for (const char* suffix : {":reversed", ":no-flags", ":previous", ":plain", ":0x43:0x15"}) {
     const auto rows = explained(simulate_as(folder, fmt::format("pos22,nE,nW,crc6{}", suffix),
-                                            {"--motion", "ramp", "--fault", "nW:0.3"}),
+                                            "--motion ramp --fault nW:0.3"),
                                 "pos22,nE,nW,crc6");
     EXPECT_EQ(rows.at(0).at("cause"), "wrong_checksum") << suffix << rows[0];
   }
 }
 
-TEST(ExplainVerb, PauseAfterEachByte_IsThatOfTheMaster) {
-  const Folder folder;
+TEST_F(ExplainVerb, PauseAfterEachByte_IsThatOfTheMaster) {
   const auto rows = explained(answered(folder, "pos18,nE,nW,crc6", 60, 32,
                                        [](int, int clock) { return clock % 8 == 7 ? 1000 : 0; }),
-                              "pos18,nE,nW,crc6", {"--timeout", "static:20us"});
+                              "pos18,nE,nW,crc6", "--timeout static:20us");
   ASSERT_EQ(rows.at(0).at("cause"), "master_pauses_clock") << rows[0];
   for (const char* board : {"Arduino", "Teensy", "ESP32", "STM32"}) {
     EXPECT_THAT(text_in(rows[0], "remedy"), HasSubstr(board));
@@ -367,8 +308,7 @@ TEST(ExplainVerb, PauseAfterEachByte_IsThatOfTheMaster) {
 }
 
 // Without a format and a timeout, the first bytes alone read as requests of another protocol.
-TEST(ExplainVerb, PauseAfterEachByteWithoutAFormat_IsThatOfTheMaster) {
-  const Folder folder;
+TEST_F(ExplainVerb, PauseAfterEachByteWithoutAFormat_IsThatOfTheMaster) {
   for (const int step : {8, 16}) {
     const auto rows =
         explained(answered(folder, "pos18,nE,nW,crc6", 60, 48,
@@ -379,8 +319,7 @@ TEST(ExplainVerb, PauseAfterEachByteWithoutAFormat_IsThatOfTheMaster) {
 }
 
 // The number of clocks is not always the same, so that the parts do not add up to requests.
-TEST(ExplainVerb, PausesInRequestsOfManyLengths_AreThoseOfTheMaster) {
-  const Folder folder;
+TEST_F(ExplainVerb, PausesInRequestsOfManyLengths_AreThoseOfTheMaster) {
   const auto pause = [](int, int clock) {
     return clock == 39 ? 80'000 : clock % 8 == 7 ? 6000 : 0;
   };
@@ -392,8 +331,7 @@ TEST(ExplainVerb, PausesInRequestsOfManyLengths_AreThoseOfTheMaster) {
   }
 }
 
-TEST(ExplainVerb, PauseInWhichTheEncoderGivesUp_IsThatOfTheMaster) {
-  const Folder folder;
+TEST_F(ExplainVerb, PauseInWhichTheEncoderGivesUp_IsThatOfTheMaster) {
   const auto rows = explained(
       answered(folder, "pos18,nE,nW,crc6", 120, 32,
                [](int frame, int clock) { return frame % 4 == 1 && clock == 22 ? 30'000 : 0; }),
@@ -401,12 +339,11 @@ TEST(ExplainVerb, PauseInWhichTheEncoderGivesUp_IsThatOfTheMaster) {
   EXPECT_EQ(rows.at(0).at("cause"), "master_pauses_clock") << rows[0];
 }
 
-TEST(ExplainVerb, PauseInEveryTenthFrame_IsThatOfTheMaster) {
-  const Folder folder;
+TEST_F(ExplainVerb, PauseInEveryTenthFrame_IsThatOfTheMaster) {
   const auto rows = explained(
       answered(folder, "pos18,nE,nW,crc6", 120, 32,
                [](int frame, int clock) { return frame % 10 == 3 && clock == 13 ? 8000 : 0; }),
-      "pos18,nE,nW,crc6", {"--timeout", "static:20us"});
+      "pos18,nE,nW,crc6", "--timeout static:20us");
   EXPECT_EQ(rows.at(0).at("cause"), "master_pauses_clock") << rows[0];
 }
 
@@ -422,19 +359,16 @@ std::string joined(const Folder& folder, const std::string& first, const std::st
   return folder.file("joined.csv", text);
 }
 
-TEST(ExplainVerb, LengthOfTheFrameChanges_IsNamed) {
-  const Folder folder;
-  const auto slow = [](int, int) { return std::int64_t{0}; };
+TEST_F(ExplainVerb, LengthOfTheFrameChanges_IsNamed) {
   const std::string first =
-      folder.file("first.csv", content_of(answered(folder, "pos19,nE,nW,crc6", 100, 33, slow)));
-  const std::string second = answered(folder, "pos28,nE,nW,crc6", 100, 42, slow);
+      folder.file("first.csv", content_of(answered(folder, "pos19,nE,nW,crc6", 100, 33, no_pause)));
+  const std::string second = answered(folder, "pos28,nE,nW,crc6", 100, 42, no_pause);
   const auto rows = explained(joined(folder, first, second), "pos19,nE,nW,crc6");
   ASSERT_EQ(rows.at(0).at("cause"), "format_changes") << rows[0];
   EXPECT_THAT(text_in(rows[0], "evidence"), HasSubstr("cycles 100 to"));
 }
 
-TEST(ExplainVerb, TurnsThatFollowTheZeroLate_AreImplausible) {
-  const Folder folder;
+TEST_F(ExplainVerb, TurnsThatFollowTheZeroLate_AreImplausible) {
   std::string positions;
   for (int i = 0; i < 400; ++i) {
     const int position = 7 * 8192 + 7902 + 10 * i;
@@ -449,8 +383,7 @@ TEST(ExplainVerb, TurnsThatFollowTheZeroLate_AreImplausible) {
 }
 
 // The same turns and singleturn, read as one position: it falls back by a turn, and jumps ahead.
-TEST(ExplainVerb, TurnsThatFollowLateWithoutAFormat_AreImplausible) {
-  const Folder folder;
+TEST_F(ExplainVerb, TurnsThatFollowLateWithoutAFormat_AreImplausible) {
   std::string positions;
   for (const int late : {1, 3}) {
     positions.clear();
@@ -477,8 +410,7 @@ TEST(ExplainVerb, TurnsThatFollowLateWithoutAFormat_AreImplausible) {
 }
 
 // A position of turns and singleturn that one damaged frame in twenty lets jump by many turns.
-TEST(ExplainVerb, JumpOfManyTurns_IsImplausible) {
-  const Folder folder;
+TEST_F(ExplainVerb, JumpOfManyTurns_IsImplausible) {
   std::string positions;
   for (int i = 0; i < 200; ++i) {
     const int turns = i % 20 == 7 ? 900 : 7;
@@ -491,8 +423,7 @@ TEST(ExplainVerb, JumpOfManyTurns_IsImplausible) {
 }
 
 // MA stays as it is for longer than a request: requests are missing, which no master does.
-TEST(ExplainVerb, MaThatStopsUntilRequestsAreMissing_IsNoMasterThatStopsEarly) {
-  const Folder folder;
+TEST_F(ExplainVerb, MaThatStopsUntilRequestsAreMissing_IsNoMasterThatStopsEarly) {
   for (const char* fault : {"ma_low:0.03", "ma_high:0.03"}) {
     const auto rows = explain({simulate(folder, {"--fault", fault})});
     EXPECT_THAT(text_in(rows.at(0), "cause"),
@@ -502,37 +433,31 @@ TEST(ExplainVerb, MaThatStopsUntilRequestsAreMissing_IsNoMasterThatStopsEarly) {
 }
 
 // The position of a moving axis is the one that is due, once the clock is put back.
-TEST(ExplainVerb, ClocksThatAFewFramesMissOrDouble_AreNoiseOnMa) {
-  const Folder folder;
+TEST_F(ExplainVerb, ClocksThatAFewFramesMissOrDouble_AreNoiseOnMa) {
   for (const char* fault : {"extra_clock:0.03", "lost_clock:0.03", "double_clock:0.03"}) {
-    const auto rows = explain({simulate_as(
-        folder, format,
-        {"--clock", "2.5MHz", "--motion", "ramp", "--processing", "10us", "--fault", fault})});
+    const auto rows = explain(
+        {simulate_as(folder, format,
+                     Words("--clock 2.5MHz --motion ramp --processing 10us --fault {}", fault))});
     EXPECT_EQ(rows.at(0).at("cause"), "noise_on_ma") << fault << rows[0];
   }
 }
 
 // The master sends the clocks of the line delay after STOP.
-TEST(ExplainVerb, ShortFramesOverALongCable_AreHealthy) {
-  const Folder folder;
-  const auto rows = explain({simulate_as(folder, format,
-                                         {"--clock", "2.5MHz", "--cable", "60m", "--processing",
-                                          "10us", "--fault", "short_frame:0.1"})});
+TEST_F(ExplainVerb, ShortFramesOverALongCable_AreHealthy) {
+  const auto rows = explain({simulate_as(
+      folder, format, "--clock 2.5MHz --cable 60m --processing 10us --fault short_frame:0.1")});
   EXPECT_EQ(rows.at(0).at("cause"), "healthy") << rows[0];
 }
 
-TEST(ExplainVerb, LimitBesideAnotherCause_IsNamedAsTheSecond) {
-  const Folder folder;
+TEST_F(ExplainVerb, LimitBesideAnotherCause_IsNamedAsTheSecond) {
   const auto rows = explained(
-      simulate_as(folder, "resolute-26", {"--clock", "1MHz", "--duty", "30%", "--fault", "nE:0.3"}),
-      "resolute-26");
+      simulate_as(folder, "resolute-26", "--clock 1MHz --duty 30% --fault nE:0.3"), "resolute-26");
   ASSERT_GE(rows.size(), 2U) << rows.at(0);
   EXPECT_EQ(rows[0].at("cause"), "encoder_error") << rows[0];
   EXPECT_EQ(rows[1].at("cause"), "limits_exceeded") << rows[1];
 }
 
-TEST(ExplainVerb, LimitThatCheckFails_IsNotHealthy) {
-  const Folder folder;
+TEST_F(ExplainVerb, LimitThatCheckFails_IsNotHealthy) {
   struct Case {
     Words simulate;
     std::string format;
@@ -547,14 +472,13 @@ TEST(ExplainVerb, LimitThatCheckFails_IsNotHealthy) {
     const auto rows = explained(capture, each.format);
     EXPECT_EQ(rows.at(0).at("cause"), "limits_exceeded") << each.rule << rows[0];
     EXPECT_THAT(text_in(rows[0], "evidence"), HasSubstr("biss check fails " + each.rule));
-    EXPECT_EQ(run({"check", capture, "-f", each.format}).status, 1) << each.rule;
+    EXPECT_EQ(run("check {} -f {}", capture, each.format).status, 1) << each.rule;
   }
 }
 
-TEST(ExplainVerb, SignOfLifeThatCountsFrom0_NamesTheOption) {
-  const Folder folder;
+TEST_F(ExplainVerb, SignOfLifeThatCountsFrom0_NamesTheOption) {
   const std::string counted = "pos26,nE,nW,lc6,crc16";
-  const auto rows = explained(simulate_as(folder, counted, {"--counter", "count_0_63"}), counted);
+  const auto rows = explained(simulate_as(folder, counted, "--counter count_0_63"), counted);
   ASSERT_GE(rows.size(), 2U);
   EXPECT_EQ(rows[1].at("cause"), "frames_lost_or_repeated") << rows[1];
   for (const json& row : {rows[0], rows[1]}) {
@@ -564,27 +488,24 @@ TEST(ExplainVerb, SignOfLifeThatCountsFrom0_NamesTheOption) {
   EXPECT_EQ(text_in(usual.at(0), "remedy"), "nothing to do");
 }
 
-TEST(ExplainVerb, FlagsOfAnEncoderWithoutRegisters_AdviseWhatApplies) {
-  const Folder folder;
+TEST_F(ExplainVerb, FlagsOfAnEncoderWithoutRegisters_AdviseWhatApplies) {
   const auto errors =
-      explained(simulate_as(folder, "resolute-26", {"--fault", "nE:0.1"}), "resolute-26");
+      explained(simulate_as(folder, "resolute-26", "--fault nE:0.1"), "resolute-26");
   EXPECT_EQ(errors.at(0).at("cause"), "encoder_error");
   EXPECT_THAT(text_in(errors[0], "remedy"),
               AllOf(HasSubstr("temperature"), HasSubstr("if it has registers")));
   const auto warnings =
-      explained(simulate_as(folder, "resolute-26", {"--fault", "nW:0.1"}), "resolute-26");
+      explained(simulate_as(folder, "resolute-26", "--fault nW:0.1"), "resolute-26");
   EXPECT_THAT(text_in(warnings.at(0), "remedy"),
               AllOf(HasSubstr("clean the scale"), Not(HasSubstr("register"))));
 }
 
-TEST(ExplainVerb, SloHeldLow_IsStuckAndNotRequestedTooSoon) {
-  const Folder folder;
-  const auto rows = explain({simulate(folder, {"--fault", "slo_low:1"})});
+TEST_F(ExplainVerb, SloHeldLow_IsStuckAndNotRequestedTooSoon) {
+  const auto rows = explain({simulate(folder, "--fault slo_low:1")});
   EXPECT_EQ(rows.at(0).at("cause"), "stuck_low") << rows[0];
 }
 
-TEST(ExplainVerb, ShortFramesOfControlCommunication_AreNoEarlyStop) {
-  const Folder folder;
+TEST_F(ExplainVerb, ShortFramesOfControlCommunication_AreNoEarlyStop) {
   for (const int clocks : {2, 5}) {
     std::string ma = "time_ns,MA\n0,1\n";
     std::int64_t now = 50'000;
@@ -596,19 +517,16 @@ TEST(ExplainVerb, ShortFramesOfControlCommunication_AreNoEarlyStop) {
       now += 80'000;
     }
     const std::string capture = folder.path("short.csv");
-    const Outcome made = run({"simulate", "-f", format, "--ma-from", folder.file("ma.csv", ma),
-                              "--timeout", "static:20us", "--ack-clocks", "1", "--positions",
-                              folder.file("positions.txt", "5\n"), "-o", capture});
-    ASSERT_EQ(made.status, 0) << made.err;
+    run_ok("simulate -f {} --ma-from {} --timeout static:20us --ack-clocks 1 --positions {} -o {}",
+           format, folder.file("ma.csv", ma), folder.file("positions.txt", "5\n"), capture);
     EXPECT_NE(explain({capture}).at(0).at("cause"), "master_stops_early") << clocks;
   }
 }
 
-TEST(ExplainVerb, CleanLineWithADelayOfMostOfAPeriod_IsHealthy) {
-  const Folder folder;
+TEST_F(ExplainVerb, CleanLineWithADelayOfMostOfAPeriod_IsHealthy) {
   for (const char* delay : {"66ns", "70ns", "73ns"}) {
     const auto rows = explained(
-        simulate_as(folder, format, {"--clock", "10MHz", "--internal-delay", delay}), format);
+        simulate_as(folder, format, Words("--clock 10MHz --internal-delay {}", delay)), format);
     EXPECT_EQ(rows.at(0).at("cause"), "healthy") << delay << rows[0];
   }
 }
@@ -637,37 +555,33 @@ std::string uart_capture(bool changes) {
 }
 
 // Where no lines look like MA and SLO, decode refuses; explain says what that means.
-TEST(ExplainVerb, LinesOfAUart_AreNotBiss) {
-  const Folder folder;
+TEST_F(ExplainVerb, LinesOfAUart_AreNotBiss) {
   const Outcome outcome =
-      run({"explain", folder.file("uart.csv", uart_capture(true)), "-f", format, "--to", "jsonl"});
+      run("explain {} -f {} --to jsonl", folder.file("uart.csv", uart_capture(true)), format);
   ASSERT_FALSE(outcome.out.empty()) << outcome.err;
   EXPECT_EQ(rows_in(outcome.out).at(0).at("cause"), "not_biss") << outcome.out;
 }
 
 // The rows have a constant step and holes, in which the levels are unknown: no cycle can be judged.
-TEST(ExplainVerb, LineWithoutACycleToJudge_IsNotHealthy) {
-  const Folder folder;
+TEST_F(ExplainVerb, LineWithoutACycleToJudge_IsNotHealthy) {
   const Outcome outcome =
-      run({"explain", folder.file("uart.csv", uart_capture(false)), "-f", format});
+      run("explain {} -f {}", folder.file("uart.csv", uart_capture(false)), format);
   EXPECT_THAT(outcome.out, Not(HasSubstr("healthy")));
 }
 
-TEST(ExplainVerb, FileThatEndsInTheMiddle_ExplainsThePartBefore) {
-  const Folder folder;
+TEST_F(ExplainVerb, FileThatEndsInTheMiddle_ExplainsThePartBefore) {
   std::ifstream file(simulate(folder));
   const std::string whole{std::istreambuf_iterator<char>(file), {}};
   const Outcome outcome =
-      run({"explain", folder.file("cut.vcd", whole.substr(0, whole.size() / 2)), "-f", format});
+      run("explain {} -f {}", folder.file("cut.vcd", whole.substr(0, whole.size() / 2)), format);
   EXPECT_EQ(outcome.status, 3);
   EXPECT_THAT(outcome.out, HasSubstr("1. healthy"));
   EXPECT_THAT(outcome.err, HasSubstr("ends in the middle"));
 }
 
-TEST(ExplainVerb, CaptureWithoutARequest_Fails) {
-  const Folder folder;
+TEST_F(ExplainVerb, CaptureWithoutARequest_Fails) {
   const Outcome outcome =
-      run({"explain", folder.file("idle.csv", "time_ns,MA,SLO\n0,1,1\n1000,1,0\n2000,1,1\n")});
+      run("explain {}", folder.file("idle.csv", "time_ns,MA,SLO\n0,1,1\n1000,1,0\n2000,1,1\n"));
   EXPECT_EQ(outcome.status, 1);
   EXPECT_THAT(outcome.err, HasSubstr("no request cycle"));
   // A line at rest is not another protocol.
@@ -676,19 +590,16 @@ TEST(ExplainVerb, CaptureWithoutARequest_Fails) {
 
 TEST(ExplainRange, FaultOutsideOfSince_IsNotExplained) {
   const Folder folder;
-  const std::string capture =
-      simulate_as(folder, "fs-36-28", {"--clock", "5MHz", "--fault", "flip@3,bit=12"});
-  const std::vector<std::string> words{"explain", capture, "-f",     "fs-36-28",
-                                       "--since", "1ms",   "--latch"};
+  const std::string capture = simulate_as(folder, "fs-36-28", "--clock 5MHz --fault flip@3,bit=12");
+  const Words words("explain {} -f fs-36-28 --since 1ms --latch", capture);
   const Outcome later = run(words);
   EXPECT_THAT(later.out, HasSubstr("1. healthy")) << later.err;
   EXPECT_THAT(later.out, HasSubstr("safety")) << later.err;
   EXPECT_THAT(later.out, Not(HasSubstr("200 request cycles")));
-  const Outcome after = run({"explain", capture, "-f", "fs-36-28", "--since", "100s"});
+  const Outcome after = run("explain {} -f fs-36-28 --since 100s", capture);
   EXPECT_EQ(after.status, 1);
   EXPECT_THAT(after.err, HasSubstr("no request cycle between --since and --until"));
   EXPECT_THAT(after.out, Not(HasSubstr("1. ")));
 }
 
-}  // namespace explain_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::explain_test

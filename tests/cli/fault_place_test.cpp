@@ -1,17 +1,10 @@
 // Faults at a place: `biss decode` finds a fault where `biss simulate` injects it and nowhere else,
 // and the truth file lists it.
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <iterator>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace fault_place_test {
+namespace biss::verbs::fault_place_test {
 
 constexpr unsigned payload_bits = 30;
 constexpr std::size_t cycles = 8;
@@ -24,34 +17,15 @@ struct Seen {
 };
 
 // A line with a delay, without a checksum, so that every bit is visible.
-Seen seen_with(const std::vector<std::string>& options) {
+Seen seen_with(const Words& options) {
   const Folder folder;
   const std::string capture = folder.path("line.csv");
   const std::string format = "pos28,nE,nW";
-  std::vector<std::string> words{"simulate",
-                                 "-f",
-                                 format,
-                                 "--clock",
-                                 "2MHz",
-                                 "--ma-delay",
-                                 "310ns",
-                                 "--slo-delay",
-                                 "160ns",
-                                 "--processing",
-                                 "3us",
-                                 "--cycles",
-                                 std::to_string(cycles),
-                                 "--motion",
-                                 "random",
-                                 "-o",
-                                 capture,
-                                 "--truth",
-                                 folder.path("truth.csv")};
-  words.insert(words.end(), options.begin(), options.end());
-  const Outcome made = run(words);
-  EXPECT_EQ(made.status, 0) << made.err;
-  const Outcome read = run({"decode", "-f", format, capture, "--to", "csv"});
-  EXPECT_EQ(read.status, 0) << read.err;
+  run_ok(Words("simulate -f {} --clock 2MHz --ma-delay 310ns --slo-delay 160ns --processing 3us "
+               "--cycles {} --motion random -o {} --truth {}",
+               format, std::to_string(cycles), capture, folder.path("truth.csv")) +
+         options);
+  const Outcome read = run_ok("decode -f {} {} --to csv", format, capture);
   return {rows_of(read.out), rows_of(content_of(folder.path("truth.csv"))),
           rows_of(content_of(capture))};
 }
@@ -59,15 +33,15 @@ Seen seen_with(const std::vector<std::string>& options) {
 TEST(SimulateThen, FormatThatChanges_ReadsBeforeAndAfterWithItsOwn) {
   const Folder folder;
   const std::string capture = folder.path("line.vcd");
-  const Outcome made = run({"simulate", "-f", "pos19,nE,nW,crc6", "--then", "pos28,nE,nW,crc6@30",
-                            "--cycles", "50", "--fault", "slo_low@29", "--fault", "flip@40", "-o",
-                            capture, "--truth", folder.path("truth.csv")});
-  ASSERT_EQ(made.status, 0) << made.err;
+  run_ok(
+      "simulate -f pos19,nE,nW,crc6 --then pos28,nE,nW,crc6@30 --cycles 50 --fault slo_low@29 "
+      "--fault flip@40 -o {} --truth {}",
+      capture, folder.path("truth.csv"));
   const auto truth = rows_of(content_of(folder.path("truth.csv")));
   ASSERT_EQ(truth.size(), 50U);
   for (const bool after : {false, true}) {
     const std::string format = after ? "pos28,nE,nW,crc6" : "pos19,nE,nW,crc6";
-    const auto rows = rows_of(run({"decode", capture, "-f", format, "--to", "csv"}).out);
+    const auto rows = rows_of(run("decode {} -f {} --to csv", capture, format).out);
     ASSERT_EQ(rows.size(), 50U);
     for (std::size_t i = after ? 31 : 0; i < (after ? 50U : 29U); ++i) {
       // The cell has commas.
@@ -78,7 +52,7 @@ TEST(SimulateThen, FormatThatChanges_ReadsBeforeAndAfterWithItsOwn) {
   }
   EXPECT_EQ(truth[40].at("faults"), "flip");
   for (const std::string wrong : {"x@3", "pos5,crc6", "pos5,crc6@0", "pos5+pos5@3", "pos5@100"}) {
-    const Outcome refused = run({"simulate", "-f", "pos19,crc6", "--then", wrong, "-o", capture});
+    const Outcome refused = run("simulate -f pos19,crc6 --then {} -o {}", wrong, capture);
     EXPECT_EQ(refused.status, 2) << wrong;
     EXPECT_EQ(refused.err.rfind("biss: --then: ", 0), 0U) << refused.err;
   }
@@ -257,13 +231,12 @@ TEST(FaultPlace, PlaceThatIsNotThere_IsWrongUsageAndWritesNothing) {
            {"cut@3,clock=400", "on this line it takes clock 0 to "},
            {"flip@100", "no cycle 100"},
            {"flip@3,bit=x", "is not KIND:RATE"}}) {
-    const Outcome refused = run({"simulate", "-f", "resolute-26", "--fault", fault, "-o",
-                                 folder.path("line.vcd"), "--truth", folder.path("truth.csv")});
-    EXPECT_EQ(refused.status, 2) << fault;
-    EXPECT_NE(refused.err.find(part), std::string::npos) << refused.err;
+    EXPECT_THAT(run("simulate -f resolute-26 --fault {} -o {} --truth {}", fault,
+                    folder.path("line.vcd"), folder.path("truth.csv")),
+                fails(2, part))
+        << fault;
     EXPECT_EQ(folder.files(), 0U);
   }
 }
 
-}  // namespace fault_place_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::fault_place_test

@@ -1,21 +1,11 @@
 // The help of every verb: it names existing items, fits the width, and its examples work.
-#include <gtest/gtest.h>
 #include <sys/wait.h>
 
-#include <algorithm>
-#include <cstdlib>
-#include <filesystem>
 #include <regex>
-#include <sstream>
-#include <string>
-#include <vector>
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace help_test {
-
-using Words = std::vector<std::string>;
+namespace biss::verbs::help_test {
 
 Words lines_of(const std::string& text) {
   std::istringstream stream(text);
@@ -26,8 +16,7 @@ Words lines_of(const std::string& text) {
 
 std::string help_of(Words verb) {
   verb.emplace_back("--help");
-  const Outcome outcome = run(verb);
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const Outcome outcome = run_ok(verb);
   EXPECT_EQ(outcome.err, "");
   return outcome.out;
 }
@@ -91,23 +80,21 @@ TEST(Help, EveryVerb_IsReachedAndFits) {
       if (line.starts_with("  biss ")) continue;  // examples are not wrapped
       EXPECT_LE(line.size(), 100U) << line;
     }
-    Words asked{"help"};
-    asked.insert(asked.end(), verb.begin(), verb.end());
+    Words asked = Words("help") + verb;
     EXPECT_EQ(run(asked).out, help);
   }
 }
 
 TEST(Help, UnknownVerb_IsWrongUsage) {
-  const Outcome outcome = run({"help", "deocde"});
+  const Outcome outcome = run("help deocde");
   EXPECT_EQ(outcome.status, 2);
   EXPECT_EQ(outcome.err,
             "biss: unknown verb 'deocde'; did you mean 'decode'? (see 'biss --help')\n");
 }
 
 TEST(Help, Version_HasAShortOption) {
-  const Outcome outcome = run({"-V"});
-  EXPECT_EQ(outcome.status, 0);
-  EXPECT_EQ(outcome.out, run({"--version"}).out);
+  const Outcome outcome = run_ok("-V");
+  EXPECT_EQ(outcome.out, run("--version").out);
   EXPECT_TRUE(std::regex_match(outcome.out,
                                std::regex("biss \\d+\\.\\d+\\.\\d+( [0-9a-f]{40}(-dirty)?)?\n")));
 }
@@ -223,8 +210,7 @@ TEST(Help, EveryExample_Works) {
 }
 
 TEST(Help, ManualPage_HasEveryVerbOptionAndExample) {
-  const Outcome outcome = run({"help", "--to", "man"});
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  const Outcome outcome = run_ok("help --to man");
   const std::string page = std::regex_replace(outcome.out, std::regex("\\\\-"), "-");
   for (const Words& verb : all_verbs()) {
     SCOPED_TRACE(joined(verb));
@@ -249,7 +235,7 @@ TEST(Help, ManualPage_HasEveryVerbOptionAndExample) {
 Words completions(const std::string& line) {
   const Folder folder;
   const std::string script = folder.path("biss.bash");
-  EXPECT_EQ(run({"help", "--to", "bash", "-o", script}).status, 0);
+  run_ok("help --to bash -o {}", script);
   std::string call;
   Words words;
   std::istringstream stream(line);
@@ -284,11 +270,11 @@ TEST(Help, Completion_OffersVerbsOptionsAndValues) {
 TEST(Readme, Example_ShowsTheRowsOfTheCommand) {
   const Folder folder;
   const std::string capture = folder.path("line.vcd");
-  const Outcome made =
-      run({"simulate", "-f", "resolute-26", "--clock", "10MHz", "--cable", "50m", "--cycles", "6",
-           "--fault", "flip@3", "--fault", "no_answer@5", "--seed", "3", "-o", capture});
-  ASSERT_EQ(made.status, 0) << made.err;
-  const std::string shown = run({"decode", capture, "-f", "resolute-26"}).out;
+  run_ok(
+      "simulate -f resolute-26 --clock 10MHz --cable 50m --cycles 6 --fault flip@3 --fault "
+      "no_answer@5 --seed 3 -o {}",
+      capture);
+  const std::string shown = run("decode {} -f resolute-26", capture).out;
   const std::string readme = content_of(BISS_SOURCE_FOLDER "/README.md");
   const std::size_t begin = readme.find("$ build/biss decode line.vcd -f resolute-26\n");
   ASSERT_NE(begin, std::string::npos);
@@ -301,5 +287,4 @@ TEST(Readme, Example_ShowsTheRowsOfTheCommand) {
   }
 }
 
-}  // namespace help_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::help_test

@@ -1,22 +1,13 @@
 // `identify`, and `decode` without a format.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cstdint>
 #include <nlohmann/json.hpp>
-#include <string>
-#include <vector>
 
 #include "biss/crc/engines.hpp"
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace identify_verb_test {
+namespace biss::verbs::identify_verb_test {
 
 using testing::AllOf;
 using testing::HasSubstr;
-using Words = std::vector<std::string>;
 
 // The last `count` bits of a number as text.
 std::string bits_of(std::uint64_t value, unsigned count) {
@@ -69,13 +60,12 @@ class Identify : public testing::Test {
     const std::string path = folder_.path(name);
     words.insert(words.begin(), "simulate");
     words.insert(words.end(), {"-o", path});
-    const Outcome made = run(words);
-    EXPECT_EQ(made.status, 0) << made.err;
+    run_ok(words);
     return path;
   }
   // The only row.
   static nlohmann::json identified(const std::string& capture, int status) {
-    const Outcome outcome = run({"identify", capture, "--to", "jsonl"});
+    const Outcome outcome = run("identify {} --to jsonl", capture);
     EXPECT_EQ(outcome.status, status) << outcome.err;
     return nlohmann::json::parse(outcome.out);
   }
@@ -85,9 +75,10 @@ class Identify : public testing::Test {
 
 TEST_F(Identify, UnknownFormatInMotion_IsFoundWithItsLine) {
   const std::string format = "pos24,nE,nW,lc6,crc9:0x2CF:0x15";
-  const std::string capture =
-      simulated("line.vcd", {"-f", format, "--clock", "2MHz", "--cable", "20m", "--cycles", "200",
-                             "--motion", "max", "--timeout", "static:20us"});
+  const std::string capture = simulated(
+      "line.vcd",
+      Words("-f {} --clock 2MHz --cable 20m --cycles 200 --motion max --timeout static:20us",
+            format));
   const nlohmann::json row = identified(capture, 0);
   EXPECT_EQ(row["ma"], "MA");
   EXPECT_EQ(row["slo"], "SLO");
@@ -101,47 +92,45 @@ TEST_F(Identify, UnknownFormatInMotion_IsFoundWithItsLine) {
 }
 
 TEST_F(Identify, EncoderOfTheCatalogue_IsSureAndNamed) {
-  const nlohmann::json row = identified(
-      simulated("line.csv", {"-f", "fs-36-28", "--clock", "5MHz", "--cycles", "200"}), 0);
+  const nlohmann::json row =
+      identified(simulated("line.csv", "-f fs-36-28 --clock 5MHz --cycles 200"), 0);
   EXPECT_EQ(row["format"], "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0");
   EXPECT_GE(row["confidence"], 0.9);
   EXPECT_THAT(row["encoders"].get<std::string>(), HasSubstr("fs-36-28"));
 }
 
 TEST_F(Identify, FormatGiven_IsWrongUsage) {
-  const std::string capture = simulated("line.csv", {"-f", "resolute-26", "--cycles", "200"});
-  const Outcome outcome = run({"identify", capture, "-f", "resolute-26"});
-  EXPECT_EQ(outcome.status, 2);
-  EXPECT_THAT(outcome.err, HasSubstr("leave it out"));
-  EXPECT_EQ(run({"identify", capture, "-f", "none"}).status, 0);
-  EXPECT_THAT(run({"identify", "--help"}).out, HasSubstr("refused here"));
+  const std::string capture = simulated("line.csv", "-f resolute-26 --cycles 200");
+  EXPECT_THAT(run("identify {} -f resolute-26", capture), fails(2, "leave it out"));
+  run_ok("identify {} -f none", capture);
+  EXPECT_THAT(run("identify --help").out, HasSubstr("refused here"));
 }
 
 TEST_F(Identify, ExampleOfTheDocument_ShowsTheRowOfTheCommand) {
   const std::string document = content_of(BISS_SOURCE_FOLDER "/docs/identify.md");
   ASSERT_NE(document.find("$ biss simulate -f resolute-26 --cycles 200 -o capture.vcd\n"),
             std::string::npos);
-  const std::string capture = simulated("capture.vcd", {"-f", "resolute-26", "--cycles", "200"});
-  const std::string table = run({"identify", capture}).out;
+  const std::string capture = simulated("capture.vcd", "-f resolute-26 --cycles 200");
+  const std::string table = run("identify {}", capture).out;
   const std::size_t row = table.rfind("capture.vcd");
   ASSERT_NE(row, std::string::npos);
   EXPECT_NE(document.find("\n" + table.substr(row)), std::string::npos) << table;
 }
 
 TEST_F(Identify, DamagedCycles_DoNotSpoilIt) {
-  const nlohmann::json row =
-      identified(simulated("line.vcd", {"-f", "lenz-b3", "--cycles", "200", "--fault", "flip:0.03",
-                                        "--fault", "burst:0.03", "--fault", "lost_clock:0.02"}),
-                 0);
+  const nlohmann::json row = identified(
+      simulated(
+          "line.vcd",
+          "-f lenz-b3 --cycles 200 --fault flip:0.03 --fault burst:0.03 --fault lost_clock:0.02"),
+      0);
   EXPECT_THAT(row["encoders"].get<std::string>(), HasSubstr("lenz-b3"));
 }
 
 // A pulse makes CDS 1 in a frame whose checksum is right; no control frame has asked for it.
 TEST_F(Identify, SingleOneOfCds_DoesNotRuleOutEncodersWithoutRegisters) {
-  const std::string capture = simulated("line.vcd", {"-f", "pos26,nE,nW,crc6;cds0", "--cycles",
-                                                     "400", "--fault", "glitch_slo@50,clock=4"});
-  const auto rows =
-      rows_of(run({"decode", capture, "-f", "pos26,nE,nW,crc6;cds0", "--to", "csv"}).out);
+  const std::string capture =
+      simulated("line.vcd", "-f pos26,nE,nW,crc6;cds0 --cycles 400 --fault glitch_slo@50,clock=4");
+  const auto rows = rows_of(run("decode {} -f pos26,nE,nW,crc6;cds0 --to csv", capture).out);
   ASSERT_EQ(rows.at(50).at("status"), "cds");
   ASSERT_EQ(rows.at(50).at("crc_ok"), "1");
   const nlohmann::json row = identified(capture, 0);
@@ -152,9 +141,9 @@ TEST_F(Identify, SingleOneOfCds_DoesNotRuleOutEncodersWithoutRegisters) {
 TEST_F(Identify, EncoderThatAnswersOneAccess_IsNoneWithoutRegisters) {
   std::string bytes;
   for (int i = 0; i < 128; ++i) bytes += "A5 ";
-  const std::string capture =
-      simulated("line.vcd", {"-f", "pos26,nE,nW,crc6", "--cycles", "400", "--registers",
-                             folder_.file("registers.hex", bytes), "--access", "read:0x78,1"});
+  const std::string capture = simulated(
+      "line.vcd", Words("-f pos26,nE,nW,crc6 --cycles 400 --registers {} --access read:0x78,1",
+                        folder_.file("registers.hex", bytes)));
   const nlohmann::json row = identified(capture, 0);
   EXPECT_EQ(row["format"].get<std::string>().find("cds0"), std::string::npos) << row["format"];
   EXPECT_EQ(row["encoders"].get<std::string>().find("resolute"), std::string::npos);
@@ -162,66 +151,63 @@ TEST_F(Identify, EncoderThatAnswersOneAccess_IsNoneWithoutRegisters) {
 
 TEST_F(Identify, PositionAtRest_CannotBeKnown) {
   const std::string capture =
-      simulated("line.vcd", {"-f", "resolute-26", "--cycles", "200", "--motion", "constant"});
+      simulated("line.vcd", "-f resolute-26 --cycles 200 --motion constant");
   EXPECT_EQ(identified(capture, 1)["confidence"], nullptr);
-  const Outcome decoded = run({"decode", capture, "--to", "csv"});
+  const Outcome decoded = run("decode {} --to csv", capture);
   EXPECT_THAT(decoded.err, AllOf(HasSubstr("format      not known"), HasSubstr("did not move"),
                                  HasSubstr("200 unchecked")));
   for (const Row& row : rows_of(decoded.out)) EXPECT_EQ(row.at("position"), "");
 }
 
 TEST_F(Identify, DecodeWithoutFormat_GivesTheRowsOfTheFormat) {
-  const std::string capture = simulated("line.sr", {"-f", "resolute-32", "--clock", "1MHz",
-                                                    "--cycles", "200", "--fault", "flip:0.02"});
-  const Outcome found = run({"decode", capture, "--to", "csv"});
-  EXPECT_EQ(found.out, run({"decode", capture, "--to", "csv", "-f", "pos32,nE,nW,crc6;cds0"}).out);
+  const std::string capture =
+      simulated("line.sr", "-f resolute-32 --clock 1MHz --cycles 200 --fault flip:0.02");
+  const Outcome found = run("decode {} --to csv", capture);
+  EXPECT_EQ(found.out, run("decode {} --to csv -f pos32,nE,nW,crc6;cds0", capture).out);
   EXPECT_THAT(found.err,
               AllOf(HasSubstr("identified, confidence 0.9"),
                     HasSubstr("-f \"pos32,nE,nW,crc6;cds0\""), HasSubstr("resolute-32")));
 }
 
 TEST_F(Identify, DecodeWithoutFormatFromAPipe_GivesTheSameRows) {
-  const std::string capture = simulated("line.vcd", {"-f", "resolute-26", "--cycles", "200"});
+  const std::string capture = simulated("line.vcd", "-f resolute-26 --cycles 200");
   EXPECT_EQ(run({"decode", "-", "--to", "csv"}, capture).out,
-            run({"decode", capture, "--to", "csv"}).out);
+            run("decode {} --to csv", capture).out);
 }
 
 TEST_F(Identify, FormatNone_ChecksTheStructureOnly) {
-  const std::string capture = simulated("line.vcd", {"-f", "resolute-26", "--cycles", "200"});
-  const Outcome outcome = run({"decode", capture, "--to", "csv", "-f", "none"});
+  const std::string capture = simulated("line.vcd", "-f resolute-26 --cycles 200");
+  const Outcome outcome = run("decode {} --to csv -f none", capture);
   for (const Row& row : rows_of(outcome.out)) EXPECT_EQ(row.at("status"), "unchecked");
 }
 
 TEST_F(Identify, TwoCapturesWithDifferentColumns_AreBothRead) {
-  const std::string one = simulated("one.vcd", {"-f", "resolute-26", "--cycles", "200"});
-  const std::string two = simulated("two.vcd", {"-f", "fs-36-28", "--cycles", "200"});
-  const Outcome outcome = run({"decode", one, two, "--to", "csv"});
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const std::string one = simulated("one.vcd", "-f resolute-26 --cycles 200");
+  const std::string two = simulated("two.vcd", "-f fs-36-28 --cycles 200");
+  const Outcome outcome = run_ok("decode {} {} --to csv", one, two);
   const auto rows = rows_of(outcome.out);
   ASSERT_EQ(rows.size(), 400U);
   EXPECT_EQ(rows[199].at("status"), "ok");
   EXPECT_EQ(rows[200].at("status"), "unchecked");
   EXPECT_EQ(rows[200].at("file"), two);
   EXPECT_THAT(outcome.err, HasSubstr("decode it alone"));
-  EXPECT_EQ(run({"identify", one, two, "--to", "csv"}).status, 0);
+  run_ok("identify {} {} --to csv", one, two);
 }
 
 // ---- Flags that are used
 
 TEST_F(Identify, ErrorInThirtyPercentOfTheFrames_IsNoBitOfThePosition) {
-  const std::string capture =
-      simulated("line.csv", {"-f", "pos26,nE,nW,crc6", "--clock", "10MHz", "--motion", "ramp",
-                             "--cycles", "400", "--fault", "nE:0.3"});
+  const std::string capture = simulated(
+      "line.csv", "-f pos26,nE,nW,crc6 --clock 10MHz --motion ramp --cycles 400 --fault nE:0.3");
   EXPECT_THAT(identified(capture, 0)["format"].get<std::string>(),
               testing::StartsWith("pos26,nE,nW,crc6"));
-  const Outcome decoded = run({"decode", capture, "--to", "csv", "--fail-on", "nE"});
+  const Outcome decoded = run("decode {} --to csv --fail-on nE", capture);
   EXPECT_EQ(decoded.status, 1) << decoded.err;
 }
 
 TEST_F(Identify, FlagInABlockOfFrames_IsNoBitOfThePosition) {
   for (const std::string flag : {"nE", "nW"}) {
-    Words words{"-f",   "pos26,nE,nW,crc6", "--clock", "10MHz", "--motion",
-                "ramp", "--cycles",         "400"};
+    Words words("-f pos26,nE,nW,crc6 --clock 10MHz --motion ramp --cycles 400");
     for (int cycle = 150; cycle < 270; ++cycle) {
       words.insert(words.end(), {"--fault", flag + "@" + std::to_string(cycle)});
     }
@@ -235,8 +221,9 @@ TEST_F(Identify, FlagInABlockOfFrames_IsNoBitOfThePosition) {
 TEST_F(Identify, FramesThatComeAgain_HaveTheirSignOfLife) {
   for (const char* seed : {"1", "2", "3"}) {
     const std::string capture =
-        simulated("line.csv", {"-f", "pos28,nE,nW,lc6,crc16", "--clock", "8MHz", "--motion", "max",
-                               "--cycles", "356", "--fault", "repeat:0.3", "--seed", seed});
+        simulated("line.csv", Words("-f pos28,nE,nW,lc6,crc16 --clock 8MHz --motion max --cycles "
+                                    "356 --fault repeat:0.3 --seed {}",
+                                    seed));
     EXPECT_THAT(identified(capture, 0)["format"].get<std::string>(),
                 testing::HasSubstr("nE,nW,lc6,crc16"))
         << seed;
@@ -244,22 +231,19 @@ TEST_F(Identify, FramesThatComeAgain_HaveTheirSignOfLife) {
 }
 
 TEST_F(Identify, FewErrors_AreAmongTheCandidates) {
-  const std::string capture =
-      simulated("line.csv", {"-f", "pos26,nE,nW,crc6", "--clock", "10MHz", "--motion", "ramp",
-                             "--cycles", "400", "--fault", "nE:0.1"});
-  EXPECT_THAT(run({"identify", capture, "--to", "jsonl"}).out,
+  const std::string capture = simulated(
+      "line.csv", "-f pos26,nE,nW,crc6 --clock 10MHz --motion ramp --cycles 400 --fault nE:0.1");
+  EXPECT_THAT(run("identify {} --to jsonl", capture).out,
               HasSubstr("\"format\":\"pos26,nE,nW,crc6"));
 }
 
 TEST_F(Identify, WarningInTheLastFrames_IsNotLost) {
-  Words words{"-f", "pos19,nE,nW,crc6", "--clock", "1MHz", "--motion", "ramp", "--cycles", "6000"};
+  Words words("-f pos19,nE,nW,crc6 --clock 1MHz --motion ramp --cycles 6000");
   for (int cycle = 5990; cycle < 6000; ++cycle) {
     words.insert(words.end(), {"--fault", "nW@" + std::to_string(cycle)});
   }
   const std::string capture = simulated("line.csv", words);
-  const Outcome decoded = run({"decode", capture, "--to", "csv", "--fail-on", "nW"});
-  EXPECT_EQ(decoded.status, 1);
-  EXPECT_THAT(decoded.err, HasSubstr("10 with nW = 0"));
+  EXPECT_THAT(run("decode {} --to csv --fail-on nW", capture), fails(1, "10 with nW = 0"));
 }
 
 // ---- Positions
@@ -271,8 +255,7 @@ TEST_F(Identify, TwoTracksSideBySide_AreNotOneNumber) {
     const std::uint64_t lower = (900 + 367 * i) & 0x3FFFU;
     frames.push_back(frame_of((upper << 14U | lower) << 2U | 3U, 30));
   }
-  const Outcome outcome =
-      run({"identify", folder_.file("line.csv", line_of(frames)), "--to", "jsonl"});
+  const Outcome outcome = run("identify {} --to jsonl", folder_.file("line.csv", line_of(frames)));
   const auto row = nlohmann::json::parse(outcome.out);
   if (row["format"] != nullptr) {
     EXPECT_EQ(row["format"], "mt14,st14,nE,nW,crc6");
@@ -296,7 +279,7 @@ TEST_F(Identify, SlowAxisWithTornFrames_HasTheUsualChecksum) {
     frames.push_back(i % 6 == 5 ? frame.substr(0, 20 + i / 4) : frame);
   }
   const auto row = nlohmann::json::parse(
-      run({"identify", folder_.file("line.csv", line_of(frames)), "--to", "jsonl"}).out);
+      run("identify {} --to jsonl", folder_.file("line.csv", line_of(frames))).out);
   const std::string first = row["format"] != nullptr
                                 ? row["format"].get<std::string>()
                                 : row["alternatives"][0]["format"].get<std::string>();
@@ -314,16 +297,15 @@ TEST_F(Identify, FramesThatChangeTheirLength_HaveAFormatForEachPart) {
     frames.push_back(frame_of(((5000 + 97'703 * i) & 0xFFFFFFFU) << 2U | 3U, 30));
   }
   const std::string capture = folder_.file("line.csv", line_of(frames));
-  const Outcome outcome = run({"identify", capture, "--to", "jsonl"});
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const Outcome outcome = run_ok("identify {} --to jsonl", capture);
   const auto one = nlohmann::json::parse(outcome.out.substr(0, outcome.out.find('\n')));
   const auto two = nlohmann::json::parse(outcome.out.substr(outcome.out.find('\n') + 1));
   EXPECT_EQ(one["format"], "pos19,nE,nW,crc6");
   EXPECT_EQ(one["to_cycle"], 119) << outcome.err;
   EXPECT_EQ(two["format"], "mt12,st16,nE,nW,crc6");
   EXPECT_EQ(two["from_cycle"], 120);
-  EXPECT_THAT(run({"decode", capture, "--to", "csv"}).err, HasSubstr("the format changes"));
-  const Outcome first = run({"identify", capture, "--until", "17ms", "--to", "jsonl"});
+  EXPECT_THAT(run("decode {} --to csv", capture).err, HasSubstr("the format changes"));
+  const Outcome first = run("identify {} --until 17ms --to jsonl", capture);
   EXPECT_EQ(nlohmann::json::parse(first.out)["format"], "pos19,nE,nW,crc6");
 }
 
@@ -345,7 +327,7 @@ TEST_F(Identify, LaterFramesThatContradict_AreSaidToAndTheRowsAreJudgedByMostFra
   for (std::uint64_t i = 0; i < 4600; ++i) {
     frames.push_back(frame_of(((5000 + 97'703 * i) & 0xFFFFFFFU) << 2U | 3U, 30));
   }
-  const Outcome outcome = run({"decode", folder_.file("line.csv", line_of(frames)), "--to", "csv"});
+  const Outcome outcome = run("decode {} --to csv", folder_.file("line.csv", line_of(frames)));
   const auto rows = rows_of(outcome.out);
   ASSERT_EQ(rows.size(), frames.size());
   EXPECT_NE(rows[10].at("status"), "ok");
@@ -384,7 +366,7 @@ TEST_F(Identify, ChecksumWithAnErrorOfItsMaker_IsNamed) {
 
 TEST_F(Identify, FormatThatIsNotSure_IsNullAndItsGuessesHaveOdds) {
   const std::string capture =
-      simulated("line.csv", {"-f", "pos26,nE,nW,crc6", "--cycles", "30", "--motion", "constant"});
+      simulated("line.csv", "-f pos26,nE,nW,crc6 --cycles 30 --motion constant");
   const nlohmann::json row = identified(capture, 1);
   EXPECT_EQ(row["format"], nullptr);
   ASSERT_FALSE(row["alternatives"].empty());
@@ -394,7 +376,7 @@ TEST_F(Identify, FormatThatIsNotSure_IsNullAndItsGuessesHaveOdds) {
     EXPECT_LE(each["odds"].get<double>(), last);
     last = each["odds"];
   }
-  EXPECT_THAT(run({"identify", capture, "--to", "csv"}).out, HasSubstr(" | "));
+  EXPECT_THAT(run("identify {} --to csv", capture).out, HasSubstr(" | "));
 }
 
 TEST_F(Identify, LineThatIsNoBissC_IsNamed) {
@@ -439,13 +421,10 @@ std::string joined(const Folder& folder, const std::string& first, const std::st
 }
 
 TEST_F(Identify, LengthThatChanges_GivesAFormatForEachPart) {
-  const std::string capture =
-      joined(folder_,
-             simulated("a.csv", {"-f", "pos26,nE,nW,crc6", "--clock", "1MHz", "--cycles", "300",
-                                 "--motion", "sine"}),
-             simulated("b.csv", {"-f", "pos32,nE,nW,crc6", "--clock", "1MHz", "--cycles", "300",
-                                 "--motion", "sine"}));
-  const Outcome outcome = run({"identify", capture, "--to", "jsonl"});
+  const std::string capture = joined(
+      folder_, simulated("a.csv", "-f pos26,nE,nW,crc6 --clock 1MHz --cycles 300 --motion sine"),
+      simulated("b.csv", "-f pos32,nE,nW,crc6 --clock 1MHz --cycles 300 --motion sine"));
+  const Outcome outcome = run("identify {} --to jsonl", capture);
   const std::size_t line = outcome.out.find('\n');
   const auto first = nlohmann::json::parse(outcome.out.substr(0, line));
   const auto second = nlohmann::json::parse(outcome.out.substr(line + 1));
@@ -456,12 +435,10 @@ TEST_F(Identify, LengthThatChanges_GivesAFormatForEachPart) {
   EXPECT_EQ(second["from_cycle"], 300);
   EXPECT_EQ(second["to_cycle"], 599);
   EXPECT_THAT(outcome.err, HasSubstr("length"));
-  const Outcome part = run({"identify", capture, "--to", "jsonl", "--until", "10ms"});
+  const Outcome part = run("identify {} --to jsonl --until 10ms", capture);
   EXPECT_THAT(part.out, HasSubstr("\"pos26,nE,nW,crc6")) << part.err;
-  const Outcome none = run({"identify", capture, "--since", "10s"});
-  EXPECT_EQ(none.status, 1);
-  EXPECT_THAT(none.err, HasSubstr("no request cycle between --since and --until"));
+  EXPECT_THAT(run("identify {} --since 10s", capture),
+              fails(1, "no request cycle between --since and --until"));
 }
 
-}  // namespace identify_verb_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::identify_verb_test

@@ -1,31 +1,20 @@
 // The limits of a device, in every output of `decode` and `check` that reports them.
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <fstream>
-#include <string>
-#include <vector>
-
 #include "decode/limits.hpp"
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace limits_test {
+namespace biss::verbs::limits_test {
 
 using testing::HasSubstr;
 using testing::Not;
-using Words = std::vector<std::string>;
 
-void add(Words& words, const Words& more) { words.insert(words.end(), more.begin(), more.end()); }
+void add(Words& words, const Words& more) { words = words + more; }
 
 class Limits : public testing::Test {
  protected:
   std::string simulate(const std::string& name, const Words& more) const {
-    Words words{"simulate", "-o", folder.path(name), "--cycles", "20"};
+    Words words("simulate -o {} --cycles 20", folder.path(name));
     add(words, more);
-    const Outcome made = run(words);
-    EXPECT_EQ(made.status, 0) << made.err;
+    run_ok(words);
     return folder.path(name);
   }
   Outcome decode(const std::string& capture, const Words& more) const {
@@ -35,7 +24,7 @@ class Limits : public testing::Test {
   }
   std::string verdict(const std::string& capture, const std::string& format,
                       const std::string& rule) const {
-    for (const Row& row : rows_of(run({"check", capture, "-f", format, "--to", "csv"}).out)) {
+    for (const Row& row : rows_of(run("check {} -f {} --to csv", capture, format).out)) {
       if (row.at("rule") == rule) return row.at("verdict");
     }
     return "no such rule";
@@ -46,9 +35,9 @@ class Limits : public testing::Test {
     SCOPED_TRACE(cell);
     const Words with_format{"-f", format};
     const auto status = [&](const std::string& cause) {
-      return decode(capture, {"-f", format, "--fail-on", cause}).status;
+      return decode(capture, Words("-f {} --fail-on {}", format, cause)).status;
     };
-    const Outcome csv = decode(capture, {"-f", format, "--to", "csv"});
+    const Outcome csv = decode(capture, Words("-f {} --to csv", format));
     const std::string header = csv.out.substr(0, csv.out.find('\n'));
     EXPECT_TRUE(header.ends_with(",safety,limits")) << header;
     const auto rows = rows_of(csv.out);
@@ -57,7 +46,7 @@ class Limits : public testing::Test {
       EXPECT_EQ(rows[i].at("status"), "ok") << i;
       EXPECT_EQ(rows[i].at("limits"), cell) << i;
     }
-    const Outcome lines = decode(capture, {"-f", format, "--to", "jsonl"});
+    const Outcome lines = decode(capture, Words("-f {} --to jsonl", format));
     EXPECT_THAT(lines.out, HasSubstr("\"limits\":\"" + cell + "\"}"));
     EXPECT_THAT(decode(capture, with_format).out, HasSubstr(cell));
     EXPECT_EQ(status("any"), 1);
@@ -76,36 +65,33 @@ class Limits : public testing::Test {
 };
 
 TEST_F(Limits, ClockAboveTheMaximum_IsNamed) {
-  expect_limits(
-      simulate("line.vcd", {"-f", "resolute-26", "--clock", "10MHz", "--clock-error", "5%"}),
-      "resolute-26", "clock_max", "clock_max");
-  expect_limits(simulate("line.vcd", {"-f", "pos24,nE,nW,crc6", "--clock", "6MHz", "--ack-clocks",
-                                      "4", "--timeout", "static:13.2us"}),
+  expect_limits(simulate("line.vcd", "-f resolute-26 --clock 10MHz --clock-error 5%"),
+                "resolute-26", "clock_max", "clock_max");
+  expect_limits(simulate("line.vcd",
+                         "-f pos24,nE,nW,crc6 --clock 6MHz --ack-clocks 4 --timeout static:13.2us"),
                 "lenz-b3", "clock_max", "clock_max");
 }
 
 TEST_F(Limits, ClockBelowTheMinimum_IsNamed) {
-  expect_limits(
-      simulate("line.vcd", {"-f", "resolute-26", "--clock", "250kHz", "--clock-error", "-2%"}),
-      "resolute-26", "clock_min", "clock_min");
+  expect_limits(simulate("line.vcd", "-f resolute-26 --clock 250kHz --clock-error -2%"),
+                "resolute-26", "clock_min", "clock_min");
 }
 
 TEST_F(Limits, RequestsAboveTheRate_AreNamed) {
   const std::string capture =
-      simulate("line.vcd", {"-f", "siko-msa213c", "--clock", "10MHz", "--cycle-min", "20us"});
+      simulate("line.vcd", "-f siko-msa213c --clock 10MHz --cycle-min 20us");
   expect_limits(capture, "siko-msa213c", "cycle_min", "cycle_min");
-  EXPECT_THAT(decode(capture, {"-f", "siko-msa213c"}).err, HasSubstr("19 cycle_min"));
-  EXPECT_EQ(
-      decode(capture, {"-f", "siko-msa213c", "--cycle-min", "10us", "--fail-on", "any"}).status, 0);
+  EXPECT_THAT(decode(capture, "-f siko-msa213c").err, HasSubstr("19 cycle_min"));
+  EXPECT_EQ(decode(capture, "-f siko-msa213c --cycle-min 10us --fail-on any").status, 0);
 }
 
 TEST_F(Limits, SloReleasedTooEarly_IsNamed) {
-  expect_limits(simulate("line.vcd", {"-f", "resolute-26", "--clock", "10MHz", "--timeout",
-                                      "cycle:10us", "--rate", "32kHz"}),
-                "resolute-26", "release", "timeout_shortest");
-  expect_limits(simulate("line.vcd", {"-f", "resolute-26", "--clock", "10MHz", "--timeout",
-                                      "cycle:20us", "--cycle-min", "20us"}),
-                "resolute-26", "cycle_min;release", "timeout_shortest");
+  expect_limits(
+      simulate("line.vcd", "-f resolute-26 --clock 10MHz --timeout cycle:10us --rate 32kHz"),
+      "resolute-26", "release", "timeout_shortest");
+  expect_limits(
+      simulate("line.vcd", "-f resolute-26 --clock 10MHz --timeout cycle:20us --cycle-min 20us"),
+      "resolute-26", "cycle_min;release", "timeout_shortest");
 }
 
 // MA as a master makes it that changes its clock in the middle of each request.
@@ -136,10 +122,10 @@ TEST_F(Limits, ClockThatFallsToTwoThirds_IsNamed) {
                                TwoClocks{200, 200, 80, 40, 70}}) {
     const std::string master = master_of(folder, two);
     const std::string capture = folder.path("answered.vcd");
-    ASSERT_EQ(run({"simulate", "-f", "resolute-32", "--ma-from", master, "-o", capture}).status, 0);
+    run_ok("simulate -f resolute-32 --ma-from {} -o {}", master, capture);
     expect_limits(capture, "resolute-32", "clock_change", "clock_change");
     // Without this demand it is none.
-    const Words other{"-f", "pos32,nE,nW,crc6", "--fail-on", "any"};
+    const Words other("-f pos32,nE,nW,crc6 --fail-on any");
     EXPECT_EQ(decode(capture, other).status, 0);
     EXPECT_EQ(verdict(capture, "pos32,nE,nW,crc6", "clock_change"), "not_judged");
   }
@@ -186,8 +172,7 @@ TEST_F(Limits, CapturesAtTheLimits_HaveEmptyCells) {
       if (!rate.empty()) add(reading, {"--raw-rate", rate[1], "--ma", "D0", "--slo", "D1"});
       Words judging = reading;
       add(judging, {"--fail-on", "any", "--to", "csv"});
-      const Outcome outcome = decode(capture, judging);
-      EXPECT_EQ(outcome.status, 0) << outcome.err;
+      const Outcome outcome = ok(decode(capture, judging));
       for (const Row& row : rows_of(outcome.out)) EXPECT_EQ(row.at("limits"), "");
       EXPECT_THAT(outcome.err, Not(HasSubstr("limits")));
       Words check{"check", capture, "--to", "csv"};
@@ -202,18 +187,17 @@ TEST_F(Limits, CapturesAtTheLimits_HaveEmptyCells) {
 }
 
 TEST_F(Limits, Summary_CountsThemAndSaysWhatToDo) {
-  const std::string capture = simulate(
-      "line.vcd",
-      {"-f", "resolute-26", "--clock", "10MHz", "--timeout", "cycle:20us", "--cycle-min", "20us"});
-  const std::string summary = decode(capture, {"-f", "resolute-26"}).err;
+  const std::string capture =
+      simulate("line.vcd", "-f resolute-26 --clock 10MHz --timeout cycle:20us --cycle-min 20us");
+  const std::string summary = decode(capture, "-f resolute-26").err;
   EXPECT_THAT(summary, HasSubstr("19 cycle_min, 20 release"));
   EXPECT_THAT(summary, HasSubstr("release: SLO does not keep the timeout cycle:31.25us"));
 }
 
 TEST_F(Limits, LimitThatTheDeviceHasNot_IsRefused) {
-  const std::string capture = simulate("line.vcd", {"-f", "pos26,nE,nW,crc6"});
+  const std::string capture = simulate("line.vcd", "-f pos26,nE,nW,crc6");
   for (const char* limit : {"clock_change", "cycle_min", "release"}) {
-    const Outcome refused = decode(capture, {"-f", "pos26,nE,nW,crc6", "--fail-on", limit});
+    const Outcome refused = decode(capture, Words("-f pos26,nE,nW,crc6 --fail-on {}", limit));
     EXPECT_EQ(refused.status, 2) << limit;
     EXPECT_THAT(refused.err, HasSubstr(limit));
     EXPECT_THAT(refused.err, HasSubstr("give -f NAME"));
@@ -221,14 +205,14 @@ TEST_F(Limits, LimitThatTheDeviceHasNot_IsRefused) {
   for (const char* known : {"clock_max", "clock_min", "limits"}) {
     EXPECT_EQ(decode(capture, {"--fail-on", known}).status, 0) << known;
   }
-  EXPECT_EQ(decode(capture, {"--fail-on", "cycle_min", "--cycle-min", "10us"}).status, 0);
-  EXPECT_EQ(decode(capture, {"--fail-on", "clocks"}).status, 2);
+  EXPECT_EQ(decode(capture, "--fail-on cycle_min --cycle-min 10us").status, 0);
+  EXPECT_EQ(decode(capture, "--fail-on clocks").status, 2);
 }
 
 TEST(LimitsDocument, EveryLimit_HasItsRowInOrder) {
   std::ifstream document(BISS_SOURCE_FOLDER "/docs/decode.md");
   ASSERT_TRUE(document);
-  std::vector<std::string> named;
+  Words named;
   bool inside = false;
   for (std::string line; std::getline(document, line);) {
     if (line.starts_with("## ")) inside = line == "## Limits";
@@ -241,5 +225,4 @@ TEST(LimitsDocument, EveryLimit_HasItsRowInOrder) {
   EXPECT_EQ(named, limits);
 }
 
-}  // namespace limits_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::limits_test

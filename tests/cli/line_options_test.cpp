@@ -1,39 +1,18 @@
 // The line options of `biss simulate` are visible in the capture, and every position stays right.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <filesystem>
 #include <set>
-#include <string>
-#include <vector>
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace line_options_test {
+namespace biss::verbs::line_options_test {
 
 // The rows of `decode` for a line with these options, compared with the truth file.
-std::vector<Row> rows_with(const std::vector<std::string>& options) {
+std::vector<Row> rows_with(const Words& options) {
   const Folder folder;
   const std::string capture = folder.path("line.vcd");
-  std::vector<std::string> words{"simulate",
-                                 "-f",
-                                 "resolute-26",
-                                 "--clock",
-                                 "5MHz",
-                                 "--cycles",
-                                 "50",
-                                 "--motion",
-                                 "random",
-                                 "-o",
-                                 capture,
-                                 "--truth",
-                                 folder.path("truth.csv")};
-  words.insert(words.end(), options.begin(), options.end());
-  const Outcome made = run(words);
-  EXPECT_EQ(made.status, 0) << made.err;
-  const Outcome read = run({"decode", "-f", "resolute-26", capture, "--to", "csv"});
-  EXPECT_EQ(read.status, 0) << read.err;
+  run_ok(Words("simulate -f resolute-26 --clock 5MHz --cycles 50 --motion random -o {} --truth {}",
+               capture, folder.path("truth.csv")) +
+         options);
+  const Outcome read = run_ok("decode -f resolute-26 {} --to csv", capture);
   std::vector<Row> rows = rows_of(read.out);
   std::vector<Row> truth = rows_of(content_of(folder.path("truth.csv")));
   EXPECT_EQ(rows.size(), 50U);
@@ -50,32 +29,27 @@ TEST(SimulateOutput, ExtensionOfAFormatThatIsOnlyRead_IsRefusedAndNothingWritten
   const Folder folder;
   for (const char* name : {"line.fst", "line.sal", "line.vcd.gz", "line.csv.zst"}) {
     const std::string out = folder.path(name);
-    const Outcome made = run({"simulate", "-f", "resolute-26", "--cycles", "3", "-o", out});
-    EXPECT_EQ(made.status, 2) << name;
-    EXPECT_NE(made.err.find("names a format that is not written"), std::string::npos) << made.err;
+    EXPECT_THAT(run("simulate -f resolute-26 --cycles 3 -o {}", out),
+                fails(2, "names a format that is not written"))
+        << name;
     EXPECT_FALSE(std::filesystem::exists(out)) << name;
   }
   // Any other name is that of a VCD.
   const std::string other = folder.path("line.txt");
-  EXPECT_EQ(run({"simulate", "-f", "resolute-26", "--cycles", "3", "-o", other}).status, 0);
+  run_ok("simulate -f resolute-26 --cycles 3 -o {}", other);
   EXPECT_EQ(content_of(other).rfind("$timescale", 0), 0U);
 }
 
 TEST(SimulateOutput, SampleRateBelowTwiceTheClock_IsWarnedOf) {
   const Folder folder;
   const std::string source = folder.path("source.vcd");
-  ASSERT_EQ(run({"simulate", "-f", "resolute-26", "--clock", "5MHz", "--cycles", "3", "-o", source})
-                .status,
-            0);
-  const auto error_with = [&](const char* rate, const std::vector<std::string>& line) {
-    std::vector<std::string> words{"simulate",      "-f", "resolute-26", "-o", folder.path("x.sr"),
-                                   "--sample-rate", rate};
-    words.insert(words.end(), line.begin(), line.end());
-    const Outcome made = run(words);
-    EXPECT_EQ(made.status, 0) << made.err;
+  run_ok("simulate -f resolute-26 --clock 5MHz --cycles 3 -o {}", source);
+  const auto error_with = [&](const char* rate, const Words& line) {
+    const Outcome made = run_ok(
+        Words("simulate -f resolute-26 -o {} --sample-rate {}", folder.path("x.sr"), rate) + line);
     return made.err;
   };
-  const std::vector<std::string> line{"--clock", "5MHz", "--cycles", "3"};
+  const Words line("--clock 5MHz --cycles 3");
   EXPECT_NE(
       error_with("9MHz", line).find("9 MHz misses clocks of MA at 5 MHz; give 50 MHz or more"),
       std::string::npos);
@@ -91,8 +65,7 @@ TEST(LineOptions, ClockError_ShowsInTheClock) {
 }
 
 TEST(LineOptions, DelaysOfEachLine_AddUpToTheLineDelay) {
-  const std::vector<std::string> delays{"--ma-delay",       "120ns", "--slo-delay", "35ns",
-                                        "--internal-delay", "2.5ns"};
+  const Words delays("--ma-delay 120ns --slo-delay 35ns --internal-delay 2.5ns");
   EXPECT_EQ(rows_with(delays)[3]["line_delay_ns"], "157.5");
   // Half of the cable stays.
   EXPECT_EQ(rows_with({"--cable", "10m", "--slo-delay", "35ns"})[3]["line_delay_ns"], "127.5");
@@ -100,7 +73,7 @@ TEST(LineOptions, DelaysOfEachLine_AddUpToTheLineDelay) {
 }
 
 TEST(LineOptions, JitterOfEachLine_MovesThatLineOnly) {
-  const auto delays_seen = [](const std::vector<std::string>& options) {
+  const auto delays_seen = [](const Words& options) {
     std::set<std::string> seen;
     for (Row& row : rows_with(options)) seen.insert(row["line_delay_ns"]);
     return seen.size();
@@ -116,9 +89,7 @@ TEST(LineOptions, JitterOfEachLine_MovesThatLineOnly) {
 TEST(LineOptions, Duty_ShowsInTheEdgesOfMa) {
   const Folder folder;
   const std::string capture = folder.path("line.csv");
-  const Outcome made = run({"simulate", "-f", "resolute-26", "--clock", "1MHz", "--duty", "37.5%",
-                            "--cycles", "1", "-o", capture});
-  ASSERT_EQ(made.status, 0) << made.err;
+  run_ok("simulate -f resolute-26 --clock 1MHz --duty 37.5% --cycles 1 -o {}", capture);
   std::vector<double> times;
   std::string level = "1";
   for (Row& row : rows_of(content_of(capture))) {
@@ -134,24 +105,14 @@ TEST(LineOptions, Duty_ShowsInTheEdgesOfMa) {
 TEST(LineOptions, WhatNoLineHas_IsWrongUsage) {
   const Folder folder;
   const std::string out = folder.path("line.vcd");
-  for (const std::vector<std::string>& options :
-       std::vector<std::vector<std::string>>{{"--clock-error", "11%"},
-                                             {"--clock-error", "100"},
-                                             {"--duty", "100%"},
-                                             {"--duty", "0.5"},
-                                             {"--ma-delay", "-5ns"},
-                                             {"--ma-delay", "41us"},
-                                             {"--ma-jitter", "1ns"},
-                                             {"--slo-jitter", "43ns"},
-                                             {"--jitter", "1ns"}}) {
-    std::vector<std::string> words{"simulate", "-f", "resolute-26", "-o", out};
-    words.insert(words.end(), options.begin(), options.end());
-    const Outcome refused = run(words);
-    EXPECT_EQ(refused.status, 2) << options[0] << ' ' << options[1] << refused.err;
-    EXPECT_NE(refused.err.find("--"), std::string::npos) << refused.err;
+  for (const Words& options :
+       {Words("--clock-error 11%"), Words("--clock-error 100"), Words("--duty 100%"),
+        Words("--duty 0.5"), Words("--ma-delay -5ns"), Words("--ma-delay 41us"),
+        Words("--ma-jitter 1ns"), Words("--slo-jitter 43ns"), Words("--jitter 1ns")}) {
+    EXPECT_THAT(run(Words("simulate -f resolute-26 -o {}", out) + options), fails(2, "--"))
+        << options[0] << ' ' << options[1];
     EXPECT_EQ(folder.files(), 0U);
   }
 }
 
-}  // namespace line_options_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::line_options_test

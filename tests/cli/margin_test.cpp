@@ -1,38 +1,25 @@
 // `marginal` in every output that reports it.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <string>
-
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace margin_test {
+namespace biss::verbs::margin_test {
+
+using Margin = InFolder;
 
 constexpr const char* resolute = "pos26,nE,nW,crc6";
 
 // 20 cycles at 5 MHz by a master without compensation; the delay is in nanoseconds of 200.
 std::string simulate(const Folder& folder, const std::string& name, const std::string& delay,
-                     const std::vector<std::string>& more = {}) {
+                     const Words& more = {}) {
   const std::string capture = folder.path(name);
-  std::vector<std::string> arguments{"simulate", "-f",
-                                     resolute,   "--clock",
-                                     "5MHz",     "--slo-delay",
-                                     delay,      "--cycles",
-                                     "20",       "--motion",
-                                     "random",   "-o",
-                                     capture,    "--no-compensation",
-                                     "--truth",  folder.path("truth.csv")};
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  const Outcome made = run(arguments);
-  EXPECT_EQ(made.status, 0) << made.err;
+  run_ok(Words("simulate -f {} --clock 5MHz --slo-delay {} --cycles 20 --motion random -o {} "
+               "--no-compensation --truth {}",
+               resolute, delay, capture, folder.path("truth.csv")) +
+         more);
   return capture;
 }
 
-Outcome decode(const std::string& capture, const std::vector<std::string>& more) {
-  std::vector<std::string> arguments{"decode", capture, "-f", resolute};
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return run(arguments);
+Outcome decode(const std::string& capture, const Words& more) {
+  return run(Words("decode {} -f {}", capture, resolute) + more);
 }
 
 // Checks that all 20 rows have this value in the column.
@@ -52,8 +39,7 @@ void expect_positions(const std::string& csv, const std::string& truth) {
   }
 }
 
-TEST(Margin, ChangeNearTheSampleOfAMasterWithoutCompensation_IsToldEverywhere) {
-  const Folder folder;
+TEST_F(Margin, ChangeNearTheSampleOfAMasterWithoutCompensation_IsToldEverywhere) {
   // The sample is 100 ns after the edge, the margin 10 ns.
   for (const auto& [delay, marginal] : {std::pair{"89.8ns", "0"}, std::pair{"90.2ns", "1"},
                                         std::pair{"109.8ns", "1"}, std::pair{"110.2ns", "0"}}) {
@@ -61,13 +47,13 @@ TEST(Margin, ChangeNearTheSampleOfAMasterWithoutCompensation_IsToldEverywhere) {
     const std::string capture = simulate(folder, "line.vcd", delay);
     const std::string truth = content_of(folder.path("truth.csv"));
     expect_all(truth, marginal);
-    const Outcome csv = decode(capture, {"--to", "csv", "--no-compensation"});
+    const Outcome csv = decode(capture, "--to csv --no-compensation");
     expect_all(csv.out, marginal);
     expect_positions(csv.out, truth);
     const bool is = *marginal == '1';
     EXPECT_NE(csv.err.find(is ? "marginal    20 of 20" : "marginal    0 of 20"), std::string::npos)
         << csv.err;
-    const Outcome lines = decode(capture, {"--to", "jsonl", "--no-compensation"});
+    const Outcome lines = decode(capture, "--to jsonl --no-compensation");
     const std::string key = std::string("\"marginal\":") + marginal + ",";
     std::size_t found = 0;
     for (std::size_t at = lines.out.find(key); at != std::string::npos;
@@ -75,74 +61,65 @@ TEST(Margin, ChangeNearTheSampleOfAMasterWithoutCompensation_IsToldEverywhere) {
       ++found;
     }
     EXPECT_EQ(found, 20U) << lines.out;
-    EXPECT_EQ(decode(capture, {"--no-compensation", "--fail-on", "marginal"}).status, is ? 1 : 0);
-    EXPECT_EQ(decode(capture, {"--no-compensation", "--fail-on", "any"}).status, 0);
+    EXPECT_EQ(decode(capture, "--no-compensation --fail-on marginal").status, is ? 1 : 0);
+    EXPECT_EQ(decode(capture, "--no-compensation --fail-on any").status, 0);
   }
 }
 
-TEST(Margin, DecodersOwnSample_IsFarFromEveryChangeWhateverTheDelay) {
-  const Folder folder;
+TEST_F(Margin, DecodersOwnSample_IsFarFromEveryChangeWhateverTheDelay) {
   for (const char* delay : {"0ns", "50ns", "100ns", "199ns", "1234ns"}) {
-    expect_all(decode(simulate(folder, "line.vcd", delay), {"--to", "csv"}).out, "0");
+    expect_all(decode(simulate(folder, "line.vcd", delay), "--to csv").out, "0");
   }
 }
 
-TEST(Margin, ReadingsOfARecordedEncoder_HaveTheMastersWord) {
-  const Folder folder;
+TEST_F(Margin, ReadingsOfARecordedEncoder_HaveTheMastersWord) {
   for (const auto& [delay, marginal] : {std::pair{"89.8ns", "0"}, std::pair{"90.2ns", "1"}}) {
     const std::string capture = simulate(folder, "line.vcd", delay);
     const std::string readings = folder.path("readings.csv");
-    const Outcome made =
-        run({"simulate", "-f", resolute, "--slo-from", capture, "--no-compensation", "-o",
-             folder.path("read.vcd"), "--readings", readings});
-    ASSERT_EQ(made.status, 0) << made.err;
+    run_ok("simulate -f {} --slo-from {} --no-compensation -o {} --readings {}", resolute, capture,
+           folder.path("read.vcd"), readings);
     expect_all(content_of(readings), marginal);
   }
 }
 
-TEST(Margin, AnswersToARecordedMaster_AreNotJudged) {
-  const Folder folder;
+TEST_F(Margin, AnswersToARecordedMaster_AreNotJudged) {
   const std::string capture = simulate(folder, "line.vcd", "100ns");
   const std::string truth = folder.path("answers.csv");
-  const Outcome made = run({"simulate", "-f", resolute, "--ma-from", capture, "-o",
-                            folder.path("answered.vcd"), "--truth", truth});
-  ASSERT_EQ(made.status, 0) << made.err;
+  run_ok("simulate -f {} --ma-from {} -o {} --truth {}", resolute, capture,
+         folder.path("answered.vcd"), truth);
   expect_all(content_of(truth), "");
 }
 
 // 50 MS/s: edges are known to 20 ns, and the margin is 10 ns.
-TEST(Margin, SamplesTooFarApart_TellNothingAndSaySo) {
-  const Folder folder;
-  const std::string capture = simulate(folder, "line.sr", "100ns", {"--sample-rate", "50MHz"});
+TEST_F(Margin, SamplesTooFarApart_TellNothingAndSaySo) {
+  const std::string capture = simulate(folder, "line.sr", "100ns", "--sample-rate 50MHz");
   expect_all(content_of(folder.path("truth.csv")), "1");
-  const Outcome coarse = decode(capture, {"--to", "csv", "--no-compensation"});
+  const Outcome coarse = decode(capture, "--to csv --no-compensation");
   expect_all(coarse.out, "");
   EXPECT_NE(coarse.err.find("not known           edges are known to 20 ns, 5 % of a period is "
                             "10 ns"),
             std::string::npos)
       << coarse.err;
-  EXPECT_EQ(decode(capture, {"--no-compensation", "--fail-on", "marginal"}).status, 0);
+  EXPECT_EQ(decode(capture, "--no-compensation --fail-on marginal").status, 0);
 }
 
-TEST(Margin, SamplesCloseEnough_TellWhatIsCertain) {
-  const Folder folder;
+TEST_F(Margin, SamplesCloseEnough_TellWhatIsCertain) {
   // A sample of 2 ns: a distance below 8 ns in the capture was below 10 ns on the line. MA's edges
   // coincide with samples; 109 ns are recorded as 110 ns.
   for (const auto& [delay, marginal] :
        {std::pair{"100ns", "1"}, std::pair{"94ns", "1"}, std::pair{"109ns", "0"}}) {
     SCOPED_TRACE(delay);
     const std::string capture =
-        simulate(folder, "line.sr", delay, {"--sample-rate", "500MHz", "--rate", "10kHz"});
+        simulate(folder, "line.sr", delay, "--sample-rate 500MHz --rate 10kHz");
     expect_all(content_of(folder.path("truth.csv")), "1");
-    expect_all(decode(capture, {"--to", "csv", "--no-compensation"}).out, marginal);
+    expect_all(decode(capture, "--to csv --no-compensation").out, marginal);
   }
 }
 
-TEST(Margin, ResolutionOfChanges_IsWhatIsSaid) {
-  const Folder folder;
+TEST_F(Margin, ResolutionOfChanges_IsWhatIsSaid) {
   const std::string capture = simulate(folder, "line.vcd", "95ns");
   const auto with = [&](const char* resolution) {
-    return decode(capture, {"--to", "csv", "--no-compensation", "--resolution", resolution});
+    return decode(capture, Words("--to csv --no-compensation --resolution {}", resolution));
   };
   expect_all(with("0ns").out, "1");
   expect_all(with("5ns").out, "1");
@@ -152,5 +129,4 @@ TEST(Margin, ResolutionOfChanges_IsWhatIsSaid) {
   EXPECT_EQ(with("2ms").status, 2);
 }
 
-}  // namespace margin_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::margin_test

@@ -1,18 +1,9 @@
 // Formats from profile identifiers and data sheets, on captures of the simulator.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <string>
-#include <vector>
-
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace profile_test {
+namespace biss::verbs::profile_test {
 
-using Words = std::vector<std::string>;
-
+using ConfiguringMaster = InFolder;
 // The rows with a status or, where `column` is given, a value.
 std::size_t count(const std::vector<Row>& rows, const std::string& value,
                   const std::string& column = "status") {
@@ -21,20 +12,19 @@ std::size_t count(const std::vector<Row>& rows, const std::string& value,
 }
 
 std::vector<Row> decoded(const std::string& capture, const std::string& format) {
-  const Outcome read = run({"decode", capture, "-f", format, "--to", "csv"});
-  EXPECT_EQ(read.status, 0) << read.err;
+  const Outcome read = run_ok("decode {} -f {} --to csv", capture, format);
   return rows_of(read.out);
 }
 
 TEST(ProfileIdentifier, WithC_DamagedFramesHaveTheStatusCrc) {
   const Folder folder;
   const std::string capture = folder.path("line.vcd");
-  const Words encoder{"simulate", "-f", "pos22,nE,nW,crc6", "--cycles", "200", "-o", capture};
-  ASSERT_EQ(run(encoder).status, 0);
+  const Words encoder("simulate -f pos22,nE,nW,crc6 --cycles 200 -o {}", capture);
+  run_ok(encoder);
   EXPECT_EQ(count(decoded(capture, "bp3:0x631E"), "ok"), 200U);
   Words damaged = encoder;
   damaged.insert(damaged.end(), {"--fault", "flip:1"});
-  ASSERT_EQ(run(damaged).status, 0);
+  run_ok(damaged);
   const auto rows = decoded(capture, "bp3:0x631E");
   EXPECT_EQ(count(rows, "crc"), 200U);
   EXPECT_EQ(count(rows, "", "position"), 200U);
@@ -43,10 +33,7 @@ TEST(ProfileIdentifier, WithC_DamagedFramesHaveTheStatusCrc) {
 TEST(ProfileIdentifier, OfSafetyWordWithC_ChecksItsCrc16) {
   const Folder folder;
   const std::string capture = folder.path("line.vcd");
-  ASSERT_EQ(run({"simulate", "-f", "pos24,nE,nW,lc6,crc16", "--cycles", "100", "--fault", "flip:1",
-                 "-o", capture})
-                .status,
-            0);
+  run_ok("simulate -f pos24,nE,nW,lc6,crc16 --cycles 100 --fault flip:1 -o {}", capture);
   EXPECT_EQ(count(decoded(capture, "bp3:0x7330"), "crc"), 100U);
 }
 
@@ -59,8 +46,7 @@ constexpr const char* safety_sheet =
     "FI_LEN = 16\nFI_FMT = left\nSIP_CNT = 1\nSIP_RES = 16384\n";
 
 // The encoder's faults begin after the configuration, whose rows come first.
-TEST(ConfiguringMaster, SafetyEncoderWithC_ChecksBothCrcs) {
-  const Folder folder;
+TEST_F(ConfiguringMaster, SafetyEncoderWithC_ChecksBothCrcs) {
   const std::string capture = folder.path("line.vcd");
   const std::string safety_word = folder.file("spw.txt", "0x40: 00 00 73 30\n");
   const std::string safety_format = "pos24,nE,nW,lc6,crc16";
@@ -72,12 +58,10 @@ TEST(ConfiguringMaster, SafetyEncoderWithC_ChecksBothCrcs) {
       {folder.file("cpw.txt", "0x40: 00 00 63 24\n"), "pos28,nE,nW,crc6+" + safety_format},
       {folder.file("cpw.eds", safety_sheet), "mt12,st14,pad2,nE,nW,crc6+" + safety_format}};
   for (const Case& each : cases) {
-    const Words words{"simulate",    "-f",          "mt12,st14,pad2,nE,nW,crc6+" + safety_format,
-                      "--slaves",    "2",           "--registers",
-                      safety_word,   "--registers", each.control_word,
-                      "--configure", "-o",          capture};
-    const Outcome configured = run(words);
-    ASSERT_EQ(configured.status, 0) << configured.err;
+    const Words words("simulate -f {} --slaves 2 --registers {} --registers {} --configure -o {}",
+                      "mt12,st14,pad2,nE,nW,crc6+" + safety_format, safety_word, each.control_word,
+                      capture);
+    const Outcome configured = run_ok(words);
     EXPECT_THAT(configured.err, testing::HasSubstr("\nformat          " + each.format + " "));
     const auto expect_last_100 = [&](const std::string& status) {
       const auto rows = decoded(capture, each.format);
@@ -87,10 +71,9 @@ TEST(ConfiguringMaster, SafetyEncoderWithC_ChecksBothCrcs) {
     expect_last_100("ok");
     Words damaged = words;
     damaged.insert(damaged.end(), {"--fault", "flip:1"});
-    ASSERT_EQ(run(damaged).status, 0);
+    run_ok(damaged);
     expect_last_100("crc");
   }
 }
 
-}  // namespace profile_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::profile_test

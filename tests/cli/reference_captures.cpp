@@ -1,9 +1,5 @@
 #include "tests/cli/reference_captures.hpp"
 
-#include <gtest/gtest.h>
-
-#include <cstdlib>
-
 #include "tests/cli/run_command.hpp"
 
 namespace biss::verbs {
@@ -39,11 +35,10 @@ const std::vector<Known>& known_captures() {
 std::vector<ReferenceFrame> simulate(const Known& known, const std::string& path) {
   std::vector<ReferenceFrame> frames;
   for (const char* extension : {".vcd", ".csv"}) {
-    std::vector<std::string> arguments{"simulate", "-f", known.format, "-o",    path + extension,
-                                       "--truth",  "-",  "--motion",   "random"};
+    Words arguments("simulate -f {} -o {} --truth - --motion random", known.format,
+                    path + extension);
     arguments.insert(arguments.end(), known.simulated_by.begin(), known.simulated_by.end());
-    const Outcome made = run(arguments);
-    EXPECT_EQ(made.status, 0) << made.err;
+    const Outcome made = run_ok(arguments);
     frames.clear();
     for (const Row& row : rows_of(made.out)) {
       frames.push_back({.time_ns = std::stod(row.at("time_ns")),

@@ -1,19 +1,9 @@
 // `biss registers` reports the control communication of a simulated capture.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <filesystem>
-#include <string>
-#include <vector>
-
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace registers_test {
+namespace biss::verbs::registers_test {
 
 using testing::HasSubstr;
-using Words = std::vector<std::string>;
 
 // Bank 0 complete; the direct registers as of an iC-MHM, some of them absent.
 constexpr const char* page =
@@ -28,14 +18,12 @@ constexpr const char* format = "pos28,nE,nW,crc6";
 class HeardRegisters : public testing::Test {
  protected:
   std::vector<Row> heard(const Words& simulate, const Words& more = {}) const {
-    Words words{"simulate", "--registers", dump, "-f", format, "-o", capture, "--seed", "7"};
-    words.insert(words.end(), simulate.begin(), simulate.end());
-    const Outcome made = run(words);
-    EXPECT_EQ(made.status, 0) << made.err;
+    Words words =
+        Words("simulate --registers {} -f {} -o {} --seed 7", dump, format, capture) + simulate;
+    run_ok(words);
     words = {"registers", capture, "--to", "csv"};
-    words.insert(words.end(), more.begin(), more.end());
-    const Outcome read = run(words);
-    EXPECT_EQ(read.status, 0) << read.err;
+    words = words + more;
+    const Outcome read = run_ok(words);
     return rows_of(read.out);
   }
 
@@ -85,17 +73,14 @@ TEST_F(HeardRegisters, RequestWithoutAnswer_BreaksItsAccessAlone) {
 
 TEST_F(HeardRegisters, CaptureThatEndsInAnAccess_IsCutAndNotLost) {
   const std::string whole = folder.path("line.csv");
-  ASSERT_EQ(run({"simulate", "--registers", dump, "-f", format, "--access", "read:0x42", "-o",
-                 whole, "--seed", "7"})
-                .status,
-            0);
+  run_ok("simulate --registers {} -f {} --access read:0x42 -o {} --seed 7", dump, format, whole);
   const std::string text = content_of(whole);
   std::size_t in_access = 0;
   for (std::size_t cut = 1; cut < 90; ++cut) {
     const std::size_t end = text.find('\n', text.size() * cut / 90) + 1;
     folder.file("cut.csv", text.substr(0, end));
     for (const Row& row :
-         rows_of(run({"registers", folder.path("cut.csv"), "-f", format, "--to", "csv"}).out)) {
+         rows_of(run("registers {} -f {} --to csv", folder.path("cut.csv"), format).out)) {
       EXPECT_THAT(row.at("outcome"), testing::AnyOf("cut_end", "ok")) << cut;
       in_access += row.at("outcome") == "cut_end" ? 1U : 0U;
     }
@@ -105,27 +90,25 @@ TEST_F(HeardRegisters, CaptureThatEndsInAnAccess_IsCutAndNotLost) {
 
 TEST_F(HeardRegisters, SequentialAccess_IsOneAccessOfManyBytes) {
   heard({"--access", "read:0x00,36", "--access", "write:0x48=55"});
-  const Outcome read = run({"registers", capture});
+  const Outcome read = run("registers {}", capture);
   EXPECT_THAT(read.err, HasSubstr("2 accesses (37 bytes or commands)"));
 }
 
 TEST_F(HeardRegisters, CaptureWithoutControl_SaysSo) {
-  ASSERT_EQ(run({"simulate", "-f", "resolute-26", "-o", capture}).status, 0);
-  const Outcome read = run({"registers", capture});
-  EXPECT_EQ(read.status, 0);
+  run_ok("simulate -f resolute-26 -o {}", capture);
+  const Outcome read = run_ok("registers {}", capture);
   EXPECT_THAT(read.err, HasSubstr("0 accesses"));
-  EXPECT_EQ(run({"registers", capture, "--dump", folder.path("x")}).status, 1);
-  EXPECT_EQ(run({"registers", capture, "-o", capture}).status, 2);
+  EXPECT_EQ(run("registers {} --dump {}", capture, folder.path("x")).status, 1);
+  EXPECT_EQ(run("registers {} -o {}", capture, capture).status, 2);
 }
 
 TEST_F(HeardRegisters, Dump_HasTheFormatOfItsExtension) {
   heard({"--access", "read:0x00,4", "--access", "read:0x40,4"});
   for (const char* name : {"seen.ihx", "seen.ihex"}) {
-    ASSERT_EQ(run({"registers", capture, "--dump", folder.path(name)}).status, 0);
+    run_ok("registers {} --dump {}", capture, folder.path(name));
     EXPECT_THAT(content_of(folder.path(name)), testing::StartsWith(":0400000048440078"));
   }
-  const Outcome binary = run({"registers", capture, "--dump", folder.path("seen.bin")});
-  EXPECT_EQ(binary.status, 0);
+  const Outcome binary = run_ok("registers {} --dump {}", capture, folder.path("seen.bin"));
   EXPECT_EQ(content_of(folder.path("seen.bin")).size(), 64U);
   EXPECT_THAT(binary.err, HasSubstr("banks 0 to 0, 64 bytes; this format has no place for the "
                                     "registers from 0x40 on"));
@@ -133,33 +116,28 @@ TEST_F(HeardRegisters, Dump_HasTheFormatOfItsExtension) {
 
 TEST_F(HeardRegisters, DumpWithoutARegister_IsAFailure) {
   heard({"--access", "read:0x60"});
-  const Outcome refused = run({"registers", capture, "--dump", folder.path("none.hex")});
-  EXPECT_EQ(refused.status, 1);
-  EXPECT_THAT(refused.err, HasSubstr("--dump: no register was read"));
+  EXPECT_THAT(run("registers {} --dump {}", capture, folder.path("none.hex")),
+              fails(1, "--dump: no register was read"));
   EXPECT_FALSE(std::filesystem::exists(folder.path("none.hex")));
   heard({"--access", "read:0x42,2"});
-  const Outcome no_bank = run({"registers", capture, "--dump", folder.path("none.bin")});
-  EXPECT_EQ(no_bank.status, 1);
-  EXPECT_THAT(no_bank.err, HasSubstr("--dump: no register of a bank was read"));
+  EXPECT_THAT(run("registers {} --dump {}", capture, folder.path("none.bin")),
+              fails(1, "--dump: no register of a bank was read"));
   EXPECT_FALSE(std::filesystem::exists(folder.path("none.bin")));
-  EXPECT_EQ(run({"registers", capture, "--dump", folder.path("seen.hex")}).status, 0);
+  run_ok("registers {} --dump {}", capture, folder.path("seen.hex"));
 }
 
 TEST_F(HeardRegisters, BankThatNoAccessShows_IsLeftOutAndNotGuessed) {
   heard({"--access", "read:0x00,4", "--access", "read:0x42,2"});
   const std::string seen = folder.path("seen.hex");
-  const Outcome unknown = run({"registers", capture, "--dump", seen});
-  EXPECT_EQ(unknown.status, 0);
+  const Outcome unknown = run_ok("registers {} --dump {}", capture, seen);
   EXPECT_THAT(unknown.err,
               HasSubstr("--dump: left out: 4 registers from 0x00 to 0x3F of which no access shows "
                         "the bank (BSEL, 0x40); --bank gives the bank at the beginning of the "
                         "capture\n"));
   EXPECT_EQ(content_of(seen), "0x40: -- -- 62 1E -- -- -- -- -- -- -- -- -- -- -- --\n");
-  const Outcome none = run({"registers", capture, "--dump", folder.path("seen.bin")});
-  EXPECT_EQ(none.status, 1);
-  EXPECT_THAT(none.err, HasSubstr("--dump: no register of a known bank was read"));
-  const Outcome given = run({"registers", capture, "--dump", seen, "--bank", "2"});
-  EXPECT_EQ(given.status, 0);
+  EXPECT_THAT(run("registers {} --dump {}", capture, folder.path("seen.bin")),
+              fails(1, "--dump: no register of a known bank was read"));
+  const Outcome given = run_ok("registers {} --dump {} --bank 2", capture, seen);
   EXPECT_THAT(content_of(seen), testing::StartsWith("bank 2\n0x00: 48 44 00 78 --"));
   EXPECT_THAT(given.err, testing::Not(HasSubstr("left out")));
 }
@@ -167,20 +145,17 @@ TEST_F(HeardRegisters, BankThatNoAccessShows_IsLeftOutAndNotGuessed) {
 TEST_F(HeardRegisters, OptionOfDumpWithoutDump_IsWrongUsage) {
   heard({"--access", "read:0x42"});
   for (const std::string option : {"--id", "--bank"}) {
-    const Outcome read = run({"registers", capture, option, "3"});
-    EXPECT_EQ(read.status, 2);
-    EXPECT_THAT(read.err, HasSubstr(option + ": needs --dump"));
+    EXPECT_THAT(run("registers {} {} 3", capture, option), fails(2, option + ": needs --dump"));
   }
 }
 
 TEST_F(HeardRegisters, JsonLines_AreADumpAgain) {
   heard({"--access", "read:0x00,36", "--access", "read:0x40,8"});
   const std::string rows = folder.path("rows.jsonl");
-  ASSERT_EQ(run({"registers", capture, "--to", "jsonl", "-o", rows}).status, 0);
-  const Outcome again = run({"simulate", "--registers", rows, "-f", format, "-o", capture,
-                             "--access", "read:0x42,2", "--outcomes", "-"});
+  run_ok("registers {} --to jsonl -o {}", capture, rows);
+  const Outcome again = run("simulate --registers {} -f {} -o {} --access read:0x42,2 --outcomes -",
+                            rows, format, capture);
   EXPECT_THAT(again.out, HasSubstr("62 1E"));
 }
 
-}  // namespace registers_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::registers_test

@@ -1,16 +1,11 @@
 // `biss simulate --ma-from` and `--slo-from`: recorded masters with a simulated encoder, recorded
 // encoders with a simulated master.
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <string>
-#include <vector>
-
 #include "tests/cli/reference_captures.hpp"
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace replay_test {
+namespace biss::verbs::replay_test {
+
+using Replay = InFolder;
 
 class RecordedCaptures : public testing::TestWithParam<std::string> {};
 
@@ -20,11 +15,9 @@ TEST_P(RecordedCaptures, EveryCompleteRequest_IsAnsweredWithAFrame) {
     const Folder folder;
     const std::string answered = folder.path("answered.vcd");
     const std::string truth_path = folder.path("truth.csv");
-    const Outcome made = run({"simulate", "-f", capture.format, "--cable", "20m", "--ma-from",
-                              capture.path + GetParam(), "-o", answered, "--truth", truth_path});
-    ASSERT_EQ(made.status, 0) << made.err;
-    const Outcome decoded = run({"decode", "-f", capture.format, answered, "--to", "csv"});
-    ASSERT_EQ(decoded.status, 0) << decoded.err;
+    run_ok("simulate -f {} --cable 20m --ma-from {} -o {} --truth {}", capture.format,
+           capture.path + GetParam(), answered, truth_path);
+    const Outcome decoded = run_ok("decode -f {} {} --to csv", capture.format, answered);
     const auto rows = rows_of(decoded.out);
     const auto truth = rows_of(content_of(truth_path));
     ASSERT_EQ(rows.size(), capture.frames.size());
@@ -45,10 +38,8 @@ TEST_P(RecordedCaptures, RecordedAnswers_AreReadByOurMaster) {
     SCOPED_TRACE(capture.path);
     const Folder folder;
     const std::string readings = folder.path("readings.csv");
-    const Outcome made =
-        run({"simulate", "-f", capture.format, "--slo-from", capture.path + GetParam(), "-o",
-             folder.path("line.vcd"), "--readings", readings});
-    ASSERT_EQ(made.status, 0) << made.err;
+    run_ok("simulate -f {} --slo-from {} -o {} --readings {}", capture.format,
+           capture.path + GetParam(), folder.path("line.vcd"), readings);
     const auto rows = rows_of(content_of(readings));
     ASSERT_EQ(rows.size(), capture.frames.size());
     for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -68,19 +59,15 @@ INSTANTIATE_TEST_SUITE_P(Kinds, RecordedCaptures, testing::Values(".vcd", ".csv"
 // A simulated capture: 20 requests at 2 MHz.
 std::string simulated(const Folder& folder) {
   const std::string path = folder.path("master.vcd");
-  EXPECT_EQ(run({"simulate", "-f", "resolute-26", "--clock", "2MHz", "--cycles", "20", "-o", path})
-                .status,
-            0);
+  run_ok("simulate -f resolute-26 --clock 2MHz --cycles 20 -o {}", path);
   return path;
 }
 
-TEST(Replay, CaptureOfMaAlone_IsAnswered) {
-  const Folder folder;
+TEST_F(Replay, CaptureOfMaAlone_IsAnswered) {
   const std::string master =
       folder.file("ma.csv", "time_ns,clk\n0,1\n10000,0\n10500,1\n11000,0\n11500,1\n12000,0\n");
   const Outcome outcome =
-      run({"simulate", "-f", "pos12,crc6", "--ma-from", master, "-o", folder.path("out.csv")});
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+      run_ok("simulate -f pos12,crc6 --ma-from {} -o {}", master, folder.path("out.csv"));
   EXPECT_NE(outcome.err.find("1 requests, 0 answered up to STOP, 1 cut by the master"),
             std::string::npos)
       << outcome.err;
@@ -131,14 +118,11 @@ std::vector<double> slo_edges(const std::string& path) {
   return edges;
 }
 
-TEST(Replay, MasterThatWaitsForStart_IsNamedAndTheHintHelps) {
-  const Folder folder;
+TEST_F(Replay, MasterThatWaitsForStart_IsNamedAndTheHintHelps) {
   const std::string out = folder.path("out.csv");
   const std::string master = folder.file("ma.csv", waiting_master({}));
-  const std::vector<std::string> arguments{"simulate", "-f", "pos12,crc6", "--ma-from",
-                                           master,     "-o", out};
-  const Outcome first = run(arguments);
-  EXPECT_EQ(first.status, 0) << first.err;
+  const Words arguments("simulate -f pos12,crc6 --ma-from {} -o {}", master, out);
+  const Outcome first = run_ok(arguments);
   EXPECT_NE(first.err.find("3 requests, 0 answered up to STOP, 3 cut by the master"),
             std::string::npos);
   EXPECT_NE(first.err.find("If it waits for START, feed it the SLO of '" + out + "'"),
@@ -150,13 +134,11 @@ TEST(Replay, MasterThatWaitsForStart_IsNamedAndTheHintHelps) {
   EXPECT_EQ(second.err.find("waits for START"), std::string::npos) << second.err;
 }
 
-TEST(Replay, Rerun_RunsTheMasterUntilEveryRequestIsAnswered) {
-  const Folder folder;
+TEST_F(Replay, Rerun_RunsTheMasterUntilEveryRequestIsAnswered) {
   const std::string out = folder.path("out.csv");
   const std::string master = folder.file("ma.csv", waiting_master({}));
-  const std::vector<std::string> arguments{"simulate", "-f", "pos12,crc6", "--ma-from",
-                                           master,     "-o", out};
-  EXPECT_EQ(run(arguments).status, 0);
+  const Words arguments("simulate -f pos12,crc6 --ma-from {} -o {}", master, out);
+  run_ok(arguments);
   const std::string again = folder.file("again.csv", waiting_master(slo_edges(out)));
 
   auto with = [&](const std::string& command) {
@@ -164,34 +146,24 @@ TEST(Replay, Rerun_RunsTheMasterUntilEveryRequestIsAnswered) {
     all.insert(all.end(), {"--rerun", command});
     return run(all);
   };
-  const Outcome outcome = with("cp '" + again + "' '" + master + "'");
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const Outcome outcome = ok(with("cp '" + again + "' '" + master + "'"));
   EXPECT_NE(outcome.err.find("3 requests, 3 answered up to STOP"), std::string::npos)
       << outcome.err;
-  EXPECT_EQ(run({"decode", "-f", "pos12,crc6", out}).status, 0);
+  run_ok("decode -f pos12,crc6 {}", out);
 
   folder.file("ma.csv", waiting_master({}));
-  const Outcome useless = with("true");
-  EXPECT_EQ(useless.status, 1);
-  EXPECT_NE(useless.err.find("the master still ends requests before STOP"), std::string::npos)
-      << useless.err;
-  const Outcome failed = with("exit 7");
-  EXPECT_EQ(failed.status, 3);
-  EXPECT_NE(failed.err.find("--rerun: the command failed: 'exit 7'"), std::string::npos)
-      << failed.err;
+  EXPECT_THAT(with("true"), fails(1, "the master still ends requests before STOP"));
+  EXPECT_THAT(with("exit 7"), fails(3, "--rerun: the command failed: 'exit 7'"));
 }
 
-TEST(Replay, Positions_AreSentInTurn) {
-  const Folder folder;
+TEST_F(Replay, Positions_AreSentInTurn) {
   const std::string master = simulated(folder);
   const std::string truth = folder.path("truth.csv");
   const auto with = [&](const std::string& list) {
-    return run({"simulate", "-f", "resolute-26", "--ma-from", master, "--positions",
-                folder.file("positions.txt", list), "-o", folder.path("out.vcd"), "--truth",
-                truth});
+    return run("simulate -f resolute-26 --ma-from {} --positions {} -o {} --truth {}", master,
+               folder.file("positions.txt", list), folder.path("out.vcd"), truth);
   };
-  const Outcome outcome = with("# corners\n0\n0x3FFFFFF # the last one\n\n4711\n");
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  ok(with("# corners\n0\n0x3FFFFFF # the last one\n\n4711\n"));
   const auto rows = rows_of(content_of(truth));
   ASSERT_EQ(rows.size(), 20U);
   const std::vector<std::string> sent{"0", "67108863", "4711"};
@@ -199,7 +171,7 @@ TEST(Replay, Positions_AreSentInTurn) {
     EXPECT_EQ(rows[i].at("position"), sent[i % sent.size()]) << i;
   }
   const auto decoded =
-      rows_of(run({"decode", "-f", "resolute-26", folder.path("out.vcd"), "--to", "csv"}).out);
+      rows_of(run("decode -f resolute-26 {} --to csv", folder.path("out.vcd")).out);
   ASSERT_EQ(decoded.size(), 20U);
   for (std::size_t i = 0; i < decoded.size(); ++i) {
     EXPECT_EQ(decoded[i].at("position"), sent[i % sent.size()]) << i;
@@ -209,13 +181,11 @@ TEST(Replay, Positions_AreSentInTurn) {
   EXPECT_NE(with("# nothing\n").err.find("no position"), std::string::npos);
 }
 
-TEST(Replay, EncoderThatIsNotReady_IsNamedInSummaryAndTruth) {
-  const Folder folder;
+TEST_F(Replay, EncoderThatIsNotReady_IsNamedInSummaryAndTruth) {
   const std::string truth = folder.path("truth.csv");
   const Outcome outcome =
-      run({"simulate", "-f", "resolute-26", "--timeout", "cycle:1ms", "--ma-from",
-           simulated(folder), "-o", folder.path("out.vcd"), "--truth", truth});
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+      run_ok("simulate -f resolute-26 --timeout cycle:1ms --ma-from {} -o {} --truth {}",
+             simulated(folder), folder.path("out.vcd"), truth);
   EXPECT_NE(outcome.err.find("19 before the encoder was ready"), std::string::npos) << outcome.err;
   auto rows = rows_of(content_of(truth));
   ASSERT_EQ(rows.size(), 20U);
@@ -224,13 +194,10 @@ TEST(Replay, EncoderThatIsNotReady_IsNamedInSummaryAndTruth) {
   EXPECT_EQ(rows[1]["position"], "");
 }
 
-TEST(Replay, AnotherClockThanTheRecordedOne_ReadsNoFrame) {
-  const Folder folder;
+TEST_F(Replay, AnotherClockThanTheRecordedOne_ReadsNoFrame) {
   const std::string readings = folder.path("readings.csv");
-  const Outcome outcome =
-      run({"simulate", "-f", "resolute-26", "--clock", "3MHz", "--slo-from", simulated(folder),
-           "-o", folder.path("out.vcd"), "--readings", readings});
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  run_ok("simulate -f resolute-26 --clock 3MHz --slo-from {} -o {} --readings {}",
+         simulated(folder), folder.path("out.vcd"), readings);
   const auto rows = rows_of(content_of(readings));
   ASSERT_EQ(rows.size(), 20U);
   for (Row row : rows) {
@@ -240,19 +207,15 @@ TEST(Replay, AnotherClockThanTheRecordedOne_ReadsNoFrame) {
   }
 }
 
-TEST(Replay, FirstChannelWithoutAPosition_LeavesThatOfTheSecondOne) {
-  const Folder folder;
+TEST_F(Replay, FirstChannelWithoutAPosition_LeavesThatOfTheSecondOne) {
   const char* const format = "nE,nW,crc6+pos12,nE,nW,crc6";
   const std::string master = folder.path("master.vcd");
-  ASSERT_EQ(run({"simulate", "-f", format, "--cycles", "3", "-o", master}).status, 0);
+  run_ok("simulate -f {} --cycles 3 -o {}", format, master);
   const std::string truth = folder.path("truth.csv");
-  const auto positions_with = [&](const std::vector<std::string>& options) {
-    std::vector<std::string> words{
-        "simulate", "-f", format, "--ma-from", master, "-o", folder.path("out.vcd"),
-        "--truth",  truth};
-    words.insert(words.end(), options.begin(), options.end());
-    const Outcome made = run(words);
-    EXPECT_EQ(made.status, 0) << made.err;
+  const auto positions_with = [&](const Words& options) {
+    run_ok(Words("simulate -f {} --ma-from {} -o {} --truth {}", format, master,
+                 folder.path("out.vcd"), truth) +
+           options);
     std::vector<std::string> found;
     for (const Row& row : rows_of(content_of(truth))) found.push_back(row.at("position2"));
     return found;
@@ -263,12 +226,10 @@ TEST(Replay, FirstChannelWithoutAPosition_LeavesThatOfTheSecondOne) {
   EXPECT_NE(moving.at(0), moving.at(2));
 }
 
-TEST(Replay, SampledOutput_HoldsTheSameFrames) {
-  const Folder folder;
+TEST_F(Replay, SampledOutput_HoldsTheSameFrames) {
   const std::string out = folder.path("out.sr");
-  ASSERT_EQ(
-      run({"simulate", "-f", "resolute-26", "--ma-from", simulated(folder), "-o", out}).status, 0);
-  const Outcome decoded = run({"decode", "-f", "resolute-26", out, "--to", "csv"});
+  run_ok("simulate -f resolute-26 --ma-from {} -o {}", simulated(folder), out);
+  const Outcome decoded = run("decode -f resolute-26 {} --to csv", out);
   const auto rows = rows_of(decoded.out);
   EXPECT_EQ(rows.size(), 20U);
   for (Row row : rows) EXPECT_EQ(row["status"], "ok");
@@ -288,17 +249,13 @@ TEST(Truth, MomentsOfTheEncoder_LieBetweenItsBoundsAndRepeat) {
   const std::string capture = folder.path("line.vcd");
   const std::string truth = folder.path("truth.csv");
   const auto simulated = [&](const std::string& seed) {
-    EXPECT_EQ(run({"simulate", "-f", "resolute-26", "--clock", "10MHz", "--ma-delay", "20ns",
-                   "--seed", seed, "-o", capture, "--truth", truth})
-                  .status,
-              0);
+    run_ok("simulate -f resolute-26 --clock 10MHz --ma-delay 20ns --seed {} -o {} --truth {}", seed,
+           capture, truth);
     return moments(content_of(truth), 70);
   };
   const auto answered = [&](const std::string& seed) {
-    EXPECT_EQ(run({"simulate", "-f", "resolute-26", "--ma-from", capture, "--seed", seed, "-o",
-                   folder.path("answered.vcd"), "--truth", truth})
-                  .status,
-              0);
+    run_ok("simulate -f resolute-26 --ma-from {} --seed {} -o {} --truth {}", capture, seed,
+           folder.path("answered.vcd"), truth);
     return moments(content_of(truth), 50);
   };
   const auto check = [&](const auto& moments_with) {
@@ -315,35 +272,30 @@ TEST(Truth, MomentsOfTheEncoder_LieBetweenItsBoundsAndRepeat) {
   check(answered);
 }
 
-TEST(Replay, WrongUse_IsRefusedAndNothingWritten) {
-  const Folder folder;
+TEST_F(Replay, WrongUse_IsRefusedAndNothingWritten) {
   const std::string master = simulated(folder);
   const std::string out = folder.path("out.vcd");
-  const std::vector<std::vector<std::string>> wrong{
-      {"--ma-from", master, "--slo-from", master},
-      {"--ma-from", master, "--rate", "1kHz"},
-      {"--ma-from", master, "--clock", "1MHz"},
-      {"--ma-from", master, "--fault", "flip:0.1"},
-      {"--ma-from", master, "--readings", "r.csv"},
-      {"--ma-from", master, "--slo", "SLO"},
-      {"--slo-from", master, "--truth", "t.csv"},
-      {"--slo-from", master, "--cable", "5m"},
-      {"--ma-from", master, "--ma", "CLK"},
-      {"--slo-from", master, "--ma", "SLO", "--slo", "SLO"}};
+  const std::vector<Words> wrong{{"--ma-from", master, "--slo-from", master},
+                                 {"--ma-from", master, "--rate", "1kHz"},
+                                 {"--ma-from", master, "--clock", "1MHz"},
+                                 {"--ma-from", master, "--fault", "flip:0.1"},
+                                 {"--ma-from", master, "--readings", "r.csv"},
+                                 {"--ma-from", master, "--slo", "SLO"},
+                                 {"--slo-from", master, "--truth", "t.csv"},
+                                 {"--slo-from", master, "--cable", "5m"},
+                                 {"--ma-from", master, "--ma", "CLK"},
+                                 {"--slo-from", master, "--ma", "SLO", "--slo", "SLO"}};
   for (const auto& options : wrong) {
-    std::vector<std::string> arguments{"simulate", "-f", "resolute-26", "-o", out};
-    arguments.insert(arguments.end(), options.begin(), options.end());
-    const Outcome outcome = run(arguments);
+    const Outcome outcome = run(Words("simulate -f resolute-26 -o {}", out) + options);
     EXPECT_EQ(outcome.status, 2) << options[2] << ": " << outcome.err;
     EXPECT_FALSE(std::filesystem::exists(out));
   }
 }
 
-TEST(Replay, UnreadableOrSilentCapture_EndsWithItsStatus) {
-  const Folder folder;
+TEST_F(Replay, UnreadableOrSilentCapture_EndsWithItsStatus) {
   const std::string out = folder.path("out.vcd");
   const auto with = [&](const std::string& option, const std::string& file) {
-    return run({"simulate", "-f", "resolute-26", option, file, "-o", out});
+    return run("simulate -f resolute-26 {} {} -o {}", option, file, out);
   };
   EXPECT_EQ(with("--ma-from", folder.path("none.vcd")).status, 3);
   EXPECT_EQ(with("--ma-from", folder.file("broken.csv", "time_ns,MA,SLO\n0,1,1\nx,0,1\n")).status,
@@ -354,21 +306,19 @@ TEST(Replay, UnreadableOrSilentCapture_EndsWithItsStatus) {
   EXPECT_FALSE(std::filesystem::exists(out));
 }
 
-TEST(Replay, TimesOfMoreThanTenDays_AreRefused) {
-  const Folder folder;
+TEST_F(Replay, TimesOfMoreThanTenDays_AreRefused) {
   const std::string out = folder.path("out.vcd");
   for (const char* time : {"-864001", "864001", "9223372"}) {
     const std::string rows = time[0] == '-' ? std::string(time) + ",0,1\n0,1,1\n"
                                             : "0,0,1\n" + std::string(time) + ",1,1\n";
     const std::string file = folder.file("long.csv", "time_s,MA,SLO\n" + rows);
     for (const char* option : {"--ma-from", "--slo-from"}) {
-      const Outcome outcome = run({"simulate", "-f", "resolute-26", option, file, "-o", out});
-      EXPECT_EQ(outcome.status, 3) << time;
-      EXPECT_NE(outcome.err.find("ten days"), std::string::npos) << outcome.err;
+      EXPECT_THAT(run("simulate -f resolute-26 {} {} -o {}", option, file, out),
+                  fails(3, "ten days"))
+          << time;
       EXPECT_FALSE(std::filesystem::exists(out));
     }
   }
 }
 
-}  // namespace replay_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::replay_test

@@ -1,48 +1,32 @@
 // `biss report`: the page with a capture in it.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cstdlib>
-#include <filesystem>
 #include <set>
-#include <sstream>
-#include <string>
-#include <vector>
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace report_test {
+namespace biss::verbs::report_test {
 
+using ReportVerb = InFolder;
 using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
-using Words = std::vector<std::string>;
 
 constexpr const char* page = R"(<p>a</p><script type="text/plain" id="biss-core">CORE</script>)";
 
 std::string simulate(const Folder& folder, const std::string& name, const Words& more) {
   const std::string capture = folder.path(name);
-  Words words{"simulate", "-f", "pos12,nE,nW,crc6", "--seed", "3", "-o", capture};
-  words.insert(words.end(), more.begin(), more.end());
-  const Outcome made = run(words);
-  EXPECT_EQ(made.status, 0) << made.err;
+  run_ok(Words("simulate -f pos12,nE,nW,crc6 --seed 3 -o {}", capture) + more);
   return capture;
 }
 
 Outcome report(const Folder& folder, const std::string& capture, const Words& more = {}) {
-  Words words{"report", capture,
-              "--page", folder.file("page.html", page),
-              "-o",     folder.path("report.html")};
-  words.insert(words.end(), more.begin(), more.end());
-  return run(words);
+  return run(Words("report {} --page {} -o {}", capture, folder.file("page.html", page),
+                   folder.path("report.html")) +
+             more);
 }
 
-TEST(ReportVerb, SmallCapture_IsInThePageAsAWhole) {
-  const Folder folder;
-  const std::string capture = simulate(folder, "line.vcd", {"--cycles", "6"});
-  const Outcome made = report(folder, capture, {"-f", "pos12,nE,nW,crc6", "--ack-max", "16us"});
-  ASSERT_EQ(made.status, 0) << made.err;
+TEST_F(ReportVerb, SmallCapture_IsInThePageAsAWhole) {
+  const std::string capture = simulate(folder, "line.vcd", "--cycles 6");
+  const Outcome made = ok(report(folder, capture, "-f pos12,nE,nW,crc6 --ack-max 16us"));
   EXPECT_THAT(made.err, HasSubstr("the whole capture"));
   const std::string text = content_of(folder.path("report.html"));
   EXPECT_THAT(text, StartsWith(R"(<p>a</p><script type="text/plain" id="biss-capture")"
@@ -53,13 +37,10 @@ TEST(ReportVerb, SmallCapture_IsInThePageAsAWhole) {
   EXPECT_THAT(text, Not(HasSubstr("biss-report")));
 }
 
-TEST(ReportVerb, LargeCapture_IsInThePageInPartAndTheSameBytesAgain) {
-  const Folder folder;
-  const std::string capture =
-      simulate(folder, "line.vcd", {"--cycles", "24000", "--fault", "flip:0.01"});
+TEST_F(ReportVerb, LargeCapture_IsInThePageInPartAndTheSameBytesAgain) {
+  const std::string capture = simulate(folder, "line.vcd", "--cycles 24000 --fault flip:0.01");
   ASSERT_GT(std::filesystem::file_size(capture), 16U << 20U);
-  const Outcome made = report(folder, capture);
-  ASSERT_EQ(made.status, 0) << made.err;
+  const Outcome made = ok(report(folder, capture));
   EXPECT_THAT(made.err, HasSubstr("of 24000 request cycles"));
   EXPECT_THAT(made.err, testing::ContainsRegex("All [0-9]+ failed cycles are in it"));
   const std::string text = content_of(folder.path("report.html"));
@@ -72,8 +53,7 @@ TEST(ReportVerb, LargeCapture_IsInThePageInPartAndTheSameBytesAgain) {
 
 // The rows of a capture without their numbers.
 std::vector<std::string> rows_of(const std::string& capture, const Words& more = {}) {
-  Words words{"decode", capture, "-f", "pos12,nE,nW,crc6", "--to", "csv"};
-  words.insert(words.end(), more.begin(), more.end());
+  Words words = Words("decode {} -f pos12,nE,nW,crc6 --to csv", capture) + more;
   std::istringstream table(run(words).out);
   std::vector<std::string> rows;
   std::string row;
@@ -82,12 +62,10 @@ std::vector<std::string> rows_of(const std::string& capture, const Words& more =
   return rows;
 }
 
-TEST(ReportVerb, LargeCapture_ItsFirstAndItsFailedCyclesReadInThePartAsInTheWhole) {
-  const Folder folder;
+TEST_F(ReportVerb, LargeCapture_ItsFirstAndItsFailedCyclesReadInThePartAsInTheWhole) {
   const std::string capture =
-      simulate(folder, "line.vcd",
-               {"--cycles", "24000", "--fault", "flip:0.01", "--fault", "lost_clock:0.002"});
-  ASSERT_EQ(report(folder, capture, {"-f", "pos12,nE,nW,crc6"}).status, 0);
+      simulate(folder, "line.vcd", "--cycles 24000 --fault flip:0.01 --fault lost_clock:0.002");
+  ASSERT_EQ(report(folder, capture, "-f pos12,nE,nW,crc6").status, 0);
   const std::string text = content_of(folder.path("report.html"));
   const std::size_t begin = text.find('>', text.find("id=\"biss-capture\"")) + 1;
   const std::string packed =
@@ -110,54 +88,46 @@ TEST(ReportVerb, LargeCapture_ItsFirstAndItsFailedCyclesReadInThePartAsInTheWhol
   EXPECT_LT(shown.size(), whole.size() / 4);
 }
 
-TEST(ReportVerb, HostileFileName_StaysAnAttribute) {
-  const Folder folder;
-  const std::string capture = simulate(folder, "\"><b>&.vcd", {"--cycles", "3"});
+TEST_F(ReportVerb, HostileFileName_StaysAnAttribute) {
+  const std::string capture = simulate(folder, "\"><b>&.vcd", "--cycles 3");
   ASSERT_EQ(report(folder, capture).status, 0);
   EXPECT_THAT(content_of(folder.path("report.html")),
               HasSubstr(R"(data-name="&quot;&gt;&lt;b&gt;&amp;.vcd")"));
 }
 
-TEST(ReportVerb, HostileFileNameOfALargeCapture_IsNotInThePageAsItIs) {
-  const Folder folder;
-  const std::string first = simulate(folder, "a.vcd", {"--cycles", "24000"});
+TEST_F(ReportVerb, HostileFileNameOfALargeCapture_IsNotInThePageAsItIs) {
+  const std::string first = simulate(folder, "a.vcd", "--cycles 24000");
   std::filesystem::rename(first, folder.path("x<b>y.vcd"));
   ASSERT_EQ(report(folder, folder.path("x<b>y.vcd")).status, 0);
   EXPECT_THAT(content_of(folder.path("report.html")), Not(HasSubstr("<b>")));
 }
 
-TEST(ReportVerb, StandardInput_IsRefusedWithItsReason) {
-  const Folder folder;
+TEST_F(ReportVerb, StandardInput_IsRefusedWithItsReason) {
   const Outcome made = report(folder, "-");
   EXPECT_EQ(made.status, 2);
   EXPECT_THAT(made.err, HasSubstr("a report reads a capture several times; give a file"));
 }
 
-TEST(ReportVerb, SeveralCaptures_AreRefused) {
-  const Folder folder;
-  const std::string a = simulate(folder, "a.vcd", {"--cycles", "3"});
-  const std::string b = simulate(folder, "b.vcd", {"--cycles", "3"});
+TEST_F(ReportVerb, SeveralCaptures_AreRefused) {
+  const std::string a = simulate(folder, "a.vcd", "--cycles 3");
+  const std::string b = simulate(folder, "b.vcd", "--cycles 3");
   const Outcome made = report(folder, a, {b});
   EXPECT_EQ(made.status, 2);
   EXPECT_THAT(made.err, HasSubstr("one capture"));
   EXPECT_THAT(made.err, HasSubstr("give one file, or one for each line"));
 }
 
-TEST(ReportVerb, Each_IsNotOffered) {
-  const Folder folder;
-  const Outcome made = report(folder, simulate(folder, "a.vcd", {"--cycles", "3"}), {"--each"});
-  EXPECT_EQ(made.status, 2);
-  EXPECT_THAT(made.err, HasSubstr("unknown option '--each'"));
-  EXPECT_THAT(run({"report", "--help"}).out, Not(HasSubstr("--each")));
+TEST_F(ReportVerb, Each_IsNotOffered) {
+  EXPECT_THAT(report(folder, simulate(folder, "a.vcd", "--cycles 3"), {"--each"}),
+              fails(2, "unknown option '--each'"));
+  EXPECT_THAT(run("report --help").out, Not(HasSubstr("--each")));
 }
 
-TEST(ReportVerb, NoCapture_LeavesTheOldReport) {
-  const Folder folder;
+TEST_F(ReportVerb, NoCapture_LeavesTheOldReport) {
   folder.file("report.html", "old");
   const Outcome made = report(folder, folder.file("a.vcd", "no capture"));
   EXPECT_EQ(made.status, 3);
   EXPECT_EQ(content_of(folder.path("report.html")), "old");
 }
 
-}  // namespace report_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::report_test

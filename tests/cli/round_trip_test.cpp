@@ -1,15 +1,11 @@
 // `biss decode` reads the output of `biss simulate`: every undamaged cycle is right.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 #include <cmath>
-#include <string>
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace round_trip_test {
+namespace biss::verbs::round_trip_test {
 
+using DecodeVerb = InFolder;
 using testing::HasSubstr;
 using testing::Not;
 
@@ -76,12 +72,9 @@ TEST_P(RoundTrip, EveryCatalogueNameClockAndCable_EveryPositionIsRight) {
     SCOPED_TRACE(one.format + " at " + one.clock + " with " + one.cable);
     const std::string capture = folder.path("line" + GetParam());
     const std::string truth = folder.path("truth.csv");
-    const Outcome made =
-        run({"simulate", "-f", one.format, "--clock", one.clock, "--cable", one.cable, "--cycles",
-             "60", "--motion", "random", "-o", capture, "--truth", truth});
-    ASSERT_EQ(made.status, 0) << made.err;
-    const Outcome read = run({"decode", capture, "-f", one.format, "--to", "csv"});
-    ASSERT_EQ(read.status, 0) << read.err;
+    run_ok("simulate -f {} --clock {} --cable {} --cycles 60 --motion random -o {} --truth {}",
+           one.format, one.clock, one.cable, capture, truth);
+    const Outcome read = run_ok("decode {} -f {} --to csv", capture, one.format);
     const auto rows = rows_of(read.out);
     ASSERT_FALSE(rows.empty());
     const double period_ns = 1e9 / std::stod(rows[0].at("clock_hz"));
@@ -93,17 +86,16 @@ TEST_P(RoundTrip, FlippedBits_SpoilTheirCyclesAndNoOther) {
   const Folder folder;
   const std::string capture = folder.path("line" + GetParam());
   const std::string truth = folder.path("truth.csv");
-  ASSERT_EQ(run({"simulate", "-f", "resolute-26", "--clock", "4MHz", "--cycles", "500", "--fault",
-                 "flip:0.1", "--seed", "7", "-o", capture, "--truth", truth})
-                .status,
-            0);
-  const Outcome read = run({"decode", capture, "-f", "resolute-26", "--to", "csv"});
-  ASSERT_EQ(read.status, 0) << read.err;
+  run_ok(
+      "simulate -f resolute-26 --clock 4MHz --cycles 500 --fault flip:0.1 --seed 7 -o {} "
+      "--truth {}",
+      capture, truth);
+  const Outcome read = run_ok("decode {} -f resolute-26 --to csv", capture);
   const std::size_t good = expect_truth(rows_of(read.out), rows_of(content_of(truth)), 250);
   EXPECT_GT(good, 400U);
   EXPECT_LT(good, 500U);
-  EXPECT_EQ(run({"decode", capture, "-f", "resolute-26", "--fail-on", "crc"}).status, 1);
-  EXPECT_EQ(run({"decode", capture, "-f", "resolute-26", "--fail-on", "no_response"}).status, 0);
+  EXPECT_EQ(run("decode {} -f resolute-26 --fail-on crc", capture).status, 1);
+  run_ok("decode {} -f resolute-26 --fail-on no_response", capture);
 }
 
 INSTANTIATE_TEST_SUITE_P(As, RoundTrip, testing::Values(".vcd", ".csv"),
@@ -115,18 +107,14 @@ TEST(Truth, EncoderThatTakesTwoPositionsInACycle_IsTheOneThatWasSent) {
   const std::string capture = folder.path("line.vcd");
   const std::string truth = folder.path("truth.csv");
   for (const char* fault : {"brown_out:0.6", "glitch_ma_idle:0.6", "lost_clock:0.6"}) {
-    ASSERT_EQ(run({"simulate",  "-f",       "pos36,crc16", "--clock",
-                   "10MHz",     "--cycles", "400",         "--seed",
-                   "318441197", "--motion", "sine",        "--cable",
-                   "100m",      "--jitter", "5ns",         "--no-compensation",
-                   "--fault",   fault,      "-o",          capture,
-                   "--truth",   truth})
-                  .status,
-              0);
+    run_ok(
+        "simulate -f pos36,crc16 --clock 10MHz --cycles 400 --seed 318441197 --motion "
+        "sine --cable 100m --jitter 5ns --no-compensation --fault {} -o {} --truth {}",
+        fault, capture, truth);
     const auto meant = rows_of(content_of(truth));
     auto next = meant.begin();
     std::size_t good = 0;
-    for (Row& row : rows_of(run({"decode", capture, "-f", "pos36,crc16", "--to", "csv"}).out)) {
+    for (Row& row : rows_of(run("decode {} -f pos36,crc16 --to csv", capture).out)) {
       if (row["status"] != "ok") continue;
       while (next != meant.end() && std::stod(next->at("time_ns")) < std::stod(row["time_ns"]) - 50)
         ++next;
@@ -143,10 +131,8 @@ TEST(Truth, CycleInWhichNoPositionWasTaken_HasNone) {
   const Folder folder;
   const std::string truth = folder.path("truth.csv");
   for (const char* fault : {"no_answer@3", "exchange@3"}) {
-    ASSERT_EQ(run({"simulate", "-f", "fs-36-28", "--cycles", "8", "--fault", fault, "-o",
-                   folder.path("line.vcd"), "--truth", truth})
-                  .status,
-              0);
+    run_ok("simulate -f fs-36-28 --cycles 8 --fault {} -o {} --truth {}", fault,
+           folder.path("line.vcd"), truth);
     const auto rows = rows_of(content_of(truth));
     ASSERT_EQ(rows.size(), 8U);
     for (const char* name : {"position", "nE", "nW", "position2", "nE2", "nW2", "sampled_ns"}) {
@@ -160,12 +146,11 @@ TEST(Truth, CycleInWhichNoPositionWasTaken_HasNone) {
 // One capture of a few cycles, as text.
 std::string csv_capture(const Folder& folder) {
   const std::string path = folder.path("line.csv");
-  EXPECT_EQ(run({"simulate", "-f", usual_format, "--cycles", "20", "-o", path}).status, 0);
+  run_ok("simulate -f {} --cycles 20 -o {}", usual_format, path);
   return path;
 }
 
-TEST(DecodeVerb, EachLineInAFileOfItsOwn_GivesTheSameRows) {
-  const Folder folder;
+TEST_F(DecodeVerb, EachLineInAFileOfItsOwn_GivesTheSameRows) {
   const std::string whole = csv_capture(folder);
   std::string ma = "time_ns,D0\n";
   std::string slo = "time_ns,D0\n";
@@ -175,30 +160,23 @@ TEST(DecodeVerb, EachLineInAFileOfItsOwn_GivesTheSameRows) {
   }
   const std::string ma_file = folder.file("ma.csv", ma);
   const std::string slo_file = folder.file("slo.csv", slo);
-  const auto told = run({"decode", ma_file, slo_file, "--ma", ma_file + ":D0", "--slo",
-                         slo_file + ":D0", "-f", usual_format, "--to", "csv"});
-  EXPECT_EQ(told.status, 0) << told.err;
-  EXPECT_EQ(told.out, run({"decode", whole, "-f", usual_format, "--to", "csv"}).out);
-  const auto found = run({"decode", slo_file, ma_file, "-f", usual_format, "--to", "csv"});
+  const auto told = run_ok("decode {} {} --ma {} --slo {} -f {} --to csv", ma_file, slo_file,
+                           ma_file + ":D0", slo_file + ":D0", usual_format);
+  EXPECT_EQ(told.out, run("decode {} -f {} --to csv", whole, usual_format).out);
+  const auto found = run("decode {} {} -f {} --to csv", slo_file, ma_file, usual_format);
   EXPECT_EQ(found.out, told.out) << found.err;
 }
 
-TEST(DecodeVerb, StandardInput_IsReadLikeAFile) {
-  const Folder folder;
+TEST_F(DecodeVerb, StandardInput_IsReadLikeAFile) {
   const std::string capture = csv_capture(folder);
-  const auto piped = run({"decode", "-", "-f", usual_format, "--to", "csv"}, capture);
-  EXPECT_EQ(piped.status, 0) << piped.err;
-  EXPECT_EQ(piped.out, run({"decode", capture, "-f", usual_format, "--to", "csv"}).out);
+  const auto piped = run_ok({"decode", "-", "-f", usual_format, "--to", "csv"}, capture);
+  EXPECT_EQ(piped.out, run("decode {} -f {} --to csv", capture, usual_format).out);
 }
 
-TEST(DecodeVerb, WithoutFormatOfAnAxisAtRest_NothingIsCalledOk) {
-  const Folder folder;
+TEST_F(DecodeVerb, WithoutFormatOfAnAxisAtRest_NothingIsCalledOk) {
   const std::string capture = folder.path("line.csv");
-  const Outcome made = run(
-      {"simulate", "-f", usual_format, "--cycles", "20", "--motion", "constant", "-o", capture});
-  ASSERT_EQ(made.status, 0) << made.err;
-  const auto outcome = run({"decode", capture, "--to", "csv"});
-  ASSERT_EQ(outcome.status, 0) << outcome.err;
+  run_ok({"simulate", "-f", usual_format, "--cycles", "20", "--motion", "constant", "-o", capture});
+  const auto outcome = run_ok("decode {} --to csv", capture);
   EXPECT_EQ(outcome.out.substr(0, outcome.out.find('\n')),
             "cycle,time_ns,status,position,nE,nW,crc_ok,line_delay_ns,ack_ns,clock_hz,raw,marginal,"
             "safety,limits");
@@ -212,26 +190,23 @@ TEST(DecodeVerb, WithoutFormatOfAnAxisAtRest_NothingIsCalledOk) {
   EXPECT_THAT(outcome.err, HasSubstr("20 unchecked"));
   EXPECT_THAT(outcome.err, HasSubstr("give -f FORMAT"));
   EXPECT_THAT(outcome.err, Not(HasSubstr("nE = 0")));
-  EXPECT_EQ(run({"decode", capture, "--fail-on", "any"}).status, 1);
-  EXPECT_EQ(run({"decode", capture, "--fail-on", "truncated"}).status, 0);
+  EXPECT_EQ(run("decode {} --fail-on any", capture).status, 1);
+  run_ok("decode {} --fail-on truncated", capture);
   for (const char* unknown : {"crc", "nE", "nW"}) {
-    const auto refused = run({"decode", capture, "--fail-on", unknown});
-    EXPECT_EQ(refused.status, 2) << unknown;
-    EXPECT_THAT(refused.err, HasSubstr("give -f")) << unknown;
+    EXPECT_THAT(run("decode {} --fail-on {}", capture, unknown), fails(2, "give -f")) << unknown;
   }
-  EXPECT_EQ(run({"decode", capture, "-f", "none", "--to", "csv"}).out, outcome.out);
-  EXPECT_EQ(run({"crc", "-f", "none", "5"}).status, 2);
+  EXPECT_EQ(run("decode {} -f none --to csv", capture).out, outcome.out);
+  EXPECT_EQ(run("crc -f none 5").status, 2);
 }
 
 std::string header_for(const Folder& folder, const std::string& format) {
   const std::string path = folder.path("line.vcd");
-  EXPECT_EQ(run({"simulate", "-f", format, "--cycles", "1", "-o", path}).status, 0);
-  const std::string out = run({"decode", path, "-f", format, "--to", "csv"}).out;
+  run_ok("simulate -f {} --cycles 1 -o {}", format, path);
+  const std::string out = run("decode {} -f {} --to csv", path, format).out;
   return out.substr(0, out.find('\n'));
 }
 
-TEST(DecodeVerb, ColumnsOfAFormat_StandBehindTheElevenInOrder) {
-  const Folder folder;
+TEST_F(DecodeVerb, ColumnsOfAFormat_StandBehindTheElevenInOrder) {
   const std::string eleven =
       "cycle,time_ns,status,position,nE,nW,crc_ok,line_delay_ns,ack_ns,clock_hz,raw";
   EXPECT_EQ(header_for(folder, usual_format), eleven + ",marginal,safety,limits");
@@ -241,19 +216,16 @@ TEST(DecodeVerb, ColumnsOfAFormat_StandBehindTheElevenInOrder) {
             eleven + ",lc,mt,st,marginal,safety,limits");
 }
 
-TEST(DecodeVerb, SinceAndUntil_KeepTheNumbersOfTheCapture) {
-  const Folder folder;
+TEST_F(DecodeVerb, SinceAndUntil_KeepTheNumbersOfTheCapture) {
   const std::string capture = csv_capture(folder);
-  const auto all = rows_of(run({"decode", capture, "--to", "csv"}).out);
+  const auto all = rows_of(run("decode {} --to csv", capture).out);
   ASSERT_EQ(all.size(), 20U);
-  const auto some =
-      rows_of(run({"decode", capture, "--to", "csv", "--since", all[5].at("time_ns") + "ns",
-                   "--until", all[9].at("time_ns") + "ns"})
-                  .out);
+  const auto some = rows_of(run("decode {} --to csv --since {} --until {}", capture,
+                                all[5].at("time_ns") + "ns", all[9].at("time_ns") + "ns")
+                                .out);
   ASSERT_EQ(some.size(), 5U);
   EXPECT_EQ(some.front().at("cycle"), "5");
   EXPECT_EQ(some.back().at("cycle"), "9");
 }
 
-}  // namespace round_trip_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::round_trip_test

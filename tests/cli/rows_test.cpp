@@ -1,17 +1,7 @@
 // The rows of `decode`: which of them and which columns are written, the columns of motion, and the
 // formats HDF5 and VCD.
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <cmath>
 #include <csignal>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <string>
-#include <vector>
 
 #include <fcntl.h>
 #include <sys/resource.h>
@@ -20,29 +10,22 @@
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace rows_test {
+namespace biss::verbs::rows_test {
 
 using testing::HasSubstr;
 using testing::StartsWith;
-using Words = std::vector<std::string>;
-
-Words operator+(Words words, const Words& more) {
-  words.insert(words.end(), more.begin(), more.end());
-  return words;
-}
 
 class DecodeRows : public testing::Test {
  protected:
   std::string simulate(const std::string& name, const Words& more) const {
-    const Outcome made = run(Words{"simulate", "-o", folder.path(name)} + more);
-    EXPECT_EQ(made.status, 0) << made.err;
+    run_ok(Words{"simulate", "-o", folder.path(name)} + more);
     return folder.path(name);
   }
   // Some of each kind of row.
   std::string with_faults() const {
-    return simulate("line.vcd", {"-f", "resolute-26", "--cycles", "400", "--fault", "flip:0.05",
-                                 "--fault", "nE:0.05", "--fault", "no_answer:0.05", "--seed", "4"});
+    return simulate("line.vcd",
+                    "-f resolute-26 --cycles 400 --fault flip:0.05 --fault nE:0.05 --fault "
+                    "no_answer:0.05 --seed 4");
   }
   static Outcome csv(const std::string& capture, const Words& more,
                      const std::string& format = "resolute-26") {
@@ -62,8 +45,8 @@ TEST_F(DecodeRows, FormatWithAnErrorOfTheMakerOrAnotherCode_ReadsTheTruePosition
         "pos26:gray:lsb,nE,nW,crc6", "mt12:lsb,st13,crc6:reversed:cds;cds0",
         "pos24,nE,nW,crc6:previous+pos20,nE,lc6,crc16:previous:reversed"}) {
     const std::string truth = folder.path("truth.csv");
-    const std::string capture = simulate(
-        "line.vcd", {"-f", format, "--cycles", "60", "--motion", "random", "--truth", truth});
+    const std::string capture =
+        simulate("line.vcd", Words("-f {} --cycles 60 --motion random --truth {}", format, truth));
     const auto meant = rows_of(content_of(truth));
     for (const Words& how : {Words{}, Words{"--no-compensation"}}) {
       const auto rows = rows_of(csv(capture, how, format).out);
@@ -87,9 +70,9 @@ TEST_F(DecodeRows, FormatWithAnErrorOfTheMakerOrAnotherCode_ReadsTheTruePosition
 TEST_F(DecodeRows, ChecksumOfTheFrameBefore_NeverPassesAWrongPosition) {
   const std::string format = "pos26,nE,nW,crc16:previous";
   const std::string truth = folder.path("truth.csv");
-  const std::string capture =
-      simulate("line.vcd", {"-f", format, "--cycles", "200", "--fault", "flip:0.2", "--fault",
-                            "no_answer:0.1", "--truth", truth});
+  const std::string capture = simulate(
+      "line.vcd",
+      Words("-f {} --cycles 200 --fault flip:0.2 --fault no_answer:0.1 --truth {}", format, truth));
   const auto meant = rows_of(content_of(truth));
   const auto rows = rows_of(csv(capture, {}, format).out);
   ASSERT_EQ(rows.size(), meant.size());
@@ -111,24 +94,22 @@ TEST_F(DecodeRows, ChecksumOfTheFrameBefore_IsRefusedWhereAFrameIsAlone) {
        {Words{"crc", "-f", format, "5"}, Words{"crc", "-f", format, "--read", "C0 05"},
         Words{"safety", "analyse", "-f", format},
         Words{"safety", "analyse", "-f", "pos26,nE,nW,crc6:reversed"}}) {
-    const Outcome refused = run(words);
-    EXPECT_EQ(refused.status, 2) << refused.out;
-    EXPECT_THAT(refused.err, StartsWith("biss: -f: "));
+    EXPECT_THAT(run(words), fails(2, StartsWith("biss: -f: ")));
   }
 }
 
 TEST_F(DecodeRows, ColumnsThatAreNamed_AreWrittenInTheirOrder) {
   const std::string capture = with_faults();
   const auto all = rows_of(csv(capture, {}).out);
-  const Outcome some = csv(capture, {"--columns", "nE,raw,cycle"});
+  const Outcome some = csv(capture, "--columns nE,raw,cycle");
   EXPECT_EQ(header_of(some), "nE,raw,cycle");
   const auto rows = rows_of(some.out);
   ASSERT_EQ(rows.size(), all.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
     for (const char* name : {"nE", "raw", "cycle"}) EXPECT_EQ(rows[i].at(name), all[i].at(name));
   }
-  const Outcome lines = run({"decode", capture, "-f", "resolute-26", "--to", "jsonl", "--columns",
-                             "status", "--columns", "cycle"});
+  const Outcome lines =
+      run("decode {} -f resolute-26 --to jsonl --columns status --columns cycle", capture);
   EXPECT_THAT(lines.out, StartsWith("{\"status\":\"ok\",\"cycle\":0}\n"));
   EXPECT_EQ(header_of(csv(capture, {capture, "--columns", "cycle,file"})), "cycle,file");
 }
@@ -136,13 +117,10 @@ TEST_F(DecodeRows, ColumnsThatAreNamed_AreWrittenInTheirOrder) {
 TEST_F(DecodeRows, ColumnThatDoesNotExist_IsWrongUsageAndLeavesTheOutput) {
   const std::string capture = with_faults();
   const std::string output = folder.file("old.csv", "old");
-  const Outcome unknown = csv(capture, {"--columns", "cycle,posision", "-o", output});
-  EXPECT_EQ(unknown.status, 2);
-  EXPECT_THAT(unknown.err, HasSubstr("--columns: 'posision' is not one of cycle, time_ns, status"));
+  EXPECT_THAT(csv(capture, Words("--columns cycle,posision -o {}", output)),
+              fails(2, "--columns: 'posision' is not one of cycle, time_ns, status"));
   EXPECT_EQ(content_of(output), "old");
-  const Outcome twice = csv(capture, {"--columns", "cycle,nE,cycle"});
-  EXPECT_EQ(twice.status, 2);
-  EXPECT_THAT(twice.err, HasSubstr("'cycle' is given twice"));
+  EXPECT_THAT(csv(capture, "--columns cycle,nE,cycle"), fails(2, "'cycle' is given twice"));
 }
 
 TEST_F(DecodeRows, OnlyErrors_LeavesOutWhatIsGood) {
@@ -161,13 +139,13 @@ TEST_F(DecodeRows, OnlyErrors_LeavesOutWhatIsGood) {
   EXPECT_GT(wanted.size(), 30U);
   EXPECT_LT(wanted.size(), 200U);
   EXPECT_EQ(errors.err, every.err) << "the summary counts every row";
-  const std::string good = simulate("good.vcd", {"-f", "resolute-26", "--cycles", "20"});
+  const std::string good = simulate("good.vcd", "-f resolute-26 --cycles 20");
   EXPECT_EQ(rows_of(csv(good, {"--only-errors"}).out).size(), 0U);
 }
 
 TEST_F(DecodeRows, OnlyErrors_HasTheFaultsOfTheSafetyMonitor) {
-  const std::string capture = simulate(
-      "line.vcd", {"-f", "fs-36-28", "--cycles", "200", "--fault", "repeat:0.05", "--seed", "3"});
+  const std::string capture =
+      simulate("line.vcd", "-f fs-36-28 --cycles 200 --fault repeat:0.05 --seed 3");
   const auto rows = rows_of(csv(capture, {"--only-errors"}, "fs-36-28").out);
   ASSERT_FALSE(rows.empty());
   for (const Row& row : rows) {
@@ -178,20 +156,20 @@ TEST_F(DecodeRows, OnlyErrors_HasTheFaultsOfTheSafetyMonitor) {
 TEST_F(DecodeRows, Every_IsTheFirstAndEachNthOfTheRowsThatAreLeft) {
   const std::string capture = with_faults();
   const auto all = rows_of(csv(capture, {}).out);
-  const auto third = rows_of(csv(capture, {"--every", "3"}).out);
+  const auto third = rows_of(csv(capture, "--every 3").out);
   ASSERT_EQ(third.size(), (all.size() + 2) / 3);
   for (std::size_t i = 0; i < third.size(); ++i) EXPECT_EQ(third[i], all[i * 3]);
   const auto errors = rows_of(csv(capture, {"--only-errors"}).out);
-  const auto some = rows_of(csv(capture, {"--only-errors", "--every", "5"}).out);
+  const auto some = rows_of(csv(capture, "--only-errors --every 5").out);
   ASSERT_EQ(some.size(), (errors.size() + 4) / 5);
   for (std::size_t i = 0; i < some.size(); ++i) EXPECT_EQ(some[i], errors[i * 5]);
-  EXPECT_EQ(csv(capture, {"--every", "0"}).status, 2);
+  EXPECT_EQ(csv(capture, "--every 0").status, 2);
 }
 
 TEST_F(DecodeRows, Unwrap_ContinuesThePositionOverTheRollover) {
   // A thousandth of the range in each request: the position rolls over.
   const std::string format = "pos16,nE,nW,crc6";
-  const std::string capture = simulate("line.vcd", {"-f", format, "--cycles", "2000"});
+  const std::string capture = simulate("line.vcd", Words("-f {} --cycles 2000", format));
   const auto rows = rows_of(csv(capture, {"--unwrap"}, format).out);
   ASSERT_EQ(rows.size(), 2000U);
   std::int64_t last = 0;
@@ -208,10 +186,9 @@ TEST_F(DecodeRows, Unwrap_ContinuesThePositionOverTheRollover) {
 
 TEST_F(DecodeRows, PositionThatMayHaveMovedTooFar_IsNotUnwrappedFromThere) {
   const std::string format = "pos16,nE,nW,crc6";
-  const std::string capture = simulate(
-      "line.vcd", {"-f", format, "--cycles", "300", "--fault", "no_answer:0.1", "--seed", "2"});
-  const Outcome outcome = csv(capture, {"--unwrap", "--max-step", "32767"}, format);
-  EXPECT_EQ(outcome.status, 0);
+  const std::string capture =
+      simulate("line.vcd", Words("-f {} --cycles 300 --fault no_answer:0.1 --seed 2", format));
+  const Outcome outcome = ok(csv(capture, "--unwrap --max-step 32767", format));
   bool lost = false;
   std::string first;
   for (const Row& row : rows_of(outcome.out)) {
@@ -223,16 +200,15 @@ TEST_F(DecodeRows, PositionThatMayHaveMovedTooFar_IsNotUnwrappedFromThere) {
   }
   EXPECT_TRUE(lost);
   EXPECT_THAT(outcome.err, HasSubstr("unwrapped is not known from cycle " + first + " on"));
-  EXPECT_THAT(csv(capture, {"--unwrap", "--max-step", "100"}, format).err,
+  EXPECT_THAT(csv(capture, "--unwrap --max-step 100", format).err,
               testing::Not(HasSubstr("unwrapped is not known")));
 }
 
 TEST_F(DecodeRows, StepsLargerThanMaxStep_AreNamedWithIt) {
   // A thousandth of the range in each request.
   const std::string format = "pos16,nE,nW,crc6";
-  const std::string capture = simulate("line.vcd", {"-f", format, "--cycles", "50"});
-  const Outcome outcome = csv(capture, {"--unwrap", "--velocity", "--max-step", "20"}, format);
-  EXPECT_EQ(outcome.status, 0);
+  const std::string capture = simulate("line.vcd", Words("-f {} --cycles 50", format));
+  const Outcome outcome = ok(csv(capture, "--unwrap --velocity --max-step 20", format));
   EXPECT_EQ(rows_of(outcome.out).at(1).at("velocity_counts_s"), "");
   EXPECT_THAT(outcome.err, HasSubstr("unwrapped is not known from cycle 1 on: a step is larger "
                                      "than 20 counts"));
@@ -240,17 +216,17 @@ TEST_F(DecodeRows, StepsLargerThanMaxStep_AreNamedWithIt) {
                                      "than 20 counts"));
   EXPECT_THAT(csv(capture, {"--velocity"}, format).err, testing::Not(HasSubstr("is not known")));
   for (const char* step : {"32768", "70000"}) {
-    const Outcome refused = csv(capture, {"--unwrap", "--max-step", step}, format);
-    EXPECT_EQ(refused.status, 2) << step;
-    EXPECT_THAT(refused.err, HasSubstr("is not below half of the range of 16 bits"));
+    EXPECT_THAT(csv(capture, {"--unwrap", "--max-step", step}, format),
+                fails(2, "is not below half of the range of 16 bits"))
+        << step;
   }
 }
 
 TEST_F(DecodeRows, PositionAbove63Bits_IsNamedWhereItIsNotUnwrapped) {
   const std::string format = "pos64,crc6";
   const std::string capture =
-      simulate("line.vcd", {"-f", format, "--cycles", "20", "--motion", "max", "--seed", "3"});
-  const Outcome outcome = csv(capture, {"--unwrap", "--max-step", "0x7000000000000000"}, format);
+      simulate("line.vcd", Words("-f {} --cycles 20 --motion max --seed 3", format));
+  const Outcome outcome = csv(capture, "--unwrap --max-step 0x7000000000000000", format);
   ASSERT_GT(std::stoull(rows_of(outcome.out).at(0).at("position")), 1ULL << 63U);
   EXPECT_EQ(rows_of(outcome.out).at(0).at("unwrapped"), "");
   EXPECT_THAT(outcome.err,
@@ -258,11 +234,10 @@ TEST_F(DecodeRows, PositionAbove63Bits_IsNamedWhereItIsNotUnwrapped) {
 }
 
 TEST_F(DecodeRows, Scale_IsThePositionInDegreesOrMillimetres) {
-  const std::string capture = simulate("line.vcd", {"-f", "resolute-26", "--cycles", "20"});
+  const std::string capture = simulate("line.vcd", "-f resolute-26 --cycles 20");
   const auto expect = [&](const std::string& scale, const std::string& format,
                           const std::string& column, double per_count) {
-    const Outcome outcome = csv(capture, {"--scale", scale}, format);
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const Outcome outcome = ok(csv(capture, {"--scale", scale}, format));
     for (const Row& row : rows_of(outcome.out)) {
       const double exact = std::stod(row.at("position")) * per_count;
       EXPECT_NEAR(std::stod(row.at(column)), exact, std::abs(exact) * 1e-12);
@@ -277,7 +252,7 @@ TEST_F(DecodeRows, Scale_IsThePositionInDegreesOrMillimetres) {
 }
 
 TEST_F(DecodeRows, ScaleThatIsNotKnown_IsRefusedByName) {
-  const std::string capture = simulate("line.vcd", {"-f", "resolute-26", "--cycles", "20"});
+  const std::string capture = simulate("line.vcd", "-f resolute-26 --cycles 20");
   const auto refuse = [&](const std::string& scale, const std::string& format,
                           const std::string& why) {
     const Outcome outcome = csv(capture, {"--scale", scale}, format);
@@ -293,20 +268,18 @@ TEST_F(DecodeRows, ScaleThatIsNotKnown_IsRefusedByName) {
   for (const char* wrong : {"rad", "0/turn", "2^64/turn", "1.5/turn", "-5nm", "nan nm", "50"}) {
     refuse(wrong, "resolute-26", "is none of deg, mm");
   }
-  const Outcome alone = csv(capture, {"--max-step", "5"});
-  EXPECT_EQ(alone.status, 2);
-  EXPECT_THAT(alone.err, HasSubstr("--max-step: only with --unwrap or --velocity"));
+  EXPECT_THAT(csv(capture, "--max-step 5"),
+              fails(2, "--max-step: only with --unwrap or --velocity"));
 }
 
 TEST_F(DecodeRows, Velocity_IsTheStepByTheTimeAlsoOverTheRollover) {
   const std::string format = "pos16,nE,nW,crc6";
-  const std::string capture = simulate(
-      "line.vcd", {"-f", format, "--cycles", "2000", "--fault", "no_answer:0.01", "--seed", "2"});
-  const auto rows = rows_of(
-      csv(capture,
-          {"--velocity", "--max-step", "1500", "--columns", "time_ns,position,velocity_counts_s"},
-          format)
-          .out);
+  const std::string capture =
+      simulate("line.vcd", Words("-f {} --cycles 2000 --fault no_answer:0.01 --seed 2", format));
+  const auto rows =
+      rows_of(csv(capture,
+                  "--velocity --max-step 1500 --columns time_ns,position,velocity_counts_s", format)
+                  .out);
   std::size_t last = rows.size();
   std::size_t judged = 0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -328,7 +301,7 @@ TEST_F(DecodeRows, Velocity_IsTheStepByTheTimeAlsoOverTheRollover) {
     last = i;
   }
   EXPECT_GT(judged, 1800U);
-  const Outcome scaled = csv(capture, {"--velocity", "--scale", "2^16/turn"}, format);
+  const Outcome scaled = csv(capture, "--velocity --scale 2^16/turn", format);
   EXPECT_THAT(header_of(scaled), HasSubstr(",limits,position_deg,velocity_deg_s"));
 }
 
@@ -336,9 +309,8 @@ TEST_F(DecodeRows, Velocity_IsTheStepByTheTimeAlsoOverTheRollover) {
 TEST_F(DecodeRows, SinceAndUntil_LeaveTheRowsAsTheyAre) {
   for (const char* format : {"fs-36-28", "mt16,st19,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0"}) {
     SCOPED_TRACE(format);
-    const std::string capture =
-        simulate("line.csv", {"-f", format, "--cycles", "120", "--fault", "flip:0.1", "--fault",
-                              "loss@70", "--seed", "5"});
+    const std::string capture = simulate(
+        "line.csv", Words("-f {} --cycles 120 --fault flip:0.1 --fault loss@70 --seed 5", format));
     const bool unwraps = std::string_view(format) == "fs-36-28";
     const Words columns = unwraps ? Words{"--unwrap", "--velocity"} : Words{"--velocity"};
     const auto all = rows_of(csv(capture, columns, format).out);
@@ -347,7 +319,7 @@ TEST_F(DecodeRows, SinceAndUntil_LeaveTheRowsAsTheyAre) {
       const std::string since = all[first].at("time_ns") + "ns";
       const std::string until = all[first + 9].at("time_ns") + "ns";
       const auto some =
-          rows_of(csv(capture, Words{"--since", since, "--until", until} + columns, format).out);
+          rows_of(csv(capture, Words("--since {} --until {}", since, until) + columns, format).out);
       ASSERT_EQ(some.size(), 10U);
       for (std::size_t i = 0; i < some.size(); ++i) EXPECT_EQ(some[i], all[first + i]) << first + i;
     }
@@ -357,18 +329,17 @@ TEST_F(DecodeRows, SinceAndUntil_LeaveTheRowsAsTheyAre) {
 TEST_F(DecodeRows, SinceAndUntil_CountTheirOwnRowsAlone) {
   const std::string format = "fs-36-28";
   const std::string capture =
-      simulate("line.csv", {"-f", format, "--cycles", "60", "--fault", "loss@20"});
+      simulate("line.csv", Words("-f {} --cycles 60 --fault loss@20", format));
   const auto all = rows_of(csv(capture, {}, format).out);
-  EXPECT_EQ(csv(capture, {"--fail-on", "safety"}, format).status, 1);
-  const Outcome late = csv(
-      capture, {"--since", all[30].at("time_ns") + "ns", "--fail-on", "safety,starting"}, format);
-  EXPECT_EQ(late.status, 0) << late.err;
+  EXPECT_EQ(csv(capture, "--fail-on safety", format).status, 1);
+  const Outcome late =
+      ok(csv(capture, Words("--since {} --fail-on safety,starting", all[30].at("time_ns") + "ns"),
+             format));
   EXPECT_THAT(late.err, testing::ContainsRegex("safety +30 safe "));
   const Outcome early =
-      csv(capture, {"--until", all[10].at("time_ns") + "ns", "--fail-on", "safety"}, format);
-  EXPECT_EQ(early.status, 0) << early.err;
+      ok(csv(capture, Words("--until {} --fail-on safety", all[10].at("time_ns") + "ns"), format));
   EXPECT_THAT(early.err, testing::ContainsRegex("safety +9 safe, 2 starting "));
-  const auto rolls = rows_of(csv(capture, {"--columns", "lc2,time_ns"}, format).out);
+  const auto rolls = rows_of(csv(capture, "--columns lc2,time_ns", format).out);
   const auto after = std::find_if(rolls.begin() + 30, rolls.end(),
                                   [](const Row& row) { return row.at("lc2") == "2"; });
   ASSERT_NE(after, rolls.end());
@@ -379,18 +350,17 @@ TEST_F(DecodeRows, SinceAndUntil_CountTheirOwnRowsAlone) {
 TEST_F(DecodeRows, SinceBehindALostPosition_NamesWhereItWasLost) {
   const std::string format = "pos12,nE,nW,crc6";
   const std::string capture =
-      simulate("line.csv", {"-f", format, "--cycles", "60", "--motion", "random"});
+      simulate("line.csv", Words("-f {} --cycles 60 --motion random", format));
   const auto all = rows_of(csv(capture, {}, format).out);
-  const Outcome late =
-      csv(capture,
-          {"--unwrap", "--velocity", "--max-step", "1", "--since", all[50].at("time_ns") + "ns"},
-          format);
+  const Outcome late = csv(
+      capture, Words("--unwrap --velocity --max-step 1 --since {}", all[50].at("time_ns") + "ns"),
+      format);
   EXPECT_THAT(late.err, testing::ContainsRegex("unwrapped is not known from cycle [1-9] on"));
   EXPECT_THAT(late.err, HasSubstr("velocity is not known in 10 of its rows"));
 }
 
 TEST_F(DecodeRows, Hdf5_NeedsAFile) {
-  const std::string capture = simulate("line.vcd", {"-f", "resolute-26", "--cycles", "20"});
+  const std::string capture = simulate("line.vcd", "-f resolute-26 --cycles 20");
   for (const Words& words : {Words{}, Words{"-o", "-"}, Words{"-o", "/dev/null"}}) {
     const Outcome outcome = run(Words{"decode", capture, "--to", "hdf5"} + words);
     EXPECT_EQ(outcome.status, 2);
@@ -398,11 +368,11 @@ TEST_F(DecodeRows, Hdf5_NeedsAFile) {
     EXPECT_EQ(outcome.out, "");
   }
   const std::string output = folder.path("rows.h5");
-  EXPECT_EQ(run({"decode", capture, "--to", "hdf5", "-o", output}).status, 0);
+  run_ok("decode {} --to hdf5 -o {}", capture, output);
   const std::string first = content_of(output);
   EXPECT_THAT(first, StartsWith("MATLAB 7.3 MAT-file"));
   EXPECT_EQ(first.substr(512, 4), "\x89HDF");
-  EXPECT_EQ(run({"decode", capture, "--to", "hdf5", "-o", output}).status, 0);
+  run_ok("decode {} --to hdf5 -o {}", capture, output);
   EXPECT_TRUE(content_of(output) == first) << "the same rows give the same file";
 }
 
@@ -422,13 +392,11 @@ TEST_F(DecodeRows, Hdf5_WithoutItsLibraryNamesIt) {
 }
 
 TEST_F(DecodeRows, Vcd_ShowsTheTracksAtTheTimesOfTheCapture) {
-  const std::string capture = simulate("line.vcd", {"-f", "resolute-26", "--cycles", "20"});
+  const std::string capture = simulate("line.vcd", "-f resolute-26 --cycles 20");
   const auto rows = rows_of(csv(capture, {}).out);
   const std::string output = folder.path("rows.vcd");
-  ASSERT_EQ(run({"decode", capture, "-f", "resolute-26", "--to", "vcd", "--columns",
-                 "position,nE,status,frame", "-o", output})
-                .status,
-            0);
+  run_ok("decode {} -f resolute-26 --to vcd --columns position,nE,status,frame -o {}", capture,
+         output);
   const std::string text = content_of(output);
   EXPECT_THAT(text, HasSubstr("$var integer 27 $ position $end\n$var wire 1 % nE $end\n"
                               "$var string 1 & status $end\n$var string 1 ' frame $end\n"));
@@ -446,23 +414,22 @@ TEST_F(DecodeRows, Vcd_ShowsTheTracksAtTheTimesOfTheCapture) {
 }
 
 TEST_F(DecodeRows, VcdOfWhatHasNoOneTime_IsRefused) {
-  const std::string capture = simulate("line.vcd", {"-f", "resolute-26", "--cycles", "20"});
-  const Outcome two = run({"decode", capture, capture, "--to", "vcd"});
-  EXPECT_EQ(two.status, 2);
-  EXPECT_THAT(two.err, HasSubstr("--to vcd: only for one capture and one pair of lines"));
-  const std::string csv_capture = simulate("line.csv", {"-f", "resolute-26", "--cycles", "20"});
+  const std::string capture = simulate("line.vcd", "-f resolute-26 --cycles 20");
+  EXPECT_THAT(run("decode {} {} --to vcd", capture, capture),
+              fails(2, "--to vcd: of one capture and one pair of lines only"));
+  const std::string csv_capture = simulate("line.csv", "-f resolute-26 --cycles 20");
   // The same lines, with a pulse of MA before 0.
   std::string early = content_of(csv_capture);
   const std::size_t first = early.find('\n') + 1;
   early.insert(first, "-20000.000,1,1\n-15000.000,0,1\n-14500.000,1,1\n");
   const std::string before = folder.file("early.csv", early);
   const std::string output = folder.file("old.vcd", "old");
-  const Words words{"decode", before, "-f", "resolute-26", "--to", "vcd", "-o", output};
+  const Words words("decode {} -f resolute-26 --to vcd -o {}", before, output);
   const Outcome negative = run(words);
   EXPECT_EQ(negative.status, 2) << early.substr(0, 200);
   EXPECT_THAT(negative.err, HasSubstr("the capture begins before 0; give --since 0s"));
   EXPECT_EQ(content_of(output), "old");
-  EXPECT_EQ(run(words + Words{"--since", "0s"}).status, 0);
+  run_ok(words + Words{"--since", "0s"});
 }
 
 // Runs the command with files of at most that size, and kills it after a while where `microseconds`
@@ -492,10 +459,10 @@ int run_hard(const Words& arguments, rlim_t most_bytes, useconds_t microseconds)
 }
 
 TEST_F(DecodeRows, FullDisk_LeavesTheOldFile) {
-  const std::string capture = simulate("line.sr", {"-f", "resolute-26", "--cycles", "20000"});
+  const std::string capture = simulate("line.sr", "-f resolute-26 --cycles 20000");
   for (const char* to : {"csv", "jsonl", "table", "vcd", "hdf5"}) {
     const std::string output = folder.file("old", "old");
-    const Words words{"decode", capture, "-f", "resolute-26", "--to", to, "-o", output};
+    const Words words("decode {} -f resolute-26 --to {} -o {}", capture, to, output);
     EXPECT_EQ(run_hard(words, 300'000, 0), 3) << to;
     EXPECT_EQ(content_of(output), "old") << to;
     EXPECT_EQ(run_hard(words, RLIM_INFINITY, 0), 0) << to;
@@ -518,11 +485,11 @@ std::size_t remove_left(const Folder& folder, const std::string& whole) {
 }
 
 TEST_F(DecodeRows, KilledAtAnyMoment_LeavesTheOldFileOrTheWholeNewOne) {
-  const std::string capture = simulate("line.sr", {"-f", "resolute-26", "--cycles", "4000"});
+  const std::string capture = simulate("line.sr", "-f resolute-26 --cycles 4000");
   std::size_t killed = 0;
   for (const char* to : {"csv", "hdf5"}) {
     const std::string output = folder.path("rows");
-    const Words words{"decode", capture, "-f", "resolute-26", "--to", to, "-o", output};
+    const Words words("decode {} -f resolute-26 --to {} -o {}", capture, to, output);
     ASSERT_EQ(run_hard(words, RLIM_INFINITY, 0), 0);
     const std::string whole = content_of(output);
     for (useconds_t i = 0; i < 50; ++i) {
@@ -540,9 +507,9 @@ TEST_F(DecodeRows, KilledAtAnyMoment_LeavesTheOldFileOrTheWholeNewOne) {
 }
 
 TEST_F(DecodeRows, KilledWithoutAnOldFile_LeavesNothingOrTheWholeFile) {
-  const std::string capture = simulate("line.sr", {"-f", "resolute-26", "--cycles", "4000"});
+  const std::string capture = simulate("line.sr", "-f resolute-26 --cycles 4000");
   const std::string output = folder.path("rows");
-  const Words words{"decode", capture, "-f", "resolute-26", "--to", "csv", "-o", output};
+  const Words words("decode {} -f resolute-26 --to csv -o {}", capture, output);
   ASSERT_EQ(run_hard(words, RLIM_INFINITY, 0), 0);
   const std::string whole = content_of(output);
   for (useconds_t i = 0; i < 50; ++i) {
@@ -557,5 +524,4 @@ TEST_F(DecodeRows, KilledWithoutAnOldFile_LeavesNothingOrTheWholeFile) {
   }
 }
 
-}  // namespace rows_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::rows_test

@@ -5,27 +5,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cstdlib>
-#include <fstream>
-#include <sstream>
-#include <utility>
+#include <stdexcept>
 
 extern char** environ;
 
 namespace biss::verbs {
 
 namespace {
-
-std::vector<std::string> split(const std::string& line) {
-  std::vector<std::string> cells;
-  std::size_t from = 0;
-  for (;;) {
-    const std::size_t comma = line.find(',', from);
-    cells.push_back(line.substr(from, comma - from));
-    if (comma == std::string::npos) return cells;
-    from = comma + 1;
-  }
-}
 
 Outcome run_program(std::vector<std::string> words, const std::filesystem::path& input) {
   const Folder folder;
@@ -55,10 +41,26 @@ Outcome run_program(std::vector<std::string> words, const std::filesystem::path&
 
 }  // namespace
 
+std::vector<std::string> split(const std::string& text, char separator) {
+  std::vector<std::string> parts;
+  std::size_t from = 0;
+  for (;;) {
+    const std::size_t end = text.find(separator, from);
+    parts.push_back(text.substr(from, end - from));
+    if (end == std::string::npos) return parts;
+    from = end + 1;
+  }
+}
+
 Outcome run(const std::vector<std::string>& arguments, const std::filesystem::path& input) {
-  std::vector<std::string> words{BISS_COMMAND};
-  words.insert(words.end(), arguments.begin(), arguments.end());
-  return run_program(std::move(words), input);
+  return run_program(Words{BISS_COMMAND} + arguments, input);
+}
+
+Outcome ok(Outcome outcome) {
+  if (outcome.status != 0) {
+    throw std::runtime_error(fmt::format("status {}: {}", outcome.status, outcome.err));
+  }
+  return outcome;
 }
 
 Outcome run_measured(const std::vector<std::string>& arguments) {
@@ -71,9 +73,8 @@ Outcome run_measured(const std::vector<std::string>& arguments) {
       "sys.exit(code if code >= 0 else 128 - code)\n";
   const Folder folder;
   const std::string peak = folder.path("peak");
-  std::vector<std::string> words{"python3", "-c", script, peak, BISS_COMMAND};
-  words.insert(words.end(), arguments.begin(), arguments.end());
-  Outcome outcome = run_program(std::move(words), "/dev/null");
+  Outcome outcome =
+      run_program(Words{"python3", "-c", script, peak, BISS_COMMAND} + arguments, "/dev/null");
   outcome.peak_kib = std::stol(content_of(peak));
   return outcome;
 }
@@ -110,10 +111,10 @@ std::vector<Row> rows_of(std::string_view csv) {
   std::istringstream text{std::string(csv)};
   std::string line;
   std::getline(text, line);
-  const std::vector<std::string> names = split(line);
+  const std::vector<std::string> names = split(line, ',');
   std::vector<Row> rows;
   while (std::getline(text, line)) {
-    const std::vector<std::string> cells = split(line);
+    const std::vector<std::string> cells = split(line, ',');
     Row& row = rows.emplace_back();
     for (std::size_t i = 0; i < names.size() && i < cells.size(); ++i) row[names[i]] = cells[i];
   }

@@ -1,27 +1,16 @@
 // BiSS Safety on the wire: `simulate` injects each fault, `decode` names it.
-#include <gtest/gtest.h>
-
 #include <set>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace safety_test {
+namespace biss::verbs::safety_test {
 
-std::vector<Row> decoded(const Folder& folder, const std::vector<std::string>& made,
-                         const std::vector<std::string>& read) {
+using Safety = InFolder;
+
+std::vector<Row> decoded(const Folder& folder, const Words& made, const Words& read) {
   const std::string capture = folder.path("line.csv");
-  std::vector<std::string> simulate{"simulate", "-o", capture};
-  simulate.insert(simulate.end(), made.begin(), made.end());
-  const Outcome written = run(simulate);
-  EXPECT_EQ(written.status, 0) << written.err;
-  std::vector<std::string> decode{"decode", capture, "--to", "csv"};
-  decode.insert(decode.end(), read.begin(), read.end());
-  const Outcome outcome = run(decode);
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  run_ok(Words("simulate -o {}", capture) + made);
+  const Outcome outcome = run_ok(Words("decode {} --to csv", capture) + read);
   return rows_of(outcome.out);
 }
 
@@ -31,15 +20,15 @@ std::size_t count(const std::vector<Row>& rows, const std::string& verdict) {
   return sum;
 }
 
-TEST(Safety, UndamagedEncoders_AreSafeFromTheThirdFrameOn) {
-  const Folder folder;
+TEST_F(Safety, UndamagedEncoders_AreSafeFromTheThirdFrameOn) {
   for (const char* format : {"fs-32-32", "fs-28-24", "fs-36-28"}) {
     for (const char* motion : {"max", "random"}) {
       SCOPED_TRACE(std::string(format) + ' ' + motion);
-      const auto rows = decoded(folder,
-                                {"-f", format, "--motion", motion, "--cycles", "1000", "--clock",
-                                 "10MHz", "--cable", "20m", "--counter-start", "60"},
-                                {"-f", format, "--fail-on", "safety,any"});
+      const auto rows = decoded(
+          folder,
+          Words("-f {} --motion {} --cycles 1000 --clock 10MHz --cable 20m --counter-start 60",
+                format, motion),
+          Words("-f {} --fail-on safety,any", format));
       ASSERT_EQ(rows.size(), 1000U);
       for (std::size_t i = 0; i < rows.size(); ++i) {
         ASSERT_EQ(rows[i].at("safety"), i < 2 ? "starting" : "safe") << i;
@@ -49,45 +38,41 @@ TEST(Safety, UndamagedEncoders_AreSafeFromTheThirdFrameOn) {
 }
 
 // The name of a configuration alone defines the format and the monitor.
-TEST(Safety, EveryConfigurationsName_IsAFormat) {
-  const Folder folder;
+TEST_F(Safety, EveryConfigurationsName_IsAFormat) {
   for (const char* name : {"fortis-fs-36-28-10nm", "fortis-fs-36-28-1nm", "rxm", "rxh", "rsm",
                            "rsh", "rlm", "rlh", "rum", "ruh", "lmm"}) {
     SCOPED_TRACE(name);
     const std::string capture = folder.path("named.csv");
-    ASSERT_EQ(run({"simulate", "-f", name, "--cycles", "20", "-o", capture}).status, 0);
-    const Outcome read = run({"decode", capture, "-f", name, "--fail-on", "safety,any"});
-    EXPECT_EQ(read.status, 0) << read.err;
+    run_ok("simulate -f {} --cycles 20 -o {}", name, capture);
+    const Outcome read = run_ok("decode {} -f {} --fail-on safety,any", capture, name);
     EXPECT_NE((read.out + read.err).find(name), std::string::npos) << read.err;
-    EXPECT_EQ(run({"safety", "analyse", "-f", name, "--ber", "0.01"}).status, 0);
+    run_ok("safety analyse -f {} --ber 0.01", name);
   }
 }
 
 // Renishaw's data sheet of BiSS Safety: MA from 250 kHz, ACK up to 16 us, a request every 31.25 us.
-TEST(Safety, EveryNameOfRenishawsRows_HasTheDataSheetsTiming) {
-  const Folder folder;
+TEST_F(Safety, EveryNameOfRenishawsRows_HasTheDataSheetsTiming) {
   const std::string slow = folder.path("slow.csv");
-  ASSERT_EQ(run({"simulate", "-f", "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0", "--clock", "5MHz",
-                 "--processing", "20us", "--cycles", "20", "-o", slow})
-                .status,
-            0);
+  run_ok(
+      "simulate -f pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0 --clock 5MHz --processing "
+      "20us --cycles 20 -o {}",
+      slow);
   for (const char* name :
        {"fs-36-28", "fortis-fs-36-28", "fortis-fs-36-28-10nm", "fortis-fs-36-28-1nm"}) {
     SCOPED_TRACE(name);
     const std::string capture = folder.path("named.csv");
     const auto simulate = [&](const char* clock, const char* rate) {
-      return run({"simulate", "-f", name, "--cycles", "20", "--clock", clock, "--rate", rate, "-o",
-                  capture});
+      return run("simulate -f {} --cycles 20 --clock {} --rate {} -o {}", name, clock, rate,
+                 capture);
     };
     EXPECT_EQ(simulate("10MHz", "32kHz").status, 0);
     EXPECT_NE(simulate("10MHz", "33kHz").err.find("at most 32 kHz"), std::string::npos);
     EXPECT_NE(simulate("100kHz", "1kHz").err.find("accepts 250 kHz"), std::string::npos);
-    const Outcome late = run({"decode", slow, "-f", name, "--fail-on", "ack_range"});
+    const Outcome late = run("decode {} -f {} --fail-on ack_range", slow, name);
     EXPECT_EQ(late.status, 1) << late.err;
-    const Outcome line = run({"safety", "line", "-f", name, "--cycles", "100", "--rate", "33kHz"});
+    const Outcome line = run("safety line -f {} --cycles 100 --rate 33kHz", name);
     EXPECT_NE(line.err.find("at most 32 kHz"), std::string::npos) << line.err;
-    EXPECT_EQ(run({"safety", "line", "-f", name, "--cycles", "100", "-o", folder.path("t")}).status,
-              0);
+    run_ok("safety line -f {} --cycles 100 -o {}", name, folder.path("t"));
   }
 }
 
@@ -108,8 +93,8 @@ TEST_P(SafetyFault, OnTheWire_IsNamedInTime) {
     for (const char* seed : {"1", "2", "3", "4", "5", "6", "7", "8"}) {
       SCOPED_TRACE(std::string(format) + " seed " + seed);
       const auto rows = decoded(folder,
-                                {"-f", format, "--motion", "random", "--cycles", "120", "--seed",
-                                 seed, "--fault", fault.kind + "@50"},
+                                Words("-f {} --motion random --cycles 120 --seed {} --fault {}",
+                                      format, seed, fault.kind + "@50"),
                                 {"-f", format});
       ASSERT_EQ(rows.size(), 120U);
       const std::size_t shows = 50 + fault.reaction;
@@ -138,148 +123,119 @@ INSTANTIATE_TEST_SUITE_P(
         Committed{"nE", 0, {"cpw_error"}}),
     [](const auto& fault) { return fault.param.kind; });
 
-TEST(Safety, CounterOfTheOtherRange_IsNamed) {
-  const Folder folder;
-  const std::vector<std::string> zero{"-f",  "fs-36-28",  "--cycles",
-                                      "300", "--counter", "count_0_63"};
-  EXPECT_EQ(count(decoded(folder, zero, {"-f", "fs-36-28"}), "counter_mode"), 4U);
-  EXPECT_EQ(count(decoded(folder, zero, {"-f", "fs-36-28", "--counter", "count_0_63"}), "safe"),
-            298U);
-  const auto learned = decoded(folder, zero, {"-f", "fs-36-28", "--counter", "learned"});
+TEST_F(Safety, CounterOfTheOtherRange_IsNamed) {
+  const Words zero("-f fs-36-28 --cycles 300 --counter count_0_63");
+  EXPECT_EQ(count(decoded(folder, zero, "-f fs-36-28"), "counter_mode"), 4U);
+  EXPECT_EQ(count(decoded(folder, zero, "-f fs-36-28 --counter count_0_63"), "safe"), 298U);
+  const auto learned = decoded(folder, zero, "-f fs-36-28 --counter learned");
   EXPECT_EQ(count(learned, "safe") + count(learned, "starting"), 300U);
   EXPECT_GT(count(learned, "safe"), 150U);
-  const std::vector<std::string> one{"-f", "fs-36-28", "--cycles", "300"};
-  EXPECT_GT(
-      count(decoded(folder, one, {"-f", "fs-36-28", "--counter", "count_0_63"}), "counter_mode"),
-      3U);
+  const Words one("-f fs-36-28 --cycles 300");
+  EXPECT_GT(count(decoded(folder, one, "-f fs-36-28 --counter count_0_63"), "counter_mode"), 3U);
 }
 
-TEST(Safety, CounterPeriodAndWorstDifference_StandInTheSummary) {
-  const Folder folder;
+TEST_F(Safety, CounterPeriodAndWorstDifference_StandInTheSummary) {
   const std::string capture = folder.path("line.csv");
-  ASSERT_EQ(run({"simulate", "-f", "fs-36-28", "--cycles", "200", "--counter", "count_0_63",
-                 "--motion", "constant", "--drift", "2", "-o", capture})
-                .status,
-            0);
+  run_ok(
+      "simulate -f fs-36-28 --cycles 200 --counter count_0_63 --motion constant --drift "
+      "2 -o {}",
+      capture);
   const Outcome read =
-      run({"decode", capture, "-f", "fs-36-28", "--counter", "learned", "-o", folder.path("rows")});
+      run("decode {} -f fs-36-28 --counter learned -o {}", capture, folder.path("rows"));
   EXPECT_NE(read.err.find("period 64, seen 3 times"), std::string::npos) << read.err;
   EXPECT_NE(read.err.find("worst difference 2, 1 allowed"), std::string::npos) << read.err;
 }
 
 // 256 counts of the 36-bit word are one of the 28-bit word.
-TEST(Safety, WordsThatDriftApart_AreSafeUpToTheTolerance) {
-  const Folder folder;
-  const std::vector<std::string> made{"-f",       "fs-36-28", "--cycles", "100",
-                                      "--motion", "constant", "--drift",  "16"};
+TEST_F(Safety, WordsThatDriftApart_AreSafeUpToTheTolerance) {
+  const Words made("-f fs-36-28 --cycles 100 --motion constant --drift 16");
   for (const auto& [tolerance, apart] : {std::pair{1, 16 * 2}, {3, 16 * 4}}) {
     const auto rows =
-        decoded(folder, made, {"-f", "fs-36-28", "--tolerance", std::to_string(tolerance)});
+        decoded(folder, made, Words("-f fs-36-28 --tolerance {}", std::to_string(tolerance)));
     std::size_t last_safe = 0;
     for (std::size_t i = 2; i < rows.size() && rows[i].at("safety") == "safe"; ++i) last_safe = i;
     // The place between two counts of the short word is random.
     EXPECT_NEAR(static_cast<double>(last_safe), apart - 9.0, 9.0);
     EXPECT_EQ(count(rows, "comparison"), rows.size() - 1 - last_safe);
   }
-  EXPECT_EQ(count(decoded(folder, made, {"-f", "fs-36-28", "--compare-bits", "20"}), "safe"), 98U);
+  EXPECT_EQ(count(decoded(folder, made, "-f fs-36-28 --compare-bits 20"), "safe"), 98U);
 }
 
-TEST(Safety, LatchedFault_HoldsToTheEnd) {
-  const Folder folder;
-  const auto rows = decoded(folder, {"-f", "fs-28-24", "--cycles", "100", "--fault", "repeat@50"},
-                            {"-f", "fs-28-24", "--latch"});
+TEST_F(Safety, LatchedFault_HoldsToTheEnd) {
+  const auto rows =
+      decoded(folder, "-f fs-28-24 --cycles 100 --fault repeat@50", "-f fs-28-24 --latch");
   EXPECT_EQ(rows[50].at("safety"), "counter_repeated");
   EXPECT_EQ(count(rows, "latched"), 49U);
 }
 
 // At any rate the watchdog and the shortest gap fit each other, with and without a named encoder.
-TEST(Safety, CapturesAtLowRates_AreSafe) {
-  const Folder folder;
+TEST_F(Safety, CapturesAtLowRates_AreSafe) {
   const std::string words = "pos20,nE,nW,crc6+pos19,nE,nW,lc6,crc16";
   for (const char* rate : {"9kHz", "700Hz", "500Hz", "2Hz"}) {
     for (const std::string& format : {std::string("fs-36-28"), words}) {
       SCOPED_TRACE(rate + format);
-      const auto rows = decoded(
-          folder, {"-f", format, "--rate", rate, "--cycles", "100", "--timeout", "adaptive"},
-          {"-f", format, "--timeout", "adaptive", "--fail-on", "safety"});
+      const auto rows =
+          decoded(folder, Words("-f {} --rate {} --cycles 100 --timeout adaptive", format, rate),
+                  Words("-f {} --timeout adaptive --fail-on safety", format));
       EXPECT_EQ(count(rows, "safe"), 98U);
     }
   }
 }
 
-TEST(Safety, WatchdogInWhichAPeriodCanBeLost_IsRefused) {
-  const Folder folder;
+TEST_F(Safety, WatchdogInWhichAPeriodCanBeLost_IsRefused) {
   const std::string capture = folder.path("line.csv");
-  ASSERT_EQ(run({"simulate", "-f", "fs-36-28", "--rate", "500Hz", "--cycles", "100", "-o", capture})
-                .status,
-            0);
-  const auto read = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> arguments{"decode", capture, "-f", "fs-36-28", "--fail-on", "safety"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    return run(arguments);
+  run_ok("simulate -f fs-36-28 --rate 500Hz --cycles 100 -o {}", capture);
+  const auto read = [&](const Words& more) {
+    return run(Words("decode {} -f fs-36-28 --fail-on safety", capture) + more);
   };
   EXPECT_EQ(read({}).status, 0);
   EXPECT_EQ(read({"--shortest-gap", "48us"}).status, 0);
   EXPECT_EQ(read({"--watchdog", "50ms"}).status, 0);
-  for (const std::vector<std::string>& more : {std::vector<std::string>{"--shortest-gap", "47us"},
-                                               {"--shortest-gap", "0"},
-                                               {"--watchdog", "50ms", "--shortest-gap", "793us"},
-                                               {"--watchdog", "130ms"}}) {
-    const Outcome refused = read(more);
-    EXPECT_EQ(refused.status, 2) << more[1];
-    EXPECT_NE(refused.err.find("shorter than 63 times --shortest-gap"), std::string::npos)
-        << refused.err;
+  for (const Words& more :
+       {Words("--shortest-gap 47us"), Words("--shortest-gap 0"),
+        Words("--watchdog 50ms --shortest-gap 793us"), Words("--watchdog 130ms")}) {
+    EXPECT_THAT(read(more), fails(2, "shorter than 63 times --shortest-gap")) << more[1];
   }
   EXPECT_EQ(read({"--watchdog", "50ms", "--shortest-gap", "794us"}).status, 0);
 }
 
-TEST(Safety, FailOn_KnowsTheVerdicts) {
-  const Folder folder;
+TEST_F(Safety, FailOn_KnowsTheVerdicts) {
   const std::string capture = folder.path("line.csv");
-  ASSERT_EQ(
-      run({"simulate", "-f", "fs-28-24", "--cycles", "100", "--fault", "loss@50", "-o", capture})
-          .status,
-      0);
+  run_ok("simulate -f fs-28-24 --cycles 100 --fault loss@50 -o {}", capture);
   const auto status = [&](const std::string& word) {
-    return run({"decode", capture, "-f", "fs-28-24", "--fail-on", word}).status;
+    return run("decode {} -f fs-28-24 --fail-on {}", capture, word).status;
   };
   EXPECT_EQ(status("safety"), 1);
   EXPECT_EQ(status("counter_skipped"), 1);
   EXPECT_EQ(status("comparison,counter_repeated"), 0);
   EXPECT_EQ(status("nothing"), 2);
-  EXPECT_EQ(run({"decode", capture, "--fail-on", "safety"}).status, 1);
-  EXPECT_EQ(run({"decode", capture, "-f", "none", "--fail-on", "safety"}).status, 2);
-  EXPECT_EQ(run({"decode", capture, "-f", "pos26,nE,nW,crc6", "--fail-on", "safety"}).status, 2);
+  EXPECT_EQ(run("decode {} --fail-on safety", capture).status, 1);
+  EXPECT_EQ(run("decode {} -f none --fail-on safety", capture).status, 2);
+  EXPECT_EQ(run("decode {} -f pos26,nE,nW,crc6 --fail-on safety", capture).status, 2);
 }
 
-TEST(Safety, OtherFormatsAndOff_LeaveTheColumnEmpty) {
-  const Folder folder;
-  for (const Row& row : decoded(folder, {"-f", "resolute-26"}, {"-f", "resolute-26"})) {
+TEST_F(Safety, OtherFormatsAndOff_LeaveTheColumnEmpty) {
+  for (const Row& row : decoded(folder, "-f resolute-26", "-f resolute-26")) {
     EXPECT_EQ(row.at("safety"), "");
   }
-  for (const Row& row :
-       decoded(folder, {"-f", "fs-28-24"}, {"-f", "fs-28-24", "--safety", "off"})) {
+  for (const Row& row : decoded(folder, "-f fs-28-24", "-f fs-28-24 --safety off")) {
     EXPECT_EQ(row.at("safety"), "");
   }
 }
 
-TEST(Safety, WrongOptions_AreRefused) {
-  const Folder folder;
+TEST_F(Safety, WrongOptions_AreRefused) {
   const std::string capture = folder.path("line.csv");
-  ASSERT_EQ(run({"simulate", "-f", "fs-28-24", "-o", capture}).status, 0);
-  const auto refused = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> arguments{"decode", capture, "-f", "fs-28-24"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    const Outcome outcome = run(arguments);
+  run_ok("simulate -f fs-28-24 -o {}", capture);
+  const auto refused = [&](const Words& more) {
+    const Outcome outcome = run(Words("decode {} -f fs-28-24", capture) + more);
     EXPECT_EQ(outcome.status, 2);
     return outcome.err;
   };
-  EXPECT_NE(refused({"--compare-bits", "25"}).find("--compare-bits"), std::string::npos);
-  EXPECT_NE(refused({"--start-frames", "1"}).find("--start-frames"), std::string::npos);
-  EXPECT_NE(refused({"--watchdog", "1s"}).find("--watchdog"), std::string::npos);
-  EXPECT_NE(refused({"--safety", "rsx"}).find("--safety"), std::string::npos);
-  EXPECT_EQ(run({"decode", capture, "-f", "pos26,nE,nW,crc6", "--latch"}).status, 2);
+  EXPECT_NE(refused("--compare-bits 25").find("--compare-bits"), std::string::npos);
+  EXPECT_NE(refused("--start-frames 1").find("--start-frames"), std::string::npos);
+  EXPECT_NE(refused("--watchdog 1s").find("--watchdog"), std::string::npos);
+  EXPECT_NE(refused("--safety rsx").find("--safety"), std::string::npos);
+  EXPECT_EQ(run("decode {} -f pos26,nE,nW,crc6 --latch", capture).status, 2);
 }
 
-}  // namespace safety_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::safety_test

@@ -1,16 +1,9 @@
 // One capture in every format gives the same rows: simulated lines with every kind of fault, written
 // as changes and as samples.
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <functional>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "capture/event_csv.hpp"
 #include "capture/saleae_binary.hpp"
@@ -23,8 +16,7 @@
 #include "sim/fault.hpp"
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace same_rows_test {
+namespace biss::verbs::same_rows_test {
 
 // 10, or as many as BISS_CAPTURES says: the long tests take 200.
 std::size_t captures() {
@@ -185,11 +177,12 @@ class SameRows {
     const std::string line = folder_.path("line.csv");
     for (std::size_t i = 0; i < settings.size(); ++i) {
       setting_ = settings[(number_ + i) % settings.size()];
-      const Outcome made = run({"simulate", "-f", setting_.format, "--clock",
-                                std::to_string(setting_.kilohertz) + "kHz", "--cable",
-                                std::to_string(1 + number_ % 40) + "m", "--cycles", "6", "--motion",
-                                "random", "--seed", std::to_string(number_ + 1), "--fault",
-                                kind(number_) + ":0.3", "--fault", other + ":0.1", "-o", line});
+      const Outcome made =
+          run("simulate -f {} --clock {} --cable {} --cycles 6 --motion random --seed {} --fault "
+              "{} --fault {} -o {}",
+              setting_.format, std::to_string(setting_.kilohertz) + "kHz",
+              std::to_string(1 + number_ % 40) + "m", std::to_string(number_ + 1),
+              kind(number_) + ":0.3", other + ":0.1", line);
       if (made.status != 0) continue;
       edges_ = edges_of(content_of(line));
       return true;
@@ -198,15 +191,14 @@ class SameRows {
     return false;
   }
 
-  std::vector<Row> decode(std::vector<std::string> files) const {
+  std::vector<Row> decode(Words files) const {
     files.insert(files.begin(), {"decode", "-f", setting_.format, "--to", "csv"});
-    const Outcome read = run(files);
-    EXPECT_EQ(read.status, 0) << read.err;
+    const Outcome read = run_ok(files);
     return rows_of(read.out);
   }
 
   void expect_changes() {
-    const auto same = [this](std::vector<std::string> files) {
+    const auto same = [this](Words files) {
       const std::string name = files.front();
       EXPECT_EQ(decode(std::move(files)), rows_) << name;
       ++compared;
@@ -246,8 +238,7 @@ class SameRows {
                   number_ % 4 == 0 ? "CH1" : "Ampl1", "--slo", number_ % 4 == 0 ? "CH2" : "Ampl2"});
   }
 
-  void same_samples(const std::string& name, Picoseconds step,
-                    const std::vector<std::string>& files) {
+  void same_samples(const std::string& name, Picoseconds step, const Words& files) {
     ++compared;
     std::vector<Row> rows = decode(files);
     const double step_ns = static_cast<double>(step.count) * 1e-3;
@@ -304,5 +295,4 @@ TEST(SameRows, EveryFaultInEveryFormat_GivesTheRowsOfTheVcd) {
   EXPECT_LE(20 * SameRows::excepted, SameRows::compared);
 }
 
-}  // namespace same_rows_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::same_rows_test

@@ -1,30 +1,22 @@
 // `biss decode` reads the samples of `biss simulate`: the positions of every cycle, at the default
 // rate and at one that divides no clock.
-#include <gtest/gtest.h>
-
-#include <cstdint>
-#include <string>
 #include <tuple>
-#include <utility>
 
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace sampled_test {
+namespace biss::verbs::sampled_test {
 
-void expect_true_positions(const Folder& folder, const std::string& capture,
-                           const std::vector<std::string>& options) {
+using Sampled = InFolder;
+
+void expect_true_positions(const Folder& folder, const std::string& capture, const Words& options) {
   SCOPED_TRACE(capture);
-  std::vector<std::string> arguments{"simulate", "-f", "resolute-26", "--cycles", "200"};
-  arguments.insert(arguments.end(), options.begin(), options.end());
+  Words arguments = Words("simulate -f resolute-26 --cycles 200") + options;
   for (const std::string& more : {std::string("--motion"), std::string("random"), std::string("-o"),
                                   capture, std::string("--truth"), folder.path("truth.csv")}) {
     arguments.push_back(more);
   }
-  const Outcome simulated = run(arguments);
-  ASSERT_EQ(simulated.status, 0) << simulated.err;
-  const Outcome decoded = run({"decode", "-f", "resolute-26", capture, "--to", "csv"});
-  ASSERT_EQ(decoded.status, 0) << decoded.err;
+  run_ok(arguments);
+  const Outcome decoded = run_ok("decode -f resolute-26 {} --to csv", capture);
   std::vector<Row> rows = rows_of(decoded.out);
   std::vector<Row> truth = rows_of(content_of(folder.path("truth.csv")));
   ASSERT_EQ(rows.size(), 200U);
@@ -35,31 +27,27 @@ void expect_true_positions(const Folder& folder, const std::string& capture,
   }
 }
 
-TEST(Sampled, SessionsAndSaleaesCsv_DecodeToTheTruth) {
-  const Folder folder;
+TEST_F(Sampled, SessionsAndSaleaesCsv_DecodeToTheTruth) {
   for (const std::string clock : {"250kHz", "1MHz", "3MHz", "10MHz"}) {
     SCOPED_TRACE(clock);
-    const std::vector<std::string> options{"--clock", clock, "--cable", "50m"};
+    const Words options{"--clock", clock, "--cable", "50m"};
     expect_true_positions(folder, folder.path("line.sr"), options);
     expect_true_positions(folder, folder.path("line.saleae.csv"), options);
   }
   expect_true_positions(folder, folder.path("odd.sr"),
-                        {"--clock", "7MHz", "--sample-rate", "48MHz", "--cable", "20m"});
+                        "--clock 7MHz --sample-rate 48MHz --cable 20m");
 }
 
 // Writes the same cycles as samples of one byte at 50 MHz.
-Outcome simulate_samples(const std::string& capture, const std::vector<std::string>& more = {}) {
-  std::vector<std::string> arguments{"simulate", "-f",      "resolute-26",   "--clock", "5MHz",
-                                     "--cable",  "30m",     "--sample-rate", "50MHz",   "--motion",
-                                     "random",   "--fault", "flip:0.1",      "-o",      capture};
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return run(arguments);
+Outcome simulate_samples(const std::string& capture, const Words& more = {}) {
+  return run(Words("simulate -f resolute-26 --clock 5MHz --cable 30m --sample-rate 50MHz --motion "
+                   "random --fault flip:0.1 -o {}",
+                   capture) +
+             more);
 }
 
-Outcome decode_samples(const std::string& capture, const std::vector<std::string>& more) {
-  std::vector<std::string> arguments{"decode", "-f", "resolute-26", capture, "--to", "csv"};
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return run(arguments);
+Outcome decode_samples(const std::string& capture, const Words& more) {
+  return run(Words("decode -f resolute-26 {} --to csv", capture) + more);
 }
 
 // Samples of several bytes with MA and SLO on these bits and noise on all others.
@@ -78,16 +66,14 @@ std::string widened(const std::string& samples, unsigned bytes, unsigned ma, uns
   return wide;
 }
 
-TEST(Sampled, RawSamples_DecodeLikeTheSessionOfTheSameCycles) {
-  const Folder folder;
+TEST_F(Sampled, RawSamples_DecodeLikeTheSessionOfTheSameCycles) {
   const std::string session = folder.path("line.sr");
   const std::string raw = folder.path("line.bin");
   ASSERT_EQ(simulate_samples(session).status, 0);
   ASSERT_EQ(simulate_samples(raw).status, 0);
   const Outcome wanted = decode_samples(session, {});
   ASSERT_EQ(rows_of(wanted.out).size(), 100U);
-  const Outcome found = decode_samples(raw, {"--raw-rate", "50MHz"});
-  EXPECT_EQ(found.status, 0) << found.err;
+  const Outcome found = ok(decode_samples(raw, {"--raw-rate", "50MHz"}));
   EXPECT_EQ(found.out, wanted.out);
   const Outcome piped = run({"decode", "-f", "resolute-26", "-", "--to", "csv", "--raw-rate",
                              "50MHz", "--ma", "D0", "--slo", "D1"},
@@ -97,55 +83,48 @@ TEST(Sampled, RawSamples_DecodeLikeTheSessionOfTheSameCycles) {
   for (const auto& [bytes, ma, slo] :
        {std::tuple{2U, 11U, 3U}, std::tuple{3U, 0U, 23U}, std::tuple{8U, 62U, 63U}}) {
     const std::string wide = folder.file("wide.raw", widened(samples, bytes, ma, slo));
-    const Outcome told =
+    const Outcome told = ok(
         decode_samples(wide, {"--raw-rate", "50MHz", "--raw-bytes", std::to_string(bytes), "--ma",
-                              "D" + std::to_string(ma), "--slo", "D" + std::to_string(slo)});
-    EXPECT_EQ(told.status, 0) << told.err;
+                              "D" + std::to_string(ma), "--slo", "D" + std::to_string(slo)}));
     EXPECT_EQ(told.out, wanted.out) << bytes;
   }
 }
 
-TEST(Sampled, RawSamplesInTwoFiles_AreReadAsOne) {
-  const Folder folder;
+TEST_F(Sampled, RawSamplesInTwoFiles_AreReadAsOne) {
   const std::string raw = folder.path("line.bin");
   ASSERT_EQ(simulate_samples(raw).status, 0);
   const std::string samples = content_of(raw);
   const std::string ma = folder.file("ma.bin", widened(samples, 1, 2, 6));
   const std::string slo = folder.file("slo.bin", widened(samples, 1, 7, 2));
-  const Outcome two = run({"decode", "-f", "resolute-26", "--to", "csv", "--raw-rate", "50MHz",
-                           "--ma", ma + ":D2", "--slo", slo + ":D2"});
-  EXPECT_EQ(two.status, 0) << two.err;
+  const Outcome two = run_ok("decode -f resolute-26 --to csv --raw-rate 50MHz --ma {} --slo {}",
+                             ma + ":D2", slo + ":D2");
   EXPECT_EQ(two.out, decode_samples(raw, {"--raw-rate", "50MHz"}).out);
 }
 
-TEST(Sampled, RawSamples_AreReplayed) {
-  const Folder folder;
+TEST_F(Sampled, RawSamples_AreReplayed) {
   const std::string raw = folder.path("line.bin");
   const std::string session = folder.path("line.sr");
   ASSERT_EQ(simulate_samples(raw).status, 0);
   ASSERT_EQ(simulate_samples(session).status, 0);
-  const auto replay = [&](const std::string& option, const std::string& capture,
-                          std::vector<std::string> more) {
+  const auto replay = [&](const std::string& option, const std::string& capture, Words more) {
     const std::string out = folder.path("out.csv");
     more.insert(more.begin(), {"simulate", "-f", "resolute-26", option, capture, "-o", out});
-    const Outcome outcome = run(more);
-    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    run_ok(more);
     return content_of(out);
   };
-  const std::vector<std::string> told{"--raw-rate", "50MHz", "--ma", "D0"};
+  const Words told("--raw-rate 50MHz --ma D0");
   EXPECT_EQ(replay("--ma-from", raw, told), replay("--ma-from", session, {}));
   EXPECT_EQ(replay("--slo-from", raw, {"--raw-rate", "50MHz"}), replay("--slo-from", session, {}));
 }
 
-TEST(Sampled, RawSamplesHalfDescribed_AreRefusedByName) {
-  const Folder folder;
+TEST_F(Sampled, RawSamplesHalfDescribed_AreRefusedByName) {
   const std::string raw = folder.path("line.bin");
   ASSERT_EQ(simulate_samples(raw).status, 0);
   EXPECT_EQ(content_of(raw).front(), '\3');
   const std::string changes = folder.path("line.vcd");
-  ASSERT_EQ(run({"simulate", "-f", "resolute-26", "-o", changes}).status, 0);
-  const auto expect = [&](const std::string& capture, const std::vector<std::string>& options,
-                          int status, const std::string& part) {
+  run_ok("simulate -f resolute-26 -o {}", changes);
+  const auto expect = [&](const std::string& capture, const Words& options, int status,
+                          const std::string& part) {
     const Outcome refused = decode_samples(capture, options);
     EXPECT_EQ(refused.status, status) << part;
     EXPECT_NE(refused.err.find(part), std::string::npos) << refused.err;
@@ -158,42 +137,34 @@ TEST(Sampled, RawSamplesHalfDescribed_AreRefusedByName) {
   expect(raw, {"--raw-rate", "0Hz"}, 2, "--raw-rate");
   expect(raw, {"--raw-rate", "50MHz", "--ma", "D8"}, 2, "it has D0, D1, D2");
   expect(raw, {"--raw-rate", "50MHz", "--ma", "D1", "--slo", "D1"}, 2, "same line");
-  expect(changes, {"--raw-rate", "50MHz"}, 2, "has times of its own");
-  const Outcome written =
-      run({"simulate", "-f", "resolute-26", "--raw-rate", "50MHz", "-o", folder.path("other.bin")});
-  EXPECT_EQ(written.status, 2);
-  EXPECT_NE(written.err.find("--sample-rate"), std::string::npos) << written.err;
+  expect(changes, {"--raw-rate", "50MHz"}, 2, "says its times itself");
+  EXPECT_THAT(run("simulate -f resolute-26 --raw-rate 50MHz -o {}", folder.path("other.bin")),
+              fails(2, "--sample-rate"));
 }
 
-TEST(Sampled, SampleRateOfAFileOfChanges_IsWrongUsage) {
-  const Folder folder;
-  const Outcome wrong = run(
-      {"simulate", "-f", "resolute-26", "--sample-rate", "100MHz", "-o", folder.path("line.vcd")});
-  EXPECT_EQ(wrong.status, 2);
-  EXPECT_NE(wrong.err.find("--sample-rate"), std::string::npos) << wrong.err;
+TEST_F(Sampled, SampleRateOfAFileOfChanges_IsWrongUsage) {
+  EXPECT_THAT(run({"simulate", "-f", "resolute-26", "--sample-rate", "100MHz", "-o",
+                   folder.path("line.vcd")}),
+              fails(2, "--sample-rate"));
   EXPECT_EQ(folder.files(), 0U);
 }
 
-TEST(Sampled, SessionOnStandardInput_DecodesTheSame) {
-  const Folder folder;
+TEST_F(Sampled, SessionOnStandardInput_DecodesTheSame) {
   const std::string capture = folder.path("line.sr");
-  ASSERT_EQ(run({"simulate", "-f", "resolute-26", "-o", capture}).status, 0);
-  const Outcome file = run({"decode", "-f", "resolute-26", capture, "--to", "csv"});
+  run_ok("simulate -f resolute-26 -o {}", capture);
+  const Outcome file = run("decode -f resolute-26 {} --to csv", capture);
   const Outcome input = run({"decode", "-f", "resolute-26", "-", "--to", "csv"}, capture);
   EXPECT_EQ(file.status, 0);
   EXPECT_EQ(file.out, input.out);
 }
 
-TEST(Sampled, SessionCutOff_IsDamaged) {
-  const Folder folder;
+TEST_F(Sampled, SessionCutOff_IsDamaged) {
   const std::string capture = folder.path("line.sr");
-  ASSERT_EQ(run({"simulate", "-f", "resolute-26", "-o", capture}).status, 0);
+  run_ok("simulate -f resolute-26 -o {}", capture);
   const std::string whole = content_of(capture);
-  const Outcome cut = run(
-      {"decode", "-f", "resolute-26", folder.file("cut.sr", whole.substr(0, whole.size() / 2))});
-  EXPECT_EQ(cut.status, 3);
-  EXPECT_NE(cut.err.find("cut.sr: is damaged"), std::string::npos) << cut.err;
+  EXPECT_THAT(run({"decode", "-f", "resolute-26",
+                   folder.file("cut.sr", whole.substr(0, whole.size() / 2))}),
+              fails(3, "cut.sr: is damaged"));
 }
 
-}  // namespace sampled_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::sampled_test

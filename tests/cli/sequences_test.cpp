@@ -1,25 +1,16 @@
 // biss safety sequences: the table, its verdict as exit status, threads, and repeated single
 // events.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <string>
-#include <vector>
-
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace sequences_test {
+namespace biss::verbs::sequences_test {
 
 using ::testing::HasSubstr;
 
 // Weak checksums, so that the theory is quick to compute and many events are accepted.
 constexpr const char* weak = "pos12,nE,nW,crc5+pos10,nE,nW,lc6,crc6";
 
-Outcome sequences(const std::string& format, const std::vector<std::string>& more) {
-  std::vector<std::string> arguments{"safety", "sequences", "-f", format, "--to", "csv"};
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return run(arguments);
+Outcome sequences(const std::string& format, const Words& more) {
+  return run(Words("safety sequences -f {} --to csv", format) + more);
 }
 
 const Row* row_of(const std::vector<Row>& rows, const std::string& name,
@@ -31,10 +22,8 @@ const Row* row_of(const std::vector<Row>& rows, const std::string& name,
 }
 
 TEST(Sequences, UndamagedFrames_HaveNoFalseAlarmWithAnyCounter) {
-  const Outcome told =
-      sequences("fs-36-28", {"--frames", "500000", "--kind", "undamaged", "--motion", "max",
-                             "--motion", "steps", "--motion", "creep"});
-  EXPECT_EQ(told.status, 0) << told.err;
+  const Outcome told = ok(sequences(
+      "fs-36-28", "--frames 500000 --kind undamaged --motion max --motion steps --motion creep"));
   const std::vector<Row> rows = rows_of(told.out);
   ASSERT_EQ(rows.size(), 12U);
   for (const Row& row : rows) {
@@ -50,19 +39,17 @@ TEST(Sequences, UndamagedFrames_HaveNoFalseAlarmWithAnyCounter) {
 
 // The same for a format whose theory of corruption takes seconds, without that theory.
 TEST(Sequences, SevenKindsWithStrongChecksums_AreToldWithinTheirCycles) {
-  std::vector<std::string> arguments{"--faults", "10000"};
+  Words arguments{"--faults", "10000"};
   for (const char* name :
        {"repetition", "sequence", "loss", "delay", "insertion", "masquerade", "addressing"}) {
     arguments.insert(arguments.end(), {"--kind", name});
   }
-  const Outcome told = sequences("fs-36-28", arguments);
-  EXPECT_EQ(told.status, 0) << told.err;
+  const Outcome told = ok(sequences("fs-36-28", arguments));
   EXPECT_EQ(rows_of(told.out).size(), 24U + 7U);
 }
 
 TEST(Sequences, EveryKindOfFault_IsToldWithinItsCycles) {
-  const Outcome told = sequences(weak, {"--frames", "0", "--faults", "10000"});
-  EXPECT_EQ(told.status, 0) << told.err;
+  const Outcome told = ok(sequences(weak, "--frames 0 --faults 10000"));
   const std::vector<Row> rows = rows_of(told.out);
   for (const char* name : {"corruption", "repetition", "sequence", "loss", "delay", "insertion",
                            "masquerade", "addressing"}) {
@@ -83,9 +70,8 @@ TEST(Sequences, EveryKindOfFault_IsToldWithinItsCycles) {
 TEST(Sequences, CounterOfTheOtherRange_HasARowThatNamesIt) {
   for (const auto& [monitor, encoder] :
        {std::pair{"count_0_63", "count_1_63"}, std::pair{"count_1_63", "count_0_63"}}) {
-    const Outcome told = sequences(
-        "fs-28-24", {"--counter", monitor, "--encoder-counter", encoder, "--faults", "2000"});
-    EXPECT_EQ(told.status, 0) << told.err;
+    const Outcome told = ok(sequences(
+        "fs-28-24", Words("--counter {} --encoder-counter {} --faults 2000", monitor, encoder)));
     const std::vector<Row> rows = rows_of(told.out);
     ASSERT_EQ(rows.size(), 1U);
     EXPECT_EQ(rows[0].at("run"), "counter_mode");
@@ -96,8 +82,8 @@ TEST(Sequences, CounterOfTheOtherRange_HasARowThatNamesIt) {
 }
 
 TEST(Sequences, Threads_DoNotChangeTheTable) {
-  const std::vector<std::string> arguments{"--frames",  "70000",  "--faults",  "1500",   "--kind",
-                                           "undamaged", "--kind", "insertion", "--kind", "loss"};
+  const Words arguments(
+      "--frames 70000 --faults 1500 --kind undamaged --kind insertion --kind loss");
   auto one = arguments;
   one.insert(one.end(), {"--threads", "1"});
   auto three = arguments;
@@ -109,8 +95,7 @@ TEST(Sequences, Threads_DoNotChangeTheTable) {
 }
 
 TEST(Sequences, AcceptedEvent_IsShownAgain) {
-  const std::vector<std::string> arguments{"--kind",    "addressing", "--variant",
-                                           "one_frame", "--faults",   "3000"};
+  const Words arguments("--kind addressing --variant one_frame --faults 3000");
   const std::vector<Row> rows = rows_of(sequences("fs-36-28", arguments).out);
   ASSERT_EQ(rows.size(), 1U);
   const std::string odd = rows[0].at("odd");
@@ -118,8 +103,7 @@ TEST(Sequences, AcceptedEvent_IsShownAgain) {
   const std::string index = odd.substr(0, odd.find(';'));
   auto again = arguments;
   again.insert(again.end(), {"--replay", index});
-  const Outcome told = sequences("fs-36-28", again);
-  EXPECT_EQ(told.status, 0) << told.err;
+  const Outcome told = ok(sequences("fs-36-28", again));
   const std::vector<Row> steps = rows_of(told.out);
   ASSERT_GE(steps.size(), 4U);
   const Row& last = steps.back();
@@ -131,10 +115,9 @@ TEST(Sequences, AcceptedEvent_IsShownAgain) {
 }
 
 TEST(Sequences, UndamagedFrame_IsShownWithTheFourBefore) {
-  const Outcome told = sequences(
-      "rsm", {"--kind", "undamaged", "--motion", "creep", "--counter", "learned",
-              "--encoder-counter", "count_0_63", "--frames", "70000", "--replay", "66000"});
-  EXPECT_EQ(told.status, 0) << told.err;
+  const Outcome told = ok(sequences("rsm",
+                                    "--kind undamaged --motion creep --counter learned "
+                                    "--encoder-counter count_0_63 --frames 70000 --replay 66000"));
   const std::vector<Row> steps = rows_of(told.out);
   ASSERT_EQ(steps.size(), 5U);
   for (const Row& step : steps) {
@@ -145,14 +128,13 @@ TEST(Sequences, UndamagedFrame_IsShownWithTheFourBefore) {
 }
 
 TEST(Sequences, CatalogueName_IsMonitoredByTheFirstConfigurationOfItsWords) {
-  const std::vector<std::string> few{"--kind", "repetition", "--faults", "3000"};
-  const Outcome named = sequences("fortis-fs-36-28", few);
-  EXPECT_EQ(named.status, 0) << named.err;
+  const Words few("--kind repetition --faults 3000");
+  const Outcome named = ok(sequences("fortis-fs-36-28", few));
   EXPECT_EQ(named.out, sequences("fs-36-28", few).out);
 }
 
 TEST(Sequences, WrongUsage_IsTold) {
-  const auto error_of = [](const std::string& format, const std::vector<std::string>& more) {
+  const auto error_of = [](const std::string& format, const Words& more) {
     const Outcome told = sequences(format, more);
     EXPECT_EQ(told.status, 2) << told.err;
     EXPECT_EQ(told.out, "");
@@ -171,5 +153,4 @@ TEST(Sequences, WrongUsage_IsTold) {
               HasSubstr("single row"));
 }
 
-}  // namespace sequences_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::sequences_test

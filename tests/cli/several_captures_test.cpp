@@ -1,15 +1,8 @@
 // Several captures, and several encoders in one capture: lines of different encoders are not
 // paired.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <sstream>
-
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace several_captures_test {
+namespace biss::verbs::several_captures_test {
 
 using testing::AllOf;
 using testing::HasSubstr;
@@ -24,9 +17,8 @@ class SeveralCaptures : public testing::Test {
   // An encoder with positions that differ from those of every other seed.
   std::string simulated(const std::string& name, int seed) const {
     const std::string path = folder_.path(name);
-    const Outcome made = run({"simulate", "-f", plain_format, "--clock", "1MHz", "--cycles", "6",
-                              "--motion", "random", "--seed", std::to_string(seed), "-o", path});
-    EXPECT_EQ(made.status, 0) << made.err;
+    run_ok("simulate -f {} --clock 1MHz --cycles 6 --motion random --seed {} -o {}", plain_format,
+           std::to_string(seed), path);
     return path;
   }
 
@@ -58,7 +50,7 @@ class SeveralCaptures : public testing::Test {
     return folder_.file(name, text);
   }
 
-  static Outcome decode(std::vector<std::string> arguments) {
+  static Outcome decode(Words arguments) {
     arguments.insert(arguments.begin(), "decode");
     arguments.insert(arguments.end(), {"-f", plain_format, "--to", "csv"});
     return run(arguments);
@@ -83,8 +75,7 @@ class SeveralCaptures : public testing::Test {
 TEST_F(SeveralCaptures, TwoOfOneType_AreDecodedOneAfterTheOther) {
   ASSERT_EQ(of_a_.size(), 6U);
   ASSERT_NE(of_a_, of_b_);
-  const Outcome both = decode({a_, b_});
-  ASSERT_EQ(both.status, 0) << both.err;
+  const Outcome both = ok(decode({a_, b_}));
   EXPECT_EQ(rows_of(both.out).size(), 12U);
   EXPECT_EQ(positions_of(both, "file", a_), of_a_);
   EXPECT_EQ(positions_of(both, "file", b_), of_b_);
@@ -97,32 +88,26 @@ TEST_F(SeveralCaptures, TwoOfOneType_AreDecodedOneAfterTheOther) {
 TEST_F(SeveralCaptures, FilesWithOneLineEach_AreOneCapture) {
   const std::string ma = one_line("ma.csv", "MA", a_);
   const std::string slo = one_line("slo.csv", "SLO", a_);
-  const Outcome joined = decode({slo, ma});
-  ASSERT_EQ(joined.status, 0) << joined.err;
+  const Outcome joined = ok(decode({slo, ma}));
   EXPECT_EQ(positions_of(joined), of_a_);
   EXPECT_THAT(joined.err, HasSubstr("MA = " + ma + ":MA, SLO = " + slo + ":SLO"));
   EXPECT_THAT(joined.out, Not(HasSubstr("file")));
 }
 
 TEST_F(SeveralCaptures, MaOfOneFile_DoesNotTakeTheSloOfAnother) {
-  const Outcome one = decode({b_, a_, "--ma", a_ + ":MA"});
-  ASSERT_EQ(one.status, 0) << one.err;
+  const Outcome one = ok(decode({b_, a_, "--ma", a_ + ":MA"}));
   EXPECT_EQ(positions_of(one, "file", a_), of_a_);
   EXPECT_EQ(positions_of(one, "file", b_), of_b_);
 }
 
 TEST_F(SeveralCaptures, BothLinesNamed_JoinTheirFiles) {
   // Both requests begin at the same moment, so that MA of one reads SLO of the other.
-  const Outcome joined = decode({a_, b_, "--ma", a_ + ":MA", "--slo", b_ + ":SLO"});
-  ASSERT_EQ(joined.status, 0) << joined.err;
+  const Outcome joined = ok(decode({a_, b_, "--ma", a_ + ":MA", "--slo", b_ + ":SLO"}));
   EXPECT_THAT(joined.err, HasSubstr("MA = " + a_ + ":MA, SLO = " + b_ + ":SLO"));
   const std::string third = simulated("c.csv", 5);
-  const Outcome unused = decode({a_, b_, third, "--ma", a_ + ":MA", "--slo", b_ + ":SLO"});
-  EXPECT_EQ(unused.status, 2);
-  EXPECT_THAT(unused.err, HasSubstr(third + ": neither --ma nor --slo names a line of it"));
-  const Outcome elsewhere = decode({a_, b_, "--ma", third + ":MA"});
-  EXPECT_EQ(elsewhere.status, 2);
-  EXPECT_THAT(elsewhere.err, HasSubstr("is not among the captures given"));
+  EXPECT_THAT(decode({a_, b_, third, "--ma", a_ + ":MA", "--slo", b_ + ":SLO"}),
+              fails(2, third + ": neither --ma nor --slo names a line of it"));
+  EXPECT_THAT(decode({a_, b_, "--ma", third + ":MA"}), fails(2, "is not among the captures given"));
 }
 
 TEST_F(SeveralCaptures, ACaptureThatContinuesAnother_IsDecodedToo) {
@@ -181,31 +166,28 @@ TEST_P(SeveralEncoders, InOneCapture_AreRefusedWithTheCandidatesOrReadOneByOne) 
                                        names[3]),
                              HasSubstr("--each")));
 
-  const Outcome one = decode({capture, "--ma", names[2]});
-  ASSERT_EQ(one.status, 0) << one.err;
+  const Outcome one = ok(decode({capture, "--ma", names[2]}));
   EXPECT_EQ(positions_of(one), of_b_);
   EXPECT_THAT(one.err, HasSubstr("MA = " + names[2] + ", SLO = " + names[3]));
 
-  const Outcome each = decode({capture, "--each"});
-  ASSERT_EQ(each.status, 0) << each.err;
+  const Outcome each = ok(decode({capture, "--each"}));
   EXPECT_EQ(positions_of(each, "slo", names[1]), of_a_);
   EXPECT_EQ(positions_of(each, "slo", names[3]), of_b_);
   EXPECT_THAT(each.out, HasSubstr(",safety,limits,ma,slo\n"));
 
   for (const char* verb : {"registers", "check"}) {
-    const Outcome refused = run({verb, capture, "-f", plain_format});
-    EXPECT_EQ(refused.status, 1) << verb;
-    EXPECT_THAT(refused.err, HasSubstr("several lines can be MA and SLO")) << verb;
+    EXPECT_THAT(run("{} {} -f {}", verb, capture, plain_format),
+                fails(1, "several lines can be MA and SLO"))
+        << verb;
   }
   const std::string made = folder_.path("made.vcd");
-  const Outcome replay = run({"simulate", "-f", plain_format, "--slo-from", capture, "-o", made});
-  EXPECT_EQ(replay.status, 1);
-  EXPECT_THAT(replay.err, AllOf(HasSubstr(names[0]), Not(HasSubstr("--each"))));
+  EXPECT_THAT(run("simulate -f {} --slo-from {} -o {}", plain_format, capture, made),
+              fails(1, AllOf(HasSubstr(names[0]), Not(HasSubstr("--each")))));
 }
 
 // The clocks of both are the same, so the data does not say which MA belongs to which SLO.
 TEST_F(SeveralCaptures, FourFilesOfTwoEncoders_AreReadOnlyIfTheirPairsAreNamed) {
-  std::vector<std::string> files;
+  Words files;
   for (const auto& [name, capture] : {std::pair{"a", a_}, std::pair{"b", b_}}) {
     files.push_back(one_line(std::string("ma_") + name + ".csv", "MA", capture));
     files.push_back(one_line(std::string("slo_") + name + ".csv", "SLO", capture));
@@ -213,10 +195,9 @@ TEST_F(SeveralCaptures, FourFilesOfTwoEncoders_AreReadOnlyIfTheirPairsAreNamed) 
   for (const bool each : {false, true}) {
     auto arguments = files;
     if (each) arguments.emplace_back("--each");
-    const Outcome refused = decode(arguments);
-    EXPECT_EQ(refused.status, 1) << refused.out;
-    EXPECT_THAT(refused.err, AllOf(HasSubstr("several lines can be MA and SLO"),
-                                   HasSubstr("give only its files"), Not(HasSubstr("--each"))));
+    EXPECT_THAT(decode(arguments),
+                fails(1, AllOf(HasSubstr("several lines can be MA and SLO"),
+                               HasSubstr("give only its files"), Not(HasSubstr("--each")))));
   }
   EXPECT_EQ(positions_of(
                 decode({files[2], files[3], "--ma", files[2] + ":MA", "--slo", files[3] + ":SLO"})),
@@ -229,32 +210,26 @@ INSTANTIATE_TEST_SUITE_P(Names, SeveralEncoders,
 
 TEST_F(SeveralCaptures, EncodersWithoutUsefulNames_AreRefusedWithTheirCandidates) {
   const std::string capture = together("both.csv", "D0,D1,D2,D3", a_, b_);
-  const Outcome tie = decode({capture});
-  EXPECT_EQ(tie.status, 1);
-  EXPECT_THAT(tie.err, AllOf(HasSubstr("D0 with D1"), HasSubstr("D2 with D3")));
+  EXPECT_THAT(decode({capture}), fails(1, AllOf(HasSubstr("D0 with D1"), HasSubstr("D2 with D3"))));
   EXPECT_EQ(positions_of(decode({capture, "--ma", "D2", "--slo", "D3"})), of_b_);
 }
 
 TEST_F(SeveralCaptures, ReplayOfMa_IsRefusedWhereTwoLinesAreMa) {
   const std::string capture = together("both.csv", "a.MA,a.SLO,b.MA,b.SLO", a_, b_);
   const std::string made = folder_.path("made.vcd");
-  const Outcome tie = run({"simulate", "-f", plain_format, "--ma-from", capture, "-o", made});
-  EXPECT_EQ(tie.status, 1);
-  EXPECT_THAT(tie.err, HasSubstr("a.MA, b.MA"));
-  EXPECT_EQ(run({"simulate", "-f", plain_format, "--ma-from", capture, "--ma", "b.MA", "-o", made})
-                .status,
-            0);
+  EXPECT_THAT(run("simulate -f {} --ma-from {} -o {}", plain_format, capture, made),
+              fails(1, "a.MA, b.MA"));
+  run_ok("simulate -f {} --ma-from {} --ma b.MA -o {}", plain_format, capture, made);
 }
 
 TEST_F(SeveralCaptures, RegistersAndConform_SayWhichFile) {
-  const Outcome registers = run({"registers", a_, b_, "--to", "csv"});
-  EXPECT_EQ(registers.status, 0) << registers.err;
+  const Outcome registers = run_ok("registers {} {} --to csv", a_, b_);
   EXPECT_THAT(registers.out, HasSubstr(",busy_ns,file\n"));
   EXPECT_THAT(registers.err, AllOf(HasSubstr(a_), HasSubstr(b_)));
-  const Outcome check = run({"check", a_, b_, "-f", plain_format, "--to", "csv"});
+  const Outcome check = run("check {} {} -f {} --to csv", a_, b_, plain_format);
   EXPECT_THAT(check.out, AllOf(HasSubstr(",note,file\n"), HasSubstr(',' + a_ + '\n'),
                                HasSubstr(',' + b_ + '\n')));
-  const Outcome dump = run({"registers", a_, b_, "--dump", folder_.path("x.hex")});
+  const Outcome dump = run("registers {} {} --dump {}", a_, b_, folder_.path("x.hex"));
   EXPECT_EQ(dump.status, 2);
 }
 
@@ -263,16 +238,12 @@ TEST_F(SeveralCaptures, SafetyMonitorOfOneCapture_DoesNotJudgeTheNext) {
   const std::string plain = folder_.path("plain.vcd");
   for (const auto& [path, format] :
        {std::pair{safe, "fs-36-28"}, std::pair{plain, "resolute-26"}}) {
-    ASSERT_EQ(
-        run({"simulate", "-f", format, "--cycles", "300", "--motion", "random", "-o", path}).status,
-        0);
+    run_ok("simulate -f {} --cycles 300 --motion random -o {}", format, path);
   }
   for (const bool safe_first : {true, false}) {
     SCOPED_TRACE(safe_first);
-    const std::vector<std::string> files =
-        safe_first ? std::vector{safe, plain} : std::vector{plain, safe};
-    const Outcome both = run({"decode", files[0], files[1], "--to", "csv"});
-    ASSERT_EQ(both.status, 0) << both.err;
+    const Words files = safe_first ? std::vector{safe, plain} : std::vector{plain, safe};
+    const Outcome both = run_ok("decode {} {} --to csv", files[0], files[1]);
     std::size_t judged = 0;
     for (const Row& row : rows_of(both.out)) {
       if (row.at("file") == plain) {
@@ -283,15 +254,15 @@ TEST_F(SeveralCaptures, SafetyMonitorOfOneCapture_DoesNotJudgeTheNext) {
     }
     EXPECT_EQ(judged, safe_first ? 300U : 0U);
     EXPECT_EQ(both.err.find("watchdog "), safe_first ? both.err.rfind("watchdog ") : both.err.npos);
-    const Outcome errors = run({"decode", files[0], files[1], "--only-errors", "--to", "csv"});
+    const Outcome errors = run("decode {} {} --only-errors --to csv", files[0], files[1]);
     EXPECT_EQ(rows_of(errors.out).size(), 0U) << errors.out.substr(0, 500);
   }
 }
 
 TEST_F(SeveralCaptures, SafetyMonitor_BeginsAgainWithEachCapture) {
   const std::string path = folder_.path("safe.csv");
-  ASSERT_EQ(run({"simulate", "-f", "fs-36-28", "--cycles", "20", "-o", path}).status, 0);
-  const Outcome twice = run({"decode", path, path, "-f", "fs-36-28", "--latch", "--to", "csv"});
+  run_ok("simulate -f fs-36-28 --cycles 20 -o {}", path);
+  const Outcome twice = run("decode {} {} -f fs-36-28 --latch --to csv", path, path);
   const auto rows = rows_of(twice.out);
   ASSERT_EQ(rows.size(), 40U) << twice.err;
   for (std::size_t i = 0; i < 20; ++i) {
@@ -300,5 +271,4 @@ TEST_F(SeveralCaptures, SafetyMonitor_BeginsAgainWithEachCapture) {
   }
 }
 
-}  // namespace several_captures_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::several_captures_test

@@ -8,8 +8,7 @@
 #include "biss/frame/status.hpp"
 #include "device/words.hpp"
 
-namespace biss::verbs {
-namespace status_document_test {
+namespace biss::verbs::status_document_test {
 
 TEST(StatusDocument, EveryStatus_HasItsRowWithItsWordsInOrder) {
   std::ifstream document(BISS_SOURCE_FOLDER "/docs/status.md");
@@ -26,5 +25,4 @@ TEST(StatusDocument, EveryStatus_HasItsRowWithItsWordsInOrder) {
   EXPECT_EQ(rows, wanted);
 }
 
-}  // namespace status_document_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::status_document_test

@@ -1,9 +1,6 @@
 // The server of `biss view`, asked by sockets of this test.
 #include <arpa/inet.h>
 #include <fcntl.h>
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <spawn.h>
@@ -13,28 +10,20 @@
 
 #include <array>
 #include <csignal>
-#include <cstdint>
-#include <cstdlib>
-#include <filesystem>
-#include <fstream>
 #include <memory>
-#include <string>
-#include <vector>
 
 #include "tests/cli/run_command.hpp"
 
 extern char** environ;
 
-namespace biss::verbs {
-namespace view_test {
+namespace biss::verbs::view_test {
 
+using ViewVerb = InFolder;
 using testing::EndsWith;
 using testing::HasSubstr;
 using testing::MatchesRegex;
 using testing::Not;
 using testing::StartsWith;
-
-using Words = std::vector<std::string>;
 
 const std::string page = R"(<body><script type="text/plain" id="biss-core">CORE</script></body>)";
 
@@ -88,7 +77,7 @@ class Server {
   Server(const Folder& folder, const Words& arguments, Opening opening = Opening::none) {
     Words words{BISS_COMMAND, "view", "--page", folder.file("biss.html", page)};
     if (opening == Opening::none) words.emplace_back("--no-open");
-    words.insert(words.end(), arguments.begin(), arguments.end());
+    words = words + arguments;
     std::vector<char*> argv;
     for (std::string& word : words) argv.push_back(word.data());
     argv.push_back(nullptr);
@@ -152,8 +141,7 @@ std::string body_of(const std::string& answer) {
 
 const std::string capture_text = "time_ns,MA,SLO\n0,1,1\n100,0,1\n2000,1,1\n";
 
-TEST(ViewVerb, PageAndCapture_AreGivenAtTheAddressPrinted) {
-  const Folder folder;
+TEST_F(ViewVerb, PageAndCapture_AreGivenAtTheAddressPrinted) {
   const Server server(folder, {folder.file("a&b.csv", capture_text), "-f", "resolute-26", "--ma",
                                "MA", "--invert-slo", "--ack-max", "16us", "--unwrap"});
   EXPECT_THAT(server.address(), MatchesRegex("http://127\\.0\\.0\\.1:[0-9]+/[0-9a-f]{32}/"));
@@ -173,8 +161,7 @@ TEST(ViewVerb, PageAndCapture_AreGivenAtTheAddressPrinted) {
   EXPECT_EQ(body_of(head), "");
 }
 
-TEST(ViewVerb, EveryAnswer_HasTheHeadersThatProtectIt) {
-  const Folder folder;
+TEST_F(ViewVerb, EveryAnswer_HasTheHeadersThatProtectIt) {
   const Server server(folder, {folder.file("a.csv", capture_text)});
   for (const char* const below : {"", "capture", "nothing"}) {
     const std::string answer = server.get(below);
@@ -188,8 +175,7 @@ TEST(ViewVerb, EveryAnswer_HasTheHeadersThatProtectIt) {
   }
 }
 
-TEST(ViewVerb, WithoutTheTokenOrWithAnotherHost_NothingIsGiven) {
-  const Folder folder;
+TEST_F(ViewVerb, WithoutTheTokenOrWithAnotherHost_NothingIsGiven) {
   const Server server(folder, {folder.file("a.csv", capture_text)});
   const std::string host = "Host: " + server.host() + "\r\n";
   std::string wrong = server.path();
@@ -214,8 +200,7 @@ TEST(ViewVerb, WithoutTheTokenOrWithAnotherHost_NothingIsGiven) {
   EXPECT_THAT(server.ask("GET " + server.path() + "capture", local), StartsWith("HTTP/1.1 200 "));
 }
 
-TEST(ViewVerb, Range_IsGivenToTheByte) {
-  const Folder folder;
+TEST_F(ViewVerb, Range_IsGivenToTheByte) {
   const Server server(folder, {folder.file("a.csv", capture_text)});
   const auto expect = [&](const std::string& range, std::size_t from, std::size_t count) {
     const std::string answer = server.get("capture", "Range: bytes=" + range + "\r\n");
@@ -245,8 +230,7 @@ TEST(ViewVerb, Range_IsGivenToTheByte) {
   }
 }
 
-TEST(ViewVerb, OtherPathsAndMethods_AreRefused) {
-  const Folder folder;
+TEST_F(ViewVerb, OtherPathsAndMethods_AreRefused) {
   folder.file("secret", "secret");
   const Server server(folder, {folder.file("a.csv", capture_text)});
   for (const char* const below :
@@ -265,8 +249,7 @@ TEST(ViewVerb, OtherPathsAndMethods_AreRefused) {
   }
 }
 
-TEST(ViewVerb, HostileRequests_AreEndedAndTheNextOneIsAnswered) {
-  const Folder folder;
+TEST_F(ViewVerb, HostileRequests_AreEndedAndTheNextOneIsAnswered) {
   const Server server(folder, {folder.file("a.csv", capture_text)});
   const std::string get = "GET " + server.path() + "capture HTTP/1.1\r\n";
   for (const std::string& text :
@@ -286,8 +269,7 @@ TEST(ViewVerb, HostileRequests_AreEndedAndTheNextOneIsAnswered) {
   EXPECT_EQ(body_of(server.get("size")), "38");
 }
 
-TEST(ViewVerb, SlowClients_DoNotBlockAnother) {
-  const Folder folder;
+TEST_F(ViewVerb, SlowClients_DoNotBlockAnother) {
   const Server server(folder, {folder.file("a.csv", capture_text)});
   std::vector<std::unique_ptr<Client>> slow;
   // More than the server keeps at a time.
@@ -299,8 +281,7 @@ TEST(ViewVerb, SlowClients_DoNotBlockAnother) {
   EXPECT_EQ(body_of(server.get("capture")), capture_text);
 }
 
-TEST(ViewVerb, ClientThatDoesNotRead_DoesNotBlockAnother) {
-  const Folder folder;
+TEST_F(ViewVerb, ClientThatDoesNotRead_DoesNotBlockAnother) {
   const std::string large = folder.file("large.csv", capture_text + std::string(64U << 20U, '\n'));
   const Server server(folder, {large});
   const Client slow(server.port());
@@ -308,8 +289,7 @@ TEST(ViewVerb, ClientThatDoesNotRead_DoesNotBlockAnother) {
   EXPECT_EQ(body_of(server.get("capture", "Range: bytes=0-3\r\n")), "time");
 }
 
-TEST(ViewVerb, GrowingFile_IsGivenToItsLastWholeLine) {
-  const Folder folder;
+TEST_F(ViewVerb, GrowingFile_IsGivenToItsLastWholeLine) {
   const std::string path = folder.file("a.csv", "");
   const Server server(folder, {path, "--follow"});
   EXPECT_EQ(body_of(server.get("size")), "0");
@@ -325,8 +305,7 @@ TEST(ViewVerb, GrowingFile_IsGivenToItsLastWholeLine) {
   EXPECT_EQ(body_of(server.get("capture", "Range: bytes=21-\r\n")), "100,0,1\n");
 }
 
-TEST(ViewVerb, GrowingRawSamples_AreGivenToTheLastWholeOne) {
-  const Folder folder;
+TEST_F(ViewVerb, GrowingRawSamples_AreGivenToTheLastWholeOne) {
   const std::string path = folder.file("a.bin", "abcdefg");
   const Server server(folder, {path, "--follow", "--raw-rate", "10MHz", "--raw-bytes", "4"});
   EXPECT_EQ(body_of(server.get("size")), "4");
@@ -334,16 +313,14 @@ TEST(ViewVerb, GrowingRawSamples_AreGivenToTheLastWholeOne) {
   EXPECT_EQ(body_of(server.get("capture")), "abcdefgh");
 }
 
-TEST(ViewVerb, WithoutFollow_TheFileIsWhatItWas) {
-  const Folder folder;
+TEST_F(ViewVerb, WithoutFollow_TheFileIsWhatItWas) {
   const std::string path = folder.file("a.csv", capture_text);
   const Server server(folder, {path});
   std::ofstream(path, std::ios::app) << "300,0,1\n";
   EXPECT_EQ(body_of(server.get("capture")), capture_text);
 }
 
-TEST(ViewVerb, FileThatChangesOtherwise_IsNamed) {
-  const Folder folder;
+TEST_F(ViewVerb, FileThatChangesOtherwise_IsNamed) {
   const std::string path = folder.path("a.csv");
   const auto problem = [&](const auto& change) {
     folder.file("a.csv", capture_text);
@@ -366,8 +343,7 @@ TEST(ViewVerb, FileThatChangesOtherwise_IsNamed) {
               HasSubstr("a.csv: No such file or directory; it was there"));
 }
 
-TEST(ViewVerb, ChangeInPlaceAtAnyByte_IsNamed) {
-  const Folder folder;
+TEST_F(ViewVerb, ChangeInPlaceAtAnyByte_IsNamed) {
   std::string rows = "time_ns,MA,SLO\n";
   for (int i = 0; rows.size() < 300'000; ++i) rows += fmt::format("{},{},1\n", i * 100, i % 2);
   for (const char* option : {"--follow", "--no-compensation"}) {
@@ -385,8 +361,7 @@ TEST(ViewVerb, ChangeInPlaceAtAnyByte_IsNamed) {
   }
 }
 
-TEST(ViewVerb, ChangeInPlaceOfAFileThatGrows_IsNamed) {
-  const Folder folder;
+TEST_F(ViewVerb, ChangeInPlaceOfAFileThatGrows_IsNamed) {
   const std::string path = folder.file("a.csv", capture_text + std::string(100'000, '\n'));
   const Server server(folder, {path, "--follow"});
   std::ofstream(path, std::ios::app) << "300,0,1\n";
@@ -399,8 +374,7 @@ TEST(ViewVerb, ChangeInPlaceOfAFileThatGrows_IsNamed) {
   EXPECT_THAT(body_of(server.get("size")), HasSubstr("was rewritten while it was read"));
 }
 
-TEST(ViewVerb, FileTouchedOnly_IsServedOn) {
-  const Folder folder;
+TEST_F(ViewVerb, FileTouchedOnly_IsServedOn) {
   const std::string path = folder.file("a.csv", capture_text);
   for (const char* option : {"--follow", "--no-compensation"}) {
     const Server server(folder, {path, option});
@@ -409,18 +383,16 @@ TEST(ViewVerb, FileTouchedOnly_IsServedOn) {
   }
 }
 
-TEST(ViewVerb, FileWithoutALineFeed_IsNamed) {
-  const Folder folder;
+TEST_F(ViewVerb, FileWithoutALineFeed_IsNamed) {
   const std::string one_line =
       "$timescale 1ns $end $var wire 1 ! MA $end $enddefinitions $end #0 1!";
-  const Outcome outcome = run({"view", folder.file("a.vcd", one_line), "--follow", "--no-open"});
-  EXPECT_EQ(outcome.status, 3);
-  EXPECT_THAT(outcome.err, HasSubstr("a.vcd: cannot be followed while it grows: it has no line "
-                                     "feed yet; leave out --follow"));
+  EXPECT_THAT(run("view {} --follow --no-open", folder.file("a.vcd", one_line)),
+              fails(3,
+                    "a.vcd: cannot be followed while it grows: it has no line "
+                    "feed yet; leave out --follow"));
   const std::string long_line = capture_text + std::string(2U << 20U, '1');
-  const Outcome too_long = run({"view", folder.file("a.csv", long_line), "--follow", "--no-open"});
-  EXPECT_EQ(too_long.status, 3);
-  EXPECT_THAT(too_long.err, HasSubstr("its last line has more than 1 MiB; leave out --follow"));
+  EXPECT_THAT(run("view {} --follow --no-open", folder.file("a.csv", long_line)),
+              fails(3, "its last line has more than 1 MiB; leave out --follow"));
   // It may be the first line, half written. One that does not grow from look to look is none.
   const std::string path = folder.file("b.vcd", "");
   const Server server(folder, {path, "--follow"});
@@ -433,33 +405,29 @@ TEST(ViewVerb, FileWithoutALineFeed_IsNamed) {
                                                      "it has no line feed yet"));
 }
 
-TEST(ViewVerb, RowsThatEndInCrAlone_CannotBeFollowed) {
-  const Folder folder;
+TEST_F(ViewVerb, RowsThatEndInCrAlone_CannotBeFollowed) {
   const std::string path = folder.file("a.csv", std::string("time_ns,MA,SLO\n0,1,1\r5,0,1\r"));
-  const Outcome outcome = run({"view", path, "--follow", "--no-open"});
-  EXPECT_EQ(outcome.status, 3);
-  EXPECT_THAT(outcome.err, HasSubstr("a.csv: cannot be followed while it grows: it has lines that "
-                                     "end in CR alone; leave out --follow"));
+  EXPECT_THAT(run("view {} --follow --no-open", path),
+              fails(3,
+                    "a.csv: cannot be followed while it grows: it has lines that "
+                    "end in CR alone; leave out --follow"));
   // CR LF, of which LF is not there yet.
   const Server server(folder,
                       {folder.file("b.csv", std::string("time_ns,MA\r\n0,1\r")), "--follow"});
   EXPECT_EQ(body_of(server.get("size")), "12");
 }
 
-TEST(ViewVerb, FileThatCannotBeFollowed_IsNamed) {
-  const Folder folder;
+TEST_F(ViewVerb, FileThatCannotBeFollowed_IsNamed) {
   const auto expect = [&](const std::string& name, const std::string& content, const char* why) {
-    const Outcome outcome = run({"view", folder.file(name, content), "--follow", "--no-open"});
-    EXPECT_EQ(outcome.status, 3);
-    EXPECT_THAT(outcome.err, HasSubstr(name + ": cannot be followed while it grows: " + why));
+    EXPECT_THAT(run("view {} --follow --no-open", folder.file(name, content)),
+                fails(3, name + ": cannot be followed while it grows: " + why));
   };
   expect("a.sr", "PK\3\4", "the directory of an archive");
   expect("a.vcd.gz", "\x1f\x8b\b", "a compressed file ends with its checksum");
   expect("a.bin", std::string("\1\0\1", 3), "it is no text (VCD, CSV), and raw samples need --raw");
 }
 
-TEST(ViewVerb, Signal_EndsItWithSuccess) {
-  const Folder folder;
+TEST_F(ViewVerb, Signal_EndsItWithSuccess) {
   const std::string path = folder.file("a.csv", capture_text);
   for (const int signal : {SIGTERM, SIGINT}) {
     Server server(folder, {path});
@@ -469,8 +437,7 @@ TEST(ViewVerb, Signal_EndsItWithSuccess) {
   }
 }
 
-TEST(ViewVerb, Browser_GetsAnAddressThatLeadsToThePageOnce) {
-  const Folder folder;
+TEST_F(ViewVerb, Browser_GetsAnAddressThatLeadsToThePageOnce) {
   const std::string opened = folder.path("opened");
   // As a whole line, so that it is read when it is complete.
   const std::string script = folder.file("xdg-open", "#!/bin/sh\necho \"$1\" >" + opened + "\n");
@@ -493,24 +460,20 @@ TEST(ViewVerb, Browser_GetsAnAddressThatLeadsToThePageOnce) {
   EXPECT_THAT(open(), StartsWith("HTTP/1.1 403 "));
 }
 
-TEST(ViewVerb, Port_IsTheOneGivenOrIsRefused) {
-  const Folder folder;
+TEST_F(ViewVerb, Port_IsTheOneGivenOrIsRefused) {
   const std::string path = folder.file("a.csv", capture_text);
   std::string port;
   {
     const Server first(folder, {path});
     port = std::to_string(first.port());
-    const Outcome outcome =
-        run({"view", path, "--no-open", "--port", port, "--page", folder.path("biss.html")});
-    EXPECT_EQ(outcome.status, 3);
-    EXPECT_THAT(outcome.err, HasSubstr("cannot listen at 127.0.0.1:" + port + ": Address already"));
+    EXPECT_THAT(run("view {} --no-open --port {} --page {}", path, port, folder.path("biss.html")),
+                fails(3, "cannot listen at 127.0.0.1:" + port + ": Address already"));
   }
   const Server second(folder, {path, "--port", port});
   EXPECT_EQ(std::to_string(second.port()), port);
 }
 
-TEST(ViewVerb, WrongUsage_IsOneLineThatSaysWhy) {
-  const Folder folder;
+TEST_F(ViewVerb, WrongUsage_IsOneLineThatSaysWhy) {
   const std::string path = folder.file("a.csv", capture_text);
   const auto expect = [&](Words words, int status, const std::string& why) {
     words.insert(words.begin(), "view");
@@ -531,11 +494,10 @@ TEST(ViewVerb, WrongUsage_IsOneLineThatSaysWhy) {
   expect({path, "--page", path}, 3, "is not the page of biss");
 }
 
-TEST(ViewVerb, Help_AsksForOneFile) {
-  const Outcome help = run({"view", "--help"});
+TEST_F(ViewVerb, Help_AsksForOneFile) {
+  const Outcome help = run("view --help");
   EXPECT_THAT(help.out, HasSubstr("Usage: biss view [OPTION]... FILE\n"));
   EXPECT_THAT(help.out, Not(HasSubstr("--each")));
 }
 
-}  // namespace view_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::view_test

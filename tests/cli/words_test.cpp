@@ -1,32 +1,14 @@
 // Words without a line: the text of a buffer in `crc --read`, a log of them in `decode --words`, and
 // how a word is read that has its bits or bytes in another order.
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <fmt/format.h>
-
-#include <algorithm>
-#include <string>
-#include <vector>
-
 #include "tests/cli/run_command.hpp"
 
-namespace biss::verbs {
-namespace words_test {
+namespace biss::verbs::words_test {
 
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::Not;
-using Words = std::vector<std::string>;
-
-Words operator+(Words words, const Words& more) {
-  words.insert(words.end(), more.begin(), more.end());
-  return words;
-}
 
 constexpr const char* format18 = "pos18,nE,nW,crc6";
-// The example of docs/spi.md: position 74565.
-constexpr const char* buffer = "F0 00 00 00 01 24 68 B9 A0";
 
 Outcome crc(const std::string& text, const Words& more = {}, const std::string& format = format18) {
   return run(Words{"crc", "-f", format, "--read", text} + more);
@@ -43,7 +25,7 @@ std::string position_of(const std::string& text, const Words& more = {},
 
 // Bits of a frame from START to the last one of the CRC.
 std::string frame_of(const std::string& format, std::uint64_t position) {
-  const std::string out = run({"crc", "-f", format, std::to_string(position), "--to", "jsonl"}).out;
+  const std::string out = run("crc -f {} {} --to jsonl", format, std::to_string(position)).out;
   const std::string key = "\"bits\":\"";
   const std::size_t at = out.find(key) + key.size();
   return out.substr(at, out.find('"', at) - at);
@@ -134,9 +116,9 @@ TEST(CrcReadText, TwoReadingsThatBothFit_AreBothNamedAndNoneIsChosen) {
   // Good frames as the bytes C0 14 40 and as C0 0E 28.
   const std::string format = "pos1,pad1,crc3";
   const std::string text = "0xC0 14 40";
-  const Outcome outcome = crc(text, {}, format);
-  EXPECT_EQ(outcome.status, 2) << text;
-  EXPECT_THAT(outcome.err, AllOf(HasSubstr("--digits hex"), HasSubstr("--digits decimal")));
+  EXPECT_THAT(crc(text, {}, format),
+              fails(2, AllOf(HasSubstr("--digits hex"), HasSubstr("--digits decimal"))))
+      << text;
   EXPECT_EQ(crc(text, {"--digits", "hex"}, format).status, 0);
   EXPECT_EQ(crc(text, {"--digits", "decimal"}, format).status, 0);
 }
@@ -160,20 +142,16 @@ constexpr const char* position32_text = "1513920023";
 
 TEST(CrcReadVariants, ReversedBitsOfEachByte_AreNamed) {
   const std::string bits = reversed_bytes(line_of(format32, position32));
-  expect_named(hex_of(bits), {"--bit-order", "lsb"}, position32_text, format32);
+  expect_named(hex_of(bits), "--bit-order lsb", position32_text, format32);
 }
 
 TEST(CrcReadVariants, LittleEndianWords_AreNamed) {
   const std::string bits = line_of(format32, position32, 37, 16);
   ASSERT_EQ(bits.size(), 128U);
-  expect_named(hex_of(little_endian(bits, 16)), {"--byte-order", "little16"}, position32_text,
-               format32);
-  expect_named(hex_of(little_endian(bits, 32)), {"--byte-order", "little32"}, position32_text,
-               format32);
-  expect_named(hex_of(little_endian(bits, 64)), {"--byte-order", "little64"}, position32_text,
-               format32);
-  expect_named(hex_of(little_endian(bits, 128)), {"--byte-order", "little"}, position32_text,
-               format32);
+  expect_named(hex_of(little_endian(bits, 16)), "--byte-order little16", position32_text, format32);
+  expect_named(hex_of(little_endian(bits, 32)), "--byte-order little32", position32_text, format32);
+  expect_named(hex_of(little_endian(bits, 64)), "--byte-order little64", position32_text, format32);
+  expect_named(hex_of(little_endian(bits, 128)), "--byte-order little", position32_text, format32);
 }
 
 TEST(CrcReadVariants, SwappedWires_AreNamed) {
@@ -183,10 +161,10 @@ TEST(CrcReadVariants, SwappedWires_AreNamed) {
 
 TEST(CrcReadVariants, OneBitEarlyOrLate_IsNamed) {
   const std::string bits = line_of(format32, position32, 37);
-  expect_named(hex_of("0" + bits.substr(0, bits.size() - 1)), {"--first-bit", "1"}, position32_text,
+  expect_named(hex_of("0" + bits.substr(0, bits.size() - 1)), "--first-bit 1", position32_text,
                format32);
   // The leading ones are missing, and a part of ACK.
-  expect_named(hex_of(bits.substr(4) + "0000"), {"--first-bit", "-1"}, position32_text, format32);
+  expect_named(hex_of(bits.substr(4) + "0000"), "--first-bit -1", position32_text, format32);
 }
 
 TEST(CrcReadVariants, FewerClocksThanBits_AreNamed) {
@@ -202,8 +180,8 @@ TEST(CrcReadVariants, PayloadWithoutAckAndStart_IsNamed) {
   expect_named(hex_of(right), {"--payload"}, position32_text, format32);
   expect_named(hex_of(payload + std::string(64 - payload.size(), '0')),
                {"--payload", "--bits", std::to_string(payload.size())}, position32_text, format32);
-  expect_named(hex_of(little_endian(right, 64)), {"--payload", "--byte-order", "little"},
-               position32_text, format32);
+  expect_named(hex_of(little_endian(right, 64)), "--payload --byte-order little", position32_text,
+               format32);
 }
 
 TEST(CrcReadVariants, RawOfARow_IsRead) {
@@ -215,15 +193,13 @@ TEST(CrcReadVariants, RawOfARow_IsRead) {
             "1234567");
   // The first bit is START.
   const std::string from_start = frame_of(format32, position32) + "0000";
-  expect_named(hex_of(from_start + std::string(from_start.size() % 8, '0')), {"--first-bit", "-2"},
+  expect_named(hex_of(from_start + std::string(from_start.size() % 8, '0')), "--first-bit -2",
                position32_text, format32);
 }
 
 TEST(CrcReadVariants, ShortChecksumOfOneBuffer_IsSaidToBeUnsure) {
   const std::string bits = hex_of(inverted(line_of("pos18,nE,nW,crc3:0xB", 74565)));
-  const Outcome outcome = crc(bits, {}, "pos18,nE,nW,crc3:0xB");
-  EXPECT_EQ(outcome.status, 1);
-  EXPECT_THAT(outcome.err, HasSubstr("unsure"));
+  EXPECT_THAT(crc(bits, {}, "pos18,nE,nW,crc3:0xB"), fails(1, "unsure"));
   const Outcome sure = crc(hex_of(inverted(line_of(format32, position32))), {}, format32);
   EXPECT_THAT(sure.err, Not(HasSubstr("unsure")));
 }
@@ -231,17 +207,14 @@ TEST(CrcReadVariants, ShortChecksumOfOneBuffer_IsSaidToBeUnsure) {
 TEST(CrcReadVariants, BufferWithoutAnyFrame_NamesNone) {
   for (const char* const text : {"FF FF FF FF FF FF FF FF FF FF FF", "00 00 00 00 00 00 00 00 00",
                                  "12 34 56 78 9A BC DE F0 12 34 56 78 9A"}) {
-    const Outcome outcome = crc(text, {}, format32);
-    EXPECT_EQ(outcome.status, 1) << text;
-    EXPECT_THAT(outcome.err, Not(HasSubstr("try "))) << text << outcome.err;
+    EXPECT_THAT(crc(text, {}, format32), fails(1, Not(HasSubstr("try ")))) << text;
   }
 }
 
 TEST(CrcReadVariants, Payload_HasNoStartAndNoStop) {
   const std::string payload = frame_of(format18, 74565).substr(2);
   const Outcome outcome =
-      crc(hex_of(std::string(32 - payload.size(), '0') + payload), {"--payload"});
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+      ok(crc(hex_of(std::string(32 - payload.size(), '0') + payload), {"--payload"}));
   EXPECT_THAT(outcome.out, AllOf(Not(HasSubstr("START")), Not(HasSubstr("CDS")),
                                  Not(HasSubstr("STOP")), HasSubstr("74565")));
   EXPECT_THAT(outcome.err, Not(HasSubstr("leading ones")));
@@ -265,8 +238,7 @@ class DecodeWords : public testing::Test {
 TEST_F(DecodeWords, LogOfWords_HasTheColumnsOfDecode) {
   const std::string file = folder.file("log.txt", "# a log\n\n" + word(1000) + "\n" + word(1001) +
                                                       "  # the second\n" + word(1002) + "\n");
-  const Outcome outcome = words(file);
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const Outcome outcome = ok(words(file));
   const auto rows = rows_of(outcome.out);
   ASSERT_EQ(rows.size(), 3U);
   for (std::size_t i = 0; i < 3; ++i) {
@@ -281,21 +253,18 @@ TEST_F(DecodeWords, LogOfWords_HasTheColumnsOfDecode) {
     EXPECT_THAT(rows[i].at("raw"), testing::StartsWith("0x"));
   }
   const std::string capture = folder.path("line.vcd");
-  ASSERT_EQ(run({"simulate", "-f", "resolute-26", "--cycles", "2", "-o", capture}).status, 0);
-  const Outcome decoded = run({"decode", capture, "-f", "pos26,nE,nW,crc6", "--to", "csv"});
+  run_ok("simulate -f resolute-26 --cycles 2 -o {}", capture);
+  const Outcome decoded = run("decode {} -f pos26,nE,nW,crc6 --to csv", capture);
   EXPECT_EQ(outcome.out.substr(0, outcome.out.find('\n')),
             decoded.out.substr(0, decoded.out.find('\n')));
 }
 
 TEST_F(DecodeWords, RawOfDecode_GivesThePositionsOfDecode) {
   const std::string capture = folder.path("line.vcd");
-  ASSERT_EQ(run({"simulate", "-f", "resolute-26", "--cycles", "50", "--motion", "ramp", "--fault",
-                 "flip:0.1", "--fault", "nW:0.1", "-o", capture})
-                .status,
-            0);
-  const Outcome decoded = run({"decode", capture, "-f", "pos26,nE,nW,crc6", "--to", "csv"});
-  const Outcome raw =
-      run({"decode", capture, "-f", "pos26,nE,nW,crc6", "--to", "csv", "--columns", "cycle,raw"});
+  run_ok("simulate -f resolute-26 --cycles 50 --motion ramp --fault flip:0.1 --fault nW:0.1 -o {}",
+         capture);
+  const Outcome decoded = run("decode {} -f pos26,nE,nW,crc6 --to csv", capture);
+  const Outcome raw = run("decode {} -f pos26,nE,nW,crc6 --to csv --columns cycle,raw", capture);
   std::string log = raw.out.substr(raw.out.find('\n') + 1);
   std::replace(log.begin(), log.end(), ',', '\t');
   const auto expected = rows_of(decoded.out);
@@ -320,9 +289,7 @@ TEST_F(DecodeWords, TimeInFront_IsTheTimeOfTheRow) {
   const auto some = rows_of(words(file, {"--since", "190us", "--until", "300us"}).out);
   ASSERT_EQ(some.size(), 3U);
   EXPECT_EQ(some[0].at("cycle"), "2");
-  const Outcome waveform =
-      run({"decode", "--words", file, "-f", "pos26,nE,nW,crc6", "--to", "vcd"});
-  EXPECT_EQ(waveform.status, 0) << waveform.err;
+  run_ok("decode --words {} -f pos26,nE,nW,crc6 --to vcd", file);
 }
 
 TEST_F(DecodeWords, NumberInFront_IsNoPartOfTheWord) {
@@ -364,8 +331,7 @@ TEST_F(DecodeWords, VariantOfTheWords_IsNamedOnceAndSure) {
   const std::string file = folder.file("log.txt", log);
   const Outcome outcome = words(file);
   EXPECT_THAT(outcome.err, AllOf(HasSubstr("--payload"), Not(HasSubstr("unsure"))));
-  const Outcome read = words(file, {"--payload", "--fail-on", "any"});
-  EXPECT_EQ(read.status, 0) << read.err;
+  const Outcome read = ok(words(file, {"--payload", "--fail-on", "any"}));
   EXPECT_EQ(rows_of(read.out).at(19).at("position"), "71729");
 }
 
@@ -378,7 +344,7 @@ TEST_F(DecodeWords, OptionsOfDecode_WorkOnWords) {
   EXPECT_EQ(rows_of(words(file, {"--only-errors"}).out).size(), 1U);
   EXPECT_EQ(words(file, {"--columns", "position"}).out, "position\n1000\n\"\"\n");
   const std::string rows = folder.path("rows.jsonl");
-  EXPECT_EQ(run({"decode", "--words", file, "-f", "pos26,nE,nW,crc6", "-o", rows}).status, 0);
+  run_ok("decode --words {} -f pos26,nE,nW,crc6 -o {}", file, rows);
   EXPECT_THAT(content_of(rows), testing::StartsWith("{\"cycle\":0,\"time_ns\":null,"));
   const Outcome from_input = run(
       {"decode", "--words", "-", "-f", "pos26,nE,nW,crc6", "--to", "csv", "--columns", "position"},
@@ -391,11 +357,9 @@ TEST_F(DecodeWords, FormatThatIsNotGiven_IsIdentified) {
   for (std::uint64_t i = 0; i < 400; ++i) {
     log += hex_of(line_of("pos26,nE,nW,crc6", 1'000'000 + 137 * i, 20, 9)) + "\n";
   }
-  const Outcome outcome = run({"decode", "--words", folder.file("log.txt", log), "--to", "csv"});
-  EXPECT_EQ(outcome.status, 0) << outcome.err;
+  const Outcome outcome = run_ok("decode --words {} --to csv", folder.file("log.txt", log));
   EXPECT_EQ(rows_of(outcome.out).at(399).at("position"), "1054663") << outcome.err;
-  const Outcome structure =
-      run({"decode", "--words", folder.path("log.txt"), "-f", "none", "--to", "csv"});
+  const Outcome structure = run("decode --words {} -f none --to csv", folder.path("log.txt"));
   EXPECT_EQ(rows_of(structure.out).at(0).at("status"), "unchecked");
 }
 
@@ -435,7 +399,7 @@ TEST_F(DecodeWords, OptionThatNeedsALine_IsRefused) {
     EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
   }
   const std::string capture = folder.path("line.vcd");
-  ASSERT_EQ(run({"simulate", "-f", "resolute-26", "--cycles", "2", "-o", capture}).status, 0);
+  run_ok("simulate -f resolute-26 --cycles 2 -o {}", capture);
   for (const Words& option :
        {Words{"--payload"}, Words{"--bit-order", "lsb"}, Words{"--invert"}, Words{"--bits", "3"}}) {
     EXPECT_EQ(run(Words{"decode", capture} + option).status, 2) << option[0];
@@ -446,10 +410,7 @@ TEST_F(DecodeWords, OptionThatNeedsALine_IsRefused) {
 
 TEST_F(DecodeWords, EndingOfTheOutput_ChoosesTheFormatOfEveryVerbWithRows) {
   const std::string capture = folder.path("line.vcd");
-  ASSERT_EQ(
-      run({"simulate", "-f", "resolute-26", "--cycles", "60", "--motion", "ramp", "-o", capture})
-          .status,
-      0);
+  run_ok("simulate -f resolute-26 --cycles 60 --motion ramp -o {}", capture);
   const std::vector<Words> verbs{
       {"decode", capture, "-f", "resolute-26"},    {"identify", capture},
       {"explain", capture, "-f", "resolute-26"},   {"check", capture, "-f", "resolute-26"},
@@ -469,16 +430,15 @@ TEST_F(DecodeWords, EndingOfTheOutput_ChoosesTheFormatOfEveryVerbWithRows) {
     run(verb + Words{"--to", "table", "-o", folder.path("table.csv")});
     EXPECT_EQ(content_of(folder.path("rows.txt")), content_of(folder.path("table.csv")));
   }
-  EXPECT_EQ(run({"decode", capture, "-f", "resolute-26", "-o", folder.path("r.h5")}).status, 0);
+  run_ok("decode {} -f resolute-26 -o {}", capture, folder.path("r.h5"));
   EXPECT_THAT(content_of(folder.path("r.h5")), testing::StartsWith("MATLAB 7.3 MAT-file"));
-  EXPECT_EQ(run({"decode", capture, "-f", "resolute-26", "-o", folder.path("r.vcd")}).status, 0);
+  run_ok("decode {} -f resolute-26 -o {}", capture, folder.path("r.vcd"));
   EXPECT_THAT(content_of(folder.path("r.vcd")), HasSubstr("$var"));
-  EXPECT_EQ(run({"crc", "-f", format18, "5", "-o", folder.path("f.jsonl")}).status, 0);
+  run_ok("crc -f {} 5 -o {}", format18, folder.path("f.jsonl"));
   EXPECT_THAT(content_of(folder.path("f.jsonl")), testing::StartsWith("{\"position\":5,"));
   // A table for the eye is no CSV.
-  const Outcome refused = run({"crc", "-f", format18, "5", "-o", folder.path("f.csv")});
-  EXPECT_EQ(refused.status, 2);
-  EXPECT_THAT(refused.err, AllOf(HasSubstr("csv"), HasSubstr("--to")));
+  EXPECT_THAT(run("crc -f {} 5 -o {}", format18, folder.path("f.csv")),
+              fails(2, AllOf(HasSubstr("csv"), HasSubstr("--to"))));
 }
 
 // ---- compressions that are not read
@@ -492,14 +452,12 @@ TEST_F(DecodeWords, CompressionThatIsNotRead_IsNamed) {
   for (const auto& [bytes, name] : files) {
     for (const auto& ending : {"csv." + name, std::string("vcd"), std::string("dat")}) {
       const std::string file = folder.file("a." + ending, bytes);
-      const Outcome outcome = run({"decode", file});
-      EXPECT_EQ(outcome.status, 3) << outcome.out;
-      EXPECT_THAT(outcome.err, AllOf(HasSubstr("this is " + name), HasSubstr("decompress")));
-      const Outcome raw = run({"decode", file, "--raw-rate", "10MHz", "--ma", "D0", "--slo", "D1"});
+      EXPECT_THAT(run("decode {}", file),
+                  fails(3, AllOf(HasSubstr("this is " + name), HasSubstr("decompress"))));
+      const Outcome raw = run("decode {} --raw-rate 10MHz --ma D0 --slo D1", file);
       EXPECT_THAT(raw.err, HasSubstr("this is " + name)) << ending;
     }
   }
 }
 
-}  // namespace words_test
-}  // namespace biss::verbs
+}  // namespace biss::verbs::words_test

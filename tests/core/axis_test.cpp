@@ -1,10 +1,3 @@
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <span>
-
 #include "biss/axis/counters.hpp"
 #include "biss/axis/freshness.hpp"
 #include "biss/frame/fixed.hpp"
@@ -14,8 +7,7 @@
 #include "biss/safety/verdict.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace axis_test {
+namespace biss::axis_test {
 
 // ---- Counters
 
@@ -131,5 +123,4 @@ BISS_TEST(FreshBuffer, MoreBytesThanItHas_AreRefused) {
   BISS_EXPECT(buffer.begin(reader.bytes(), note));
 }
 
-}  // namespace axis_test
-}  // namespace biss
+}  // namespace biss::axis_test

@@ -1,14 +1,9 @@
 // The ready-made registers: banks selected by BSEL, protection, the effects of a write.
-#include <array>
-#include <cstdint>
-#include <optional>
-
 #include "biss/slave/banked_registers.hpp"
 #include "biss/slave/register_server.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss::test {
-namespace banked_registers_test {
+namespace biss::test::banked_registers_test {
 
 using Level = RegisterProtection;
 
@@ -162,5 +157,4 @@ BISS_TEST(BankedRegisters, PerSlave_KeepsThemApart) {
   BISS_EXPECT(device.owner[0].hooks().executed == 0 && device.owner[1].hooks().executed == 1);
 }
 
-}  // namespace banked_registers_test
-}  // namespace biss::test
+}  // namespace biss::test::banked_registers_test

@@ -1,11 +1,3 @@
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <span>
-#include <type_traits>
-
 #include "biss/base/bit_buffer.hpp"
 #include "biss/base/bits.hpp"
 #include "biss/base/result.hpp"
@@ -17,8 +9,7 @@
 #include "biss/timing/device_timing.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace base_test {
+namespace biss::base_test {
 
 enum class Cause : std::uint8_t { none, small, large };
 
@@ -330,5 +321,4 @@ BISS_TEST(BitBuffer, RunFlipAndTruncate_ChangeOnlyTheirBits) {
   BISS_EXPECT_EQ(buffer.size_bits(), 64);
 }
 
-}  // namespace base_test
-}  // namespace biss
+}  // namespace biss::base_test

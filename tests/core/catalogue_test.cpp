@@ -1,8 +1,3 @@
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <string_view>
-
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/codec.hpp"
 #include "biss/frame/decode.hpp"
@@ -11,8 +6,7 @@
 #include "biss/safety/configurations.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace catalogue_test {
+namespace biss::catalogue_test {
 
 static_assert(find_encoder("resolute-26")->frame_format() ==
               parse_format("pos26,nE,nW,crc6;cds0").value());
@@ -223,5 +217,4 @@ BISS_TEST(Catalogue, WhatIsInferredOfRenishawsTypes_IsADoubt) {
   }
 }
 
-}  // namespace catalogue_test
-}  // namespace biss
+}  // namespace biss::catalogue_test

@@ -1,6 +1,4 @@
 // Writes and reads values in a channel's data word, also values that do not fit.
-#include <cstdint>
-
 #include "biss/frame/codec.hpp"
 #include "biss/frame/decode.hpp"
 #include "biss/frame/encode.hpp"
@@ -8,8 +6,7 @@
 #include "tests/core/frames.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace channel_test {
+namespace biss::channel_test {
 
 using test::format_of;
 using test::frame_of;
@@ -213,5 +210,4 @@ BISS_TEST(Channel, LifeCounter_CountsThroughItsWidth) {
   }
 }
 
-}  // namespace channel_test
-}  // namespace biss
+}  // namespace biss::channel_test

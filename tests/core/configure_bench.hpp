@@ -1,13 +1,6 @@
 // Encoders with registers on a line with an unconfigured master.
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <span>
-
 #include "biss/configure/configure_cycle.hpp"
 #include "biss/eds/bank.hpp"
 #include "biss/eds/bp3_part.hpp"

@@ -1,9 +1,4 @@
 // Configuration from electronic data sheets, right and wrong ones.
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-
 #include "biss/configure/configure_cycle.hpp"
 #include "biss/frame/format_text.hpp"
 #include "tests/core/configure_bench.hpp"

@@ -1,10 +1,5 @@
 // Configuration with faults: a cable that is cut, bits that are no answers, a device that exceeds
 // the limits.
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-
 #include "biss/configure/configurator.hpp"
 #include "biss/configure/configure_cycle.hpp"
 #include "tests/core/configure_bench.hpp"

@@ -1,12 +1,5 @@
 // Encoders are configured from their registers over the line, and then read with that
 // configuration.
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <span>
-
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/configure/configure_cycle.hpp"
 #include "biss/master/request.hpp"

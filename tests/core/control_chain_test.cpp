@@ -1,11 +1,5 @@
 // Control communication on the line itself: a daisy chain of slaves, stepped by the edges of MA,
 // and the session at its end. Frames with channels, without channels, and reduced ones.
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <utility>
-
 #include "biss/control/session.hpp"
 #include "biss/frame/decode.hpp"
 #include "biss/slave/register_server.hpp"
@@ -15,8 +9,7 @@
 #include "tests/core/slave_bench.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss::test {
-namespace control_chain_test {
+namespace biss::test::control_chain_test {
 
 using Codec = FrameCodec<CrcFast, 1>;
 
@@ -224,5 +217,4 @@ BISS_TEST(ControlChain, FrameCutBehindCds_IsEnough) {
   BISS_EXPECT(frame->channel_list[0].position == 4 && frame->channel_list[1].position == 1);
 }
 
-}  // namespace control_chain_test
-}  // namespace biss::test
+}  // namespace biss::test::control_chain_test

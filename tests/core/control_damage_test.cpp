@@ -1,15 +1,10 @@
 // One fault in an access: each bit of CDM and CDS, a reset or a cut in each frame. Every access
 // ends with its cause, no failed access reports success, and the next one works.
-#include <array>
-#include <cstddef>
-#include <cstdint>
-
 #include "tests/core/control_link.hpp"
 #include "tests/core/random.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss::test {
-namespace control_damage_test {
+namespace biss::test::control_damage_test {
 
 using Byte = std::array<std::uint8_t, 1>;
 using Error = ControlError;
@@ -283,5 +278,4 @@ BISS_TEST(ControlDamage, ManyDamages_OneAfterTheOther) {
   }
 }
 
-}  // namespace control_damage_test
-}  // namespace biss::test
+}  // namespace biss::test::control_damage_test

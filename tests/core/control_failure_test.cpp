@@ -1,16 +1,9 @@
 // Every cause, the effect of a retry, and the longest busy time of a slave.
-#include <array>
-#include <cstdint>
-#include <limits>
-#include <span>
-#include <string_view>
-
 #include "biss/control/session.hpp"
 #include "tests/core/control_script.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace control_failure_test {
+namespace biss::control_failure_test {
 
 using test::CdsScript;
 using test::Frames;
@@ -372,5 +365,4 @@ BISS_TEST(ControlFailure, CancelledAnywhere_IsFollowedBy14Zeros) {
   }
 }
 
-}  // namespace control_failure_test
-}  // namespace biss
+}  // namespace biss::control_failure_test

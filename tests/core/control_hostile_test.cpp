@@ -1,10 +1,4 @@
 // Flipped bits, exhaustively, and encoders with random answers.
-#include <algorithm>
-#include <array>
-#include <bit>
-#include <cstdint>
-#include <span>
-
 #include "biss/control/control_frame.hpp"
 #include "biss/control/session.hpp"
 #include "tests/core/control_script.hpp"

@@ -1,15 +1,9 @@
 // The master's session with the slaves' servers on one line: every address, and every result of an
 // access.
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-
 #include "tests/core/control_link.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss::test {
-namespace control_link_test {
+namespace biss::test::control_link_test {
 
 using Byte = std::array<std::uint8_t, 1>;
 using Error = ControlError;
@@ -193,5 +187,4 @@ BISS_TEST(ControlLink, SlaveWithoutControlCommunication_LeavesItsIdToTheNext) {
   BISS_EXPECT(link.read(2, 0x10, byte) && byte[0] == value_of(2, 0x10));
 }
 
-}  // namespace control_link_test
-}  // namespace biss::test
+}  // namespace biss::test::control_link_test

@@ -1,13 +1,9 @@
 // One fault in a sequence of bytes or in a command: the reported error, and the errors that a retry
 // repairs.
-#include <array>
-#include <cstdint>
-
 #include "tests/core/control_link.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss::test {
-namespace control_sequence_test {
+namespace biss::test::control_sequence_test {
 
 using Bytes = std::array<std::uint8_t, 2>;
 
@@ -114,5 +110,4 @@ BISS_TEST(ControlSequence, OneDamagedFrameOfACommand_NeverMakesItRunTwiceOrElsew
   }
 }
 
-}  // namespace control_sequence_test
-}  // namespace biss::test
+}  // namespace biss::test::control_sequence_test

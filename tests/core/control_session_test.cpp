@@ -1,18 +1,11 @@
 // Every published control frame, bit by bit, and the duration of accesses.
 #include "biss/control/session.hpp"
 
-#include <array>
-#include <cstdint>
-#include <span>
-#include <string_view>
-#include <utility>
-
 #include "biss/control/control_frame.hpp"
 #include "tests/core/control_script.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace control_session_test {
+namespace biss::control_session_test {
 
 using test::CdsScript;
 using test::Frames;
@@ -292,5 +285,4 @@ BISS_TEST(ControlHeader, EveryHeader_IsReadAsItWasMade) {
   }
 }
 
-}  // namespace control_session_test
-}  // namespace biss
+}  // namespace biss::control_session_test

@@ -1,16 +1,10 @@
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <utility>
-
 #include "biss/base/bits.hpp"
 #include "biss/crc/engines.hpp"
 #include "biss/crc/placed.hpp"
 #include "biss/crc/spec.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace crc_test {
+namespace biss::crc_test {
 
 constexpr CrcSpec crc4{.polynomial = 0x13, .start = 0, .width_bits = 4, .inverted = true};
 
@@ -342,5 +336,4 @@ BISS_TEST(PlacedCrc, NoCrc_IsAlwaysRight) {
   BISS_EXPECT(PlacedCrc<CrcBitwise>(CrcSpec{}, 20).is_right(0x1234'5678'9ABC'DEF0));
 }
 
-}  // namespace crc_test
-}  // namespace biss
+}  // namespace biss::crc_test

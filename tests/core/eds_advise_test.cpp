@@ -1,12 +1,9 @@
 #include "biss/eds/advise.hpp"
 
-#include <cstdint>
-
 #include "biss/frame/format_text.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace eds_advise_test {
+namespace biss::eds_advise_test {
 
 static_assert(advise({.resolution_bits = 20, .turns_bits = 12})->identifier == 0x6222);
 
@@ -76,5 +73,4 @@ BISS_TEST(EdsAdvice, ImpossibleWishes_SayWhy) {
                  AdviceError::clock_refused);
 }
 
-}  // namespace eds_advise_test
-}  // namespace biss
+}  // namespace biss::eds_advise_test

@@ -1,18 +1,11 @@
 #include "biss/eds/check.hpp"
 
-#include <array>
-#include <cstddef>
-#include <cstdint>
 #include <initializer_list>
-#include <optional>
-#include <span>
-#include <string_view>
 
 #include "tests/core/eds_banks.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace eds_check_test {
+namespace biss::eds_check_test {
 
 constexpr std::array good_bp3{&test::rotary_18,  &test::multiturn_12_20, &test::multiturn_odd,
                               &test::linear_36,  &test::linear_26,       &test::longest_55,
@@ -501,5 +494,4 @@ BISS_TEST(EdsCheck, CorruptionBesideTheOtherPart_IsReportedUnderItsField) {
   BISS_EXPECT(common.by_symbol * 3U > common.banks * 2U) << common.by_symbol;
 }
 
-}  // namespace eds_check_test
-}  // namespace biss
+}  // namespace biss::eds_check_test

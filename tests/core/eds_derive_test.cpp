@@ -1,14 +1,9 @@
 #include "biss/eds/derive.hpp"
 
-#include <algorithm>
-#include <array>
-#include <string_view>
-
 #include "tests/core/eds_banks.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace eds_derive_test {
+namespace biss::eds_derive_test {
 
 constexpr const EdsField& bp3(std::string_view symbol) { return *find_field(bp3_fields, symbol); }
 constexpr const EdsField& common(std::string_view symbol) {
@@ -84,5 +79,4 @@ BISS_TEST(EdsDerive, WrongIdentifier_IsNotRepeatedInTheRegisters) {
   BISS_EXPECT_EQ(parse_bp3_part(draft.profiles[0]->bank).bp_id, 0x6310);
 }
 
-}  // namespace eds_derive_test
-}  // namespace biss
+}  // namespace biss::eds_derive_test

@@ -1,12 +1,5 @@
 #include "biss/eds/device.hpp"
 
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <span>
-#include <string_view>
-
 #include "biss/eds/advise.hpp"
 #include "biss/eds/check.hpp"
 #include "biss/frame/codec.hpp"
@@ -14,8 +7,7 @@
 #include "tests/core/eds_banks.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace eds_device_test {
+namespace biss::eds_device_test {
 
 using enum EdsRemarkKind;
 
@@ -462,5 +454,4 @@ BISS_TEST(EdsDevice, AdvisedBank_IsGoodAndDescribesTheAdvisedFrame) {
   }
 }
 
-}  // namespace eds_device_test
-}  // namespace biss
+}  // namespace biss::eds_device_test

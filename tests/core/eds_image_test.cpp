@@ -1,16 +1,9 @@
 // Complete data sheets: the parts compared with the registers.
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <string_view>
-
 #include "biss/eds/check.hpp"
 #include "tests/core/eds_banks.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace eds_image_test {
+namespace biss::eds_image_test {
 
 // One data sheet with its own banks, and the findings of its check.
 struct Sheet {
@@ -288,5 +281,4 @@ BISS_TEST(EdsImage, RandomGoodParts_AreGoodAndBuildBack) {
   }
 }
 
-}  // namespace eds_image_test
-}  // namespace biss
+}  // namespace biss::eds_image_test

@@ -1,17 +1,10 @@
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <span>
-#include <string_view>
-
 #include "biss/eds/bp3_part.hpp"
 #include "biss/eds/common_part.hpp"
 #include "biss/eds/image.hpp"
 #include "tests/core/eds_banks.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace eds_part_test {
+namespace biss::eds_part_test {
 
 static_assert(parse_bp3_part(test::multiturn_12_20).mt_len == 12);
 static_assert(build_bank(parse_common_part(test::one_channel)) == test::one_channel);
@@ -368,5 +361,4 @@ BISS_TEST(EdsScale, OnlyTheClockAndBusyS_AreSourced) {
   BISS_EXPECT(eds_time("PON_DLY", 250) == EdsTime({250, milliseconds(250), true}));
 }
 
-}  // namespace eds_part_test
-}  // namespace biss
+}  // namespace biss::eds_part_test

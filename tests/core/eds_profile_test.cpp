@@ -1,15 +1,9 @@
 #include "biss/eds/profile.hpp"
 
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <string_view>
-
 #include "biss/frame/format_text.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace eds_profile_test {
+namespace biss::eds_profile_test {
 
 static_assert(format_text(profile_format(0x621E).value()).view() == "pos28,nE,nW,crc6");
 
@@ -158,5 +152,4 @@ BISS_TEST(Profile, Formats_HaveTheirIdentifierOrNone) {
   BISS_EXPECT_EQ(of("pos26,nE,nW,crc6", Profile::bp1).error(), ProfileError::unknown_profile);
 }
 
-}  // namespace eds_profile_test
-}  // namespace biss
+}  // namespace biss::eds_profile_test

@@ -1,11 +1,6 @@
 // The channel with a constant format compared with the codec that reads its format at run time.
 #include "biss/frame/fixed.hpp"
 
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <string_view>
-
 #include "biss/base/bit_buffer.hpp"
 #include "biss/frame/decode.hpp"
 #include "biss/frame/encode.hpp"

@@ -1,14 +1,8 @@
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <string_view>
-
 #include "biss/frame/format.hpp"
 #include "biss/frame/format_text.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace format_test {
+namespace biss::format_test {
 
 using Mistake = FormatMistake;
 
@@ -364,5 +358,4 @@ BISS_TEST(FrameFormat, EveryItem_StandsAtItsPlace) {
   BISS_EXPECT_EQ(format->payload_bits(), 30);
 }
 
-}  // namespace format_test
-}  // namespace biss
+}  // namespace biss::format_test

@@ -1,9 +1,3 @@
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <string_view>
-
 #include "biss/base/bits.hpp"
 #include "biss/crc/engines.hpp"
 #include "biss/frame/codec.hpp"
@@ -13,8 +7,7 @@
 #include "tests/core/frames.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace frame_test {
+namespace biss::frame_test {
 
 using test::format_of;
 using test::frame_of;
@@ -325,5 +318,4 @@ BISS_TEST(Flips, RandomBits_AreAFrameOrACause) {
   BISS_EXPECT(seen[static_cast<std::size_t>(FrameError::crc)] > 0);
 }
 
-}  // namespace frame_test
-}  // namespace biss
+}  // namespace biss::frame_test

@@ -1,9 +1,4 @@
 // A master and a slave on two delay lines, one for MA and one for SLO.
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/fixed.hpp"
 #include "biss/master/request.hpp"

@@ -1,13 +1,5 @@
 // The fast path of decode_frame() and SpiReader against the plain path, and the searches by words
 // against searches bit by bit: on good lines, damaged lines and noise, in buffers of any length.
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-#include <optional>
-#include <span>
-#include <string_view>
-
 #include "biss/base/bits.hpp"
 #include "biss/frame/decode.hpp"
 #include "biss/frame/encode.hpp"
@@ -127,10 +119,8 @@ Buffer damaged_line(test::Random& random, const Codec& codec) {
   return buffer;
 }
 
-void sweep(const char* text, std::uint64_t seed) {
-  std::size_t size = 0;
-  while (text[size] != '\0') ++size;
-  const FrameCodec<CrcFast, 2> codec(parse_format(std::string_view(text, size)).value());
+void sweep(std::string_view text, std::uint64_t seed) {
+  const FrameCodec<CrcFast, 2> codec(format_of(text));
   BISS_RANDOM(random, seed);
   for (std::uint32_t i = 0; i < test::rounds(20'000, 100); ++i) {
     const Buffer buffer = damaged_line(random, codec);
@@ -300,45 +290,23 @@ BISS_TEST(QuickRead, AnySetupAndBufferOfTwoFixedChannels_AsStepByStep) {
   sweep_reader(FixedCodec<two_channels>{}, 0x2A13);
 }
 
-BISS_TEST(QuickDecode, DamagedLinesOf26Bits_AsStepByStep) { sweep("pos26,nE,nW,crc6", 0x2A01); }
-
-BISS_TEST(QuickDecode, DamagedLinesWithCds0_AsStepByStep) {
-  sweep("pos26,nE,nW,crc6;cds0", 0x2A02);
-}
-
-BISS_TEST(QuickDecode, DamagedLinesOf36BitsAndCrc16_AsStepByStep) {
-  sweep("lc6,pos30,nE,nW,crc16", 0x2A03);
-}
-
-BISS_TEST(QuickDecode, DamagedLinesOfTwoChannels_AsStepByStep) {
-  sweep("pos26,nE,nW,crc6+pos18,nE,nW,crc6", 0x2A04);
-}
-
-BISS_TEST(QuickDecode, DamagedLinesWithoutCrc_AsStepByStep) { sweep("pos26,nE,nW", 0x2A05); }
-
-BISS_TEST(QuickDecode, DamagedLinesOf64Bits_AsStepByStep) { sweep("pos62,nE,nW,crc6", 0x2A06); }
-
-BISS_TEST(QuickDecode, DamagedLinesOfMultiturnAboveSingleturn_AsStepByStep) {
-  sweep("mt12,st23,E,W,crc6", 0x2A07);
-}
-
-BISS_TEST(QuickDecode, DamagedLinesOfMultiturnApartFromSingleturn_AsStepByStep) {
-  sweep("mt12,pad1,st23,nE,crc6", 0x2A08);
-}
-
-BISS_TEST(QuickDecode, DamagedLinesOfMultiturnBehindSingleturn_AsStepByStep) {
-  sweep("st20,mt12,nW,crc6", 0x2A09);
-}
-
-BISS_TEST(QuickDecode, DamagedLinesOfGray_AsStepByStep) { sweep("st23:gray,nE,nW,crc6", 0x2A0A); }
-
-BISS_TEST(QuickDecode, DamagedLinesOfOneTurnValue_AsStepByStep) {
-  sweep("st20,nE,crc5", 0x2A0B);
-  sweep("mt20,E,pad3,crc8:0x12F:0x5A", 0x2A0C);
-}
-
-BISS_TEST(QuickDecode, DamagedLinesWithoutPosition_AsStepByStep) {
-  sweep("pad9,nE,lc32,crc6:0x43:0x3F:plain", 0x2A0D);
+// With cds0, CRC16, two channels, no CRC, 64 bits; turns above, apart from and after the singleturn;
+// Gray code, one value of the turn, no position.
+BISS_TEST(QuickDecode, DamagedLines_AsStepByStep) {
+  constexpr std::array<std::string_view, 13> formats{"pos26,nE,nW,crc6",
+                                                     "pos26,nE,nW,crc6;cds0",
+                                                     "lc6,pos30,nE,nW,crc16",
+                                                     "pos26,nE,nW,crc6+pos18,nE,nW,crc6",
+                                                     "pos26,nE,nW",
+                                                     "pos62,nE,nW,crc6",
+                                                     "mt12,st23,E,W,crc6",
+                                                     "mt12,pad1,st23,nE,crc6",
+                                                     "st20,mt12,nW,crc6",
+                                                     "st23:gray,nE,nW,crc6",
+                                                     "st20,nE,crc5",
+                                                     "mt20,E,pad3,crc8:0x12F:0x5A",
+                                                     "pad9,nE,lc32,crc6:0x43:0x3F:plain"};
+  for (std::size_t i = 0; i < formats.size(); ++i) sweep(formats[i], 0x2A01 + i);
 }
 
 }  // namespace quick_test

@@ -1,16 +1,9 @@
 #include "biss/control/register_map.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cstdint>
-#include <optional>
-#include <span>
-
 #include "biss/base/big_endian.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace register_map_test {
+namespace biss::register_map_test {
 
 // Read from an iC-MHM (AN22): BSEL 0, EDS in bank 2, profile BP3 with 30 bits, no serial number,
 // "MHM#D", "iC".
@@ -91,5 +84,4 @@ BISS_TEST(BigEndian, NumbersAndBytes_AreEachOthersInverse) {
   }
 }
 
-}  // namespace register_map_test
-}  // namespace biss
+}  // namespace biss::register_map_test

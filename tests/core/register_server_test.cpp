@@ -1,17 +1,10 @@
 // The encoder's end of the control communication, checked bit by bit with PROTOCOL's vectors and
 // rules.
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <string_view>
-
 #include "biss/slave/register_server.hpp"
 #include "tests/core/control_bench.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss::test {
-namespace register_server_test {
+namespace biss::test::register_server_test {
 
 using Server = RegisterServer<TestOwner>;
 
@@ -362,5 +355,4 @@ BISS_TEST(RegisterServer, CdsAskedTwice_IsTheSameBit) {
   BISS_EXPECT_EQ(seen, 0b1100000000000000'101'00100010'0011U);
 }
 
-}  // namespace register_server_test
-}  // namespace biss::test
+}  // namespace biss::test::register_server_test

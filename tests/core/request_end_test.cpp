@@ -1,8 +1,4 @@
 // The end of failed requests, and the earliest time of the next one.
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-
 #include "biss/master/request.hpp"
 #include "tests/core/requests.hpp"
 #include "tests/core/test.hpp"
@@ -221,34 +217,6 @@ BISS_TEST(RequestEnd, ResetTimeOfAFewClocks_DoesNotCutAGoodFramesTimeout) {
   const Seen seen = run(master, device, {});
   BISS_EXPECT(master.reading().ready);
   BISS_EXPECT(seen.end == seen.last_rise + microseconds(20));
-}
-
-BISS_TEST(RequestEnd, RandomSlo_AlwaysEndsAndTheNextIsTaken) {
-  BISS_RANDOM(random, 0x3002);
-  Picoseconds now{};
-  for (std::uint32_t i = 0; i < test::rounds(3'000, 20); ++i) {
-    MasterSetup any = setup;
-    any.compensate = random.flip();
-    any.extra_clocks = static_cast<std::uint16_t>(random.below(5));
-    Master master(Codec{}, any);
-    const std::uint32_t pace = 1U + random.below(random.flip() ? 300'000 : 5'000'000);
-    StepOutput out = master.begin(now, true, random.flip());
-    const Picoseconds begin = now;
-    Picoseconds change = now;
-    bool slo = true;
-    while (!master.done()) {
-      BISS_ASSERT(out.deadline >= now && out.has_deadline());
-      if (change <= now) change = now + picoseconds(1 + random.below(pace));
-      now = std::min(out.deadline, change);
-      if (now == change) slo = !slo;
-      out = master.step(now, slo);
-    }
-    BISS_ASSERT(out.level && !out.has_deadline());
-    // Line delay, the frame, the timeout.
-    BISS_ASSERT(now - begin < microseconds(40 + 6 + 40 + 40));
-    now = std::max(now, master.earliest());
-    BISS_ASSERT(!master.begin(now, true).level);
-  }
 }
 
 constexpr DeviceTiming by_time{.start_min = nanoseconds(500),

@@ -1,9 +1,4 @@
 // Requests for less than a frame, and CDM that is held between requests.
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-
 #include "biss/master/request.hpp"
 #include "biss/slave/slave.hpp"
 #include "tests/core/frames.hpp"
@@ -293,6 +288,7 @@ BISS_TEST(RequestKind, RandomSlo_AlwaysEndsAndTheNextIsTaken) {
     MasterSetup any = setup;
     any.compensate = random.flip();
     any.hold_cdm = random.flip();
+    any.extra_clocks = static_cast<std::uint16_t>(random.below(5));
     Master master(Codec{}, any);
     const std::uint32_t pace = 1U + random.below(random.flip() ? 300'000 : 5'000'000);
     Picoseconds now{};
@@ -303,6 +299,7 @@ BISS_TEST(RequestKind, RandomSlo_AlwaysEndsAndTheNextIsTaken) {
       Picoseconds change = now;
       StepOutput out =
           master.begin(now, true, random.flip(), static_cast<RequestKind>(random.below(3)));
+      BISS_ASSERT(!out.level || any.hold_cdm);
       while (!master.done()) {
         BISS_ASSERT(out.deadline >= now && out.has_deadline());
         if (change <= now) change = now + picoseconds(1 + random.below(pace));

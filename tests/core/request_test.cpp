@@ -1,13 +1,6 @@
 // The readings of a master: line delay, sampling point, clocks.
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <type_traits>
-
-#include "biss/frame/format_text.hpp"
 #include "biss/master/request.hpp"
+#include "biss/frame/format_text.hpp"
 #include "tests/core/requests.hpp"
 #include "tests/core/test.hpp"
 

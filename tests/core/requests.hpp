@@ -1,9 +1,6 @@
 // A master and its device for the tests of requests.
 #pragma once
 
-#include <cstddef>
-#include <cstdint>
-
 #include "biss/frame/encode.hpp"
 #include "biss/frame/fixed.hpp"
 #include "biss/master/request.hpp"

@@ -111,6 +111,12 @@ class SafetyBench {
     const FrameBits bits = bits_of(plan_, sent);
     return monitor.step(OneClock{now}, bits.view());
   }
+  /// The next words, changed.
+  SafetyJudgement send_changed(const auto& change) {
+    SafetyWords sent = next();
+    change(sent);
+    return send(sent);
+  }
   /// A frame with changed bits.
   SafetyJudgement send_flipped(std::size_t payload_bit) {
     FrameBits bits = bits_of(plan_, next());

@@ -3,8 +3,7 @@
 #include "tests/core/safety_bench.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace safety_counter_test {
+namespace biss::safety_counter_test {
 
 using enum SafetyVerdict;
 using test::SafetyBench;
@@ -286,5 +285,4 @@ BISS_TEST(SafetyCounter, Learned_NamesFaultsWhileItLearns) {
   BISS_EXPECT_EQ(bench.monitor.state(), SafetyState::starting);
 }
 
-}  // namespace safety_counter_test
-}  // namespace biss
+}  // namespace biss::safety_counter_test

@@ -1,16 +1,11 @@
 // The two evaluations of one frame: published and derived words, fields, flags, the comparison, and
 // their agreement on any bits.
-#include <algorithm>
-#include <array>
-#include <span>
-
 #include "biss/safety/field_evaluation.hpp"
 #include "biss/safety/line_evaluation.hpp"
 #include "tests/core/safety_bench.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace safety_evaluation_test {
+namespace biss::safety_evaluation_test {
 
 using enum SafetyVerdict;
 using test::Findings;
@@ -464,5 +459,4 @@ BISS_TEST(SafePosition, TruePosition_IsWithinTheBoundsIfOneWordIsRight) {
   }
 }
 
-}  // namespace safety_evaluation_test
-}  // namespace biss
+}  // namespace biss::safety_evaluation_test

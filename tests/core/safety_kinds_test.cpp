@@ -1,13 +1,10 @@
 // The eight transmission errors of IEC 61784-3: each gives its verdict in the specified cycle.
-#include <array>
-
 #include "biss/safety/monitor.hpp"
 #include "biss/safety/verdict.hpp"
 #include "tests/core/safety_bench.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace safety_kinds_test {
+namespace biss::safety_kinds_test {
 
 using enum SafetyVerdict;
 using test::SafetyBench;
@@ -164,5 +161,4 @@ BISS_TEST(SafetyKinds, EveryKind_MayShowInTheWaysOfItsRow) {
   }
 }
 
-}  // namespace safety_kinds_test
-}  // namespace biss
+}  // namespace biss::safety_kinds_test

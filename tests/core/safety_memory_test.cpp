@@ -1,16 +1,10 @@
 // The safety monitor and faults of the memory: every bit of its state, its plan, and its judgement.
-#include <array>
-#include <bit>
-#include <cstddef>
-#include <cstdint>
-
 #include "biss/safety/monitor.hpp"
 #include "tests/core/monitor_bytes.hpp"
 #include "tests/core/safety_bench.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace safety_memory_test {
+namespace biss::safety_memory_test {
 
 using enum SafetyVerdict;
 
@@ -352,5 +346,4 @@ BISS_TEST(SafetyMemory, AnyTwoBitsOfAJudgement_NeverChangeOrInventAPosition) {
   }
 }
 
-}  // namespace safety_memory_test
-}  // namespace biss
+}  // namespace biss::safety_memory_test

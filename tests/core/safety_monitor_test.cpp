@@ -1,14 +1,11 @@
 // The safety monitor's states: starting, safe, latched; time; the budget; the self test.
 #include "biss/safety/monitor.hpp"
 
-#include <type_traits>
-
 #include "biss/master/spi_read.hpp"
 #include "tests/core/safety_bench.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace safety_monitor_test {
+namespace biss::safety_monitor_test {
 
 using enum SafetyVerdict;
 using test::RunPlan;
@@ -65,14 +62,10 @@ BISS_TEST(SafetyMonitor, StartFrames_AreCountedAnewAfterAFault) {
 BISS_TEST(SafetyMonitor, Warnings_AreToldAndNoFault) {
   SafetyBench bench;
   bench.until_safe();
-  test::SafetyWords words = bench.next();
-  words.cpw_nW = false;
-  SafetyJudgement judged = bench.send(words);
+  SafetyJudgement judged = bench.send_changed([](auto& words) { words.cpw_nW = false; });
   BISS_EXPECT_EQ(judged.verdict, safe);
   BISS_EXPECT(!judged.cpw_nW && judged.spw_nW && judged.position.has_value());
-  words = bench.next();
-  words.spw_nW = false;
-  judged = bench.send(words);
+  judged = bench.send_changed([](auto& words) { words.spw_nW = false; });
   BISS_EXPECT_EQ(judged.verdict, safe);
   BISS_EXPECT(judged.cpw_nW && !judged.spw_nW);
 }
@@ -90,23 +83,11 @@ BISS_TEST(SafetyMonitor, EveryFault_IsNamedInItsFrameAndHoldsUntilAcknowledged) 
       {spw_crc, [](SafetyBench& b) { return b.send_flipped(95); }},
       {no_frame, [](SafetyBench& b) { return b.send_flipped(96); }},
       {cpw_error,
-       [](SafetyBench& b) {
-         auto words = b.next();
-         words.cpw_nE = false;
-         return b.send(words);
-       }},
+       [](SafetyBench& b) { return b.send_changed([](auto& words) { words.cpw_nE = false; }); }},
       {spw_error,
-       [](SafetyBench& b) {
-         auto words = b.next();
-         words.spw_nE = false;
-         return b.send(words);
-       }},
+       [](SafetyBench& b) { return b.send_changed([](auto& words) { words.spw_nE = false; }); }},
       {comparison,
-       [](SafetyBench& b) {
-         auto words = b.next();
-         words.spw += 2;
-         return b.send(words);
-       }},
+       [](SafetyBench& b) { return b.send_changed([](auto& words) { words.spw += 2; }); }},
       {counter_repeated, [](SafetyBench& b) { return b.send(b.words()); }},
       {counter_skipped, [](SafetyBench& b) { return b.next(), b.good(); }},
       {counter_backwards, [](SafetyBench& b) { return --b.counter, b.send(b.words()); }},
@@ -476,5 +457,4 @@ constexpr bool works_while_compiling() {
 }
 static_assert(works_while_compiling());
 
-}  // namespace safety_monitor_test
-}  // namespace biss
+}  // namespace biss::safety_monitor_test

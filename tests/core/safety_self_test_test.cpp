@@ -4,8 +4,7 @@
 #include "tests/core/safety_bench.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace safety_self_test_test {
+namespace biss::safety_self_test_test {
 
 using enum SafetyVerdict;
 using Plan = test::RunPlan;
@@ -341,5 +340,4 @@ BISS_TEST(SafetySelfTest, OfAFrameWithMoreChannels_PassesAndKnowsWhoseCrcIsWhose
   BISS_EXPECT(!blind.self_test(blind.plan().fingerprint()));
 }
 
-}  // namespace safety_self_test_test
-}  // namespace biss
+}  // namespace biss::safety_self_test_test

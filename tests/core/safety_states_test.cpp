@@ -2,14 +2,11 @@
 // documents show.
 #include "biss/safety/states.hpp"
 
-#include <string_view>
-
 #include "biss/safety/monitor.hpp"
 #include "tests/core/safety_bench.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace safety_states_test {
+namespace biss::safety_states_test {
 
 using enum SafetyVerdict;
 using test::SafetyBench;
@@ -153,23 +150,11 @@ BISS_TEST(SafetyStates, ABudgetOfLineFaults_ToleratesNoFaultOfTheEncoderOrTheRec
   };
   constexpr Case cases[] = {
       {cpw_error,
-       [](SafetyBench& b) {
-         auto words = b.next();
-         words.cpw_nE = false;
-         return b.send(words);
-       }},
+       [](SafetyBench& b) { return b.send_changed([](auto& words) { words.cpw_nE = false; }); }},
       {spw_error,
-       [](SafetyBench& b) {
-         auto words = b.next();
-         words.spw_nE = false;
-         return b.send(words);
-       }},
+       [](SafetyBench& b) { return b.send_changed([](auto& words) { words.spw_nE = false; }); }},
       {comparison,
-       [](SafetyBench& b) {
-         auto words = b.next();
-         words.spw += 2;
-         return b.send(words);
-       }},
+       [](SafetyBench& b) { return b.send_changed([](auto& words) { words.spw += 2; }); }},
       {disagreement,
        [](SafetyBench& b) {
          b.now += SafetyBench::cycle;
@@ -186,5 +171,4 @@ BISS_TEST(SafetyStates, ABudgetOfLineFaults_ToleratesNoFaultOfTheEncoderOrTheRec
   }
 }
 
-}  // namespace safety_states_test
-}  // namespace biss
+}  // namespace biss::safety_states_test

@@ -1,9 +1,6 @@
 // The safety monitor and time: a clock that wraps around, stops or jumps; the budget of faults
 // across start-ups and across ages.
-#include <algorithm>
-#include <array>
 #include <iterator>
-#include <limits>
 
 #include "biss/base/wrapping_time.hpp"
 #include "biss/safety/monitor.hpp"
@@ -11,8 +8,7 @@
 #include "tests/core/safety_bench.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace safety_time_test {
+namespace biss::safety_time_test {
 
 using enum SafetyVerdict;
 using test::SafetyBench;
@@ -399,16 +395,8 @@ BISS_TEST(SafetyDelay, FirstAnswerWithAnotherFault_IsRefusedUntilTheEncoderResta
   using Send = SafetyJudgement (*)(SafetyBench&);
   constexpr Send sends[] = {
       [](SafetyBench& b) { return b.send_flipped(50); },
-      [](SafetyBench& b) {
-        auto words = b.next();
-        words.cpw_nE = false;
-        return b.send(words);
-      },
-      [](SafetyBench& b) {
-        auto words = b.next();
-        words.spw += 2;
-        return b.send(words);
-      },
+      [](SafetyBench& b) { return b.send_changed([](auto& words) { words.cpw_nE = false; }); },
+      [](SafetyBench& b) { return b.send_changed([](auto& words) { words.spw += 2; }); },
   };
   for (const Send send : sends) {
     SafetyBench bench([](SafetySetup& setup) { setup.counter.first = 1; });
@@ -503,21 +491,9 @@ constexpr Between betweens[] = {
     [](SafetyBench& b) { b.silence(); },
     [](SafetyBench& b) { b.send_flipped(0); },
     [](SafetyBench& b) { b.send_flipped(50); },
-    [](SafetyBench& b) {
-      auto words = b.next();
-      words.cpw_nE = false;
-      b.send(words);
-    },
-    [](SafetyBench& b) {
-      auto words = b.next();
-      words.spw_nE = false;
-      b.send(words);
-    },
-    [](SafetyBench& b) {
-      auto words = b.next();
-      words.spw += 2;
-      b.send(words);
-    },
+    [](SafetyBench& b) { b.send_changed([](auto& words) { words.cpw_nE = false; }); },
+    [](SafetyBench& b) { b.send_changed([](auto& words) { words.spw_nE = false; }); },
+    [](SafetyBench& b) { b.send_changed([](auto& words) { words.spw += 2; }); },
     [](SafetyBench& b) { b.send(b.words()); },
     [](SafetyBench& b) { b.next(), b.good(); },
     [](SafetyBench& b) { --b.counter, b.send(b.words()); },
@@ -640,5 +616,4 @@ BISS_TEST(SafetyDelay, OldPositionAfterAStimulus_IsAFault) {
   BISS_EXPECT_EQ(bench.good(5).verdict, safe);
 }
 
-}  // namespace safety_time_test
-}  // namespace biss
+}  // namespace biss::safety_time_test

@@ -1,11 +1,6 @@
 // A device that answers from a script through a delay line, for the tests of the master.
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-
 #include "biss/base/units.hpp"
 #include "biss/timing/step.hpp"
 #include "tests/core/frames.hpp"

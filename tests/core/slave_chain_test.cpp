@@ -1,16 +1,11 @@
 // Slaves in a daisy chain: SLO of one is SLI of the next.
-#include <algorithm>
-#include <array>
-#include <cstddef>
-
 #include "biss/frame/decode.hpp"
 #include "biss/slave/slave.hpp"
 #include "tests/core/frames.hpp"
 #include "tests/core/slave_bench.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss::test {
-namespace slave_chain_test {
+namespace biss::test::slave_chain_test {
 
 template <std::size_t Count>
 struct Chain {
@@ -178,5 +173,4 @@ BISS_TEST(SlaveChain, RequestWhilePredecessorIsBusy_IsEarly) {
   BISS_EXPECT(chain.out[2].level);
 }
 
-}  // namespace slave_chain_test
-}  // namespace biss::test
+}  // namespace biss::test::slave_chain_test

@@ -1,18 +1,12 @@
 // The slave's side of a request, clock by clock.
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-
+#include "biss/slave/slave.hpp"
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/decode.hpp"
-#include "biss/slave/slave.hpp"
 #include "tests/core/frames.hpp"
 #include "tests/core/slave_bench.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss::test {
-namespace slave_test {
+namespace biss::test::slave_test {
 
 using Codec = TestCodec;
 
@@ -336,5 +330,4 @@ struct NoCdm {
 };
 static_assert(!SlaveSource<NoCdm, Codec>);
 
-}  // namespace slave_test
-}  // namespace biss::test
+}  // namespace biss::test::slave_test

@@ -1,9 +1,3 @@
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-#include <span>
-
 #include "biss/base/bit_buffer.hpp"
 #include "biss/base/bits.hpp"
 #include "biss/base/units.hpp"
@@ -15,8 +9,7 @@
 #include "biss/timing/device_timing.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace spi_test {
+namespace biss::spi_test {
 
 using Codec = FrameCodec<CrcTable<4>, 1>;
 using Reader = SpiReader<Codec>;
@@ -338,5 +331,4 @@ BISS_TEST(SpiReader, AnyBuffer_IsReadInsideItsBytes) {
   BISS_EXPECT(frames < 20);
 }
 
-}  // namespace spi_test
-}  // namespace biss
+}  // namespace biss::spi_test

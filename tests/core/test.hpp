@@ -9,12 +9,25 @@
 //
 // On the host this is GoogleTest; with BISS_TARGET defined a test is a record in the linker section
 // `biss_tests` and a failure is a line through semihosting. A test source keeps to the headers that
-// the core may use, so that both builds have the same tests.
+// the core may use, so that both builds have the same tests. This header includes most of them.
 //
 // EXPECT_EQ and ASSERT_EQ compare integers by value, for all types and signs, and show integers,
 // bools and enumerators (as their number); of any other type with == the expression is shown.
 // Context streamed after a check is limited to integers and C strings.
 #pragma once
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <concepts>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <type_traits>
+#include <utility>
 
 #include "tests/core/compare.hpp"
 #include "tests/core/random.hpp"

@@ -1,8 +1,3 @@
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <limits>
-
 #include "biss/frame/frame.hpp"
 #include "biss/timing/cable.hpp"
 #include "biss/timing/cycle.hpp"
@@ -11,8 +6,7 @@
 #include "biss/timing/step.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace timing_test {
+namespace biss::timing_test {
 
 constexpr DeviceTiming renishaw{
     .clock_min = kilohertz(250),
@@ -333,5 +327,4 @@ BISS_TEST(SamplingPoint, IsHalfAPeriodAfterTheDelay) {
               SamplingPoint{5, nanoseconds(92)});
 }
 
-}  // namespace timing_test
-}  // namespace biss
+}  // namespace biss::timing_test

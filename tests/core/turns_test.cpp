@@ -1,12 +1,8 @@
-#include <cstdint>
-#include <limits>
-
 #include "biss/base/bits.hpp"
 #include "biss/turns/turn_counter.hpp"
 #include "tests/core/test.hpp"
 
-namespace biss {
-namespace turns_test {
+namespace biss::turns_test {
 
 /// The true position: it never wraps, is two words wide, and moves by signed steps.
 class Motion {
@@ -246,5 +242,4 @@ BISS_TEST(TurnCounter, Position_IsThereExactlyWhereItFits) {
   BISS_EXPECT(!at(64, -1, 0).has_value());
 }
 
-}  // namespace turns_test
-}  // namespace biss
+}  // namespace biss::turns_test

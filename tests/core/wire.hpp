@@ -1,12 +1,6 @@
 // A master, a cable, and the device at its end.
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
-
 #include "biss/base/units.hpp"
 #include "biss/master/request.hpp"
 #include "biss/timing/step.hpp"

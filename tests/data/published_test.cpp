@@ -11,8 +11,7 @@
 #include "tests/data/vectors.hpp"
 #include "tests/oracle/oracle.hpp"
 
-namespace published {
-namespace published_test {
+namespace published::published_test {
 
 std::string data_file(const char* name) { return std::string(BISS_TEST_DATA "/") + name; }
 
@@ -96,6 +95,4 @@ TEST(PublishedSlaveLog, EachLine_HoldsBothWays) {
   EXPECT_EQ(check_all(file), file.data_lines);
 }
 
-}  // namespace published_test
-
-}  // namespace published
+}  // namespace published::published_test

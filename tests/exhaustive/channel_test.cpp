@@ -2,9 +2,6 @@
 // encode then decode is the identity, and the oracle agrees bit for bit and value for value.
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,8 +9,7 @@
 #include "tests/exhaustive/scale.hpp"
 #include "tests/exhaustive/twin.hpp"
 
-namespace exhaustive {
-namespace channel_test {
+namespace exhaustive::channel_test {
 
 using oracle::Item;
 using oracle::Kind;
@@ -180,6 +176,4 @@ TEST(EveryCrc, AtEveryDataWidth_IsTheIdentityForBothReaders) {
   }
 }
 
-}  // namespace channel_test
-
-}  // namespace exhaustive
+}  // namespace exhaustive::channel_test

@@ -6,7 +6,6 @@
 
 #include <fstream>
 #include <iterator>
-#include <optional>
 #include <string>
 
 #include "lab/structure.hpp"
@@ -14,8 +13,7 @@
 #include "tests/exhaustive/scale.hpp"
 #include "tests/exhaustive/twin.hpp"
 
-namespace exhaustive {
-namespace flip_table_test {
+namespace exhaustive::flip_table_test {
 
 using Codec = biss::FrameCodec<biss::CrcFast, 1>;
 
@@ -193,6 +191,4 @@ TEST(FlipTable, Document_HasTheTablesAsComputed) {
       << "print the tables again with the target biss_flip_table";
 }
 
-}  // namespace flip_table_test
-
-}  // namespace exhaustive
+}  // namespace exhaustive::flip_table_test

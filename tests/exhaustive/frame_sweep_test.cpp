@@ -1,7 +1,6 @@
 // Whole frames: 1 to 8 channels, every length of ACK and of line delay, any bounds, any damage.
 #include <gtest/gtest.h>
 
-#include <cstdint>
 #include <map>
 #include <string>
 
@@ -9,8 +8,7 @@
 #include "tests/exhaustive/scale.hpp"
 #include "tests/exhaustive/twin.hpp"
 
-namespace exhaustive {
-namespace frame_sweep_test {
+namespace exhaustive::frame_sweep_test {
 
 using Codec = biss::FrameCodec<biss::CrcTable<4>>;
 
@@ -75,6 +73,4 @@ TEST(RandomFrames, OfAnyFormat_AreReadAlikeWholeAndDamaged) {
   EXPECT_EQ(seen.size(), biss::frame_error_count + 1) << "a cause was never met";
 }
 
-}  // namespace frame_sweep_test
-
-}  // namespace exhaustive
+}  // namespace exhaustive::frame_sweep_test

@@ -2,8 +2,6 @@
 // the weight distribution of the code gives. Also lines that end too early.
 #include <gtest/gtest.h>
 
-#include <array>
-#include <cstdint>
 #include <string>
 
 #include "biss/frame/format_text.hpp"
@@ -11,8 +9,7 @@
 #include "tests/exhaustive/scale.hpp"
 #include "tests/exhaustive/twin.hpp"
 
-namespace exhaustive {
-namespace word_flips_test {
+namespace exhaustive::word_flips_test {
 
 using Codec = biss::FrameCodec<biss::CrcFast, 1>;
 
@@ -181,6 +178,4 @@ TEST(Prefixes, OfEveryWord_HaveTheirCauseForBothReaders) {
   }
 }
 
-}  // namespace word_flips_test
-
-}  // namespace exhaustive
+}  // namespace exhaustive::word_flips_test

@@ -10,8 +10,7 @@
 #include "biss/frame/codec.hpp"
 #include "biss/frame/format_text.hpp"
 
-namespace biss::explain {
-namespace checksum_variant_test {
+namespace biss::explain::checksum_variant_test {
 
 constexpr unsigned position_bits = 22;
 constexpr unsigned data_bits = position_bits + 2;
@@ -96,5 +95,4 @@ TEST(ChecksumVariant, UsualChecksum_IsNoMistake) {
   EXPECT_FALSE(find_variant(frames, std::nullopt, data_bits + 6));
 }
 
-}  // namespace checksum_variant_test
-}  // namespace biss::explain
+}  // namespace biss::explain::checksum_variant_test

@@ -12,8 +12,7 @@
 #include "draw/text.hpp"
 #include "sim/line.hpp"
 
-namespace biss::draw {
-namespace drawing_test {
+namespace biss::draw::drawing_test {
 
 using sim::FaultKind;
 using testing::Contains;
@@ -357,5 +356,4 @@ TEST(DrawingText, NoAnswer_HasNoSamples) {
   EXPECT_THAT(drawing_text(drawing), testing::Not(HasSubstr("sample")));
 }
 
-}  // namespace drawing_test
-}  // namespace biss::draw
+}  // namespace biss::draw::drawing_test

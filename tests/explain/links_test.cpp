@@ -8,8 +8,7 @@
 #include "sim/line.hpp"
 #include "tests/explain/matrix.hpp"
 
-namespace biss::explain::test {
-namespace links_test {
+namespace biss::explain::test::links_test {
 
 TEST(Explain, SampleOfEachCause_IsFoundFirst) {
   const Matrix matrix = measure_matrix(documented_seed + 5000, 12, 60);
@@ -105,5 +104,4 @@ TEST(Explain, NamesAndRemedies_AreThereForEachCause) {
   }
 }
 
-}  // namespace links_test
-}  // namespace biss::explain::test
+}  // namespace biss::explain::test::links_test

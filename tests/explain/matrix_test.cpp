@@ -3,8 +3,7 @@
 
 #include <gtest/gtest.h>
 
-namespace biss::explain::test {
-namespace matrix_test {
+namespace biss::explain::test::matrix_test {
 
 TEST(ExplainMatrix, TrueCause_IsFirstInMostCaptures) {
   const Matrix matrix = measure_matrix(documented_seed, documented_links, documented_clean);
@@ -21,5 +20,4 @@ TEST(ExplainMatrix, TrueCause_IsFirstInMostCaptures) {
   EXPECT_GE(100 * matrix.right(Cause::healthy), 98 * documented_clean) << matrix.misses;
 }
 
-}  // namespace matrix_test
-}  // namespace biss::explain::test
+}  // namespace biss::explain::test::matrix_test

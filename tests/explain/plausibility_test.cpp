@@ -5,8 +5,7 @@
 
 #include "biss/frame/format_text.hpp"
 
-namespace biss::explain {
-namespace plausibility_test {
+namespace biss::explain::plausibility_test {
 
 // A good cycle each 100 us; its channels are at these positions.
 decode::Cycle cycle_at(std::int64_t number, std::uint64_t first, std::uint64_t second) {
@@ -37,5 +36,4 @@ TEST(Plausibility, JumpOfTheSecondChannel_IsSeenThere) {
   EXPECT_EQ(second.steps().first_cycle, 7U);
 }
 
-}  // namespace plausibility_test
-}  // namespace biss::explain
+}  // namespace biss::explain::plausibility_test

@@ -12,8 +12,7 @@
 #include "flow/cycle_flow.hpp"
 #include "tests/flow/flow_trial.hpp"
 
-namespace biss::flow_trial {
-namespace flow_test {
+namespace biss::flow_trial::flow_test {
 
 #ifdef BISS_LONG
 constexpr std::uint64_t trials = 500;
@@ -131,5 +130,4 @@ TEST(Flow, CallerThatHasEnough_NoFurtherPieceIsDecoded) {
   }
 }
 
-}  // namespace flow_test
-}  // namespace biss::flow_trial
+}  // namespace biss::flow_trial::flow_test

@@ -5,8 +5,7 @@
 
 #include <string>
 
-namespace oracle {
-namespace oracle_test {
+namespace oracle::oracle_test {
 
 // Spaces are for the reader.
 Bits line_of(const std::string& text) {
@@ -109,6 +108,4 @@ TEST(Oracle, SecondChannelDamaged_IsNamed) {
   EXPECT_EQ(reading.channel, 1U);
 }
 
-}  // namespace oracle_test
-
-}  // namespace oracle
+}  // namespace oracle::oracle_test

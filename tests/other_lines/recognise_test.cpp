@@ -4,8 +4,7 @@
 #include "tests/other_lines/generators.hpp"
 #include "tests/other_lines/score.hpp"
 
-namespace biss::other_lines {
-namespace recognise_test {
+namespace biss::other_lines::recognise_test {
 
 using identify::Protocol;
 
@@ -71,5 +70,4 @@ TEST(Recognise, CapturesOfBissC_AreBissC) {
   EXPECT_GE(row.least_biss, 0.9);
 }
 
-}  // namespace recognise_test
-}  // namespace biss::other_lines
+}  // namespace biss::other_lines::recognise_test

@@ -12,8 +12,7 @@
 #include "tests/exhaustive/scale.hpp"
 #include "tests/sim/fault_table.hpp"
 
-namespace biss::campaign {
-namespace campaign_test {
+namespace biss::campaign::campaign_test {
 
 const Tally& alone(const Outcome& outcome, sim::FaultKind kind) {
   return outcome.alone[static_cast<std::size_t>(kind)];
@@ -149,5 +148,4 @@ TEST(Damage, ProbesExchangedForSomeCycles_StepIsFoundAgain) {
   });
 }
 
-}  // namespace campaign_test
-}  // namespace biss::campaign
+}  // namespace biss::campaign::campaign_test

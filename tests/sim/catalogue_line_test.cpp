@@ -11,8 +11,7 @@
 #include "tests/exhaustive/scale.hpp"
 #include "tests/sim/campaign.hpp"
 
-namespace biss::campaign {
-namespace catalogue_line_test {
+namespace biss::campaign::catalogue_line_test {
 
 template <class Check>
 std::size_t for_each_line(Check check) {
@@ -114,5 +113,4 @@ TEST(CatalogueLine, WithoutCompensation_PositionIsTrueOrThereIsACause) {
   });
 }
 
-}  // namespace catalogue_line_test
-}  // namespace biss::campaign
+}  // namespace biss::campaign::catalogue_line_test

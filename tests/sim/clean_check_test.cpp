@@ -4,8 +4,7 @@
 #include "tests/exhaustive/scale.hpp"
 #include "tests/sim/clean_capture.hpp"
 
-namespace biss::campaign {
-namespace clean_check_test {
+namespace biss::campaign::clean_check_test {
 
 TEST(CleanCheck, CapturesWithoutFaults_FailNoRule) {
   const std::uint64_t captures = exhaustive::slow_build ? 200 : 2'000;
@@ -25,5 +24,4 @@ TEST(CleanCheck, CapturesWithoutFaults_FailNoRule) {
   }
 }
 
-}  // namespace clean_check_test
-}  // namespace biss::campaign
+}  // namespace biss::campaign::clean_check_test

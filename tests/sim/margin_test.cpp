@@ -8,8 +8,7 @@
 #include "sim/line.hpp"
 #include "tests/exhaustive/scale.hpp"
 
-namespace biss::campaign {
-namespace margin_test {
+namespace biss::campaign::margin_test {
 
 // 26 bits at 5 MHz: a period is 200 ns.
 sim::LineSetup line_with_delay(Picoseconds delay, bool compensate) {
@@ -82,5 +81,4 @@ TEST(Margin, JitterAroundTheBound_MasterAndDecoderAgreeOnEveryCycle) {
   EXPECT_LT(marginal, cycles * 19 / 20);
 }
 
-}  // namespace margin_test
-}  // namespace biss::campaign
+}  // namespace biss::campaign::margin_test

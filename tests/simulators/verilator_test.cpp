@@ -5,8 +5,7 @@
 
 #include "capture/test_peers.hpp"
 
-namespace biss::capture {
-namespace verilator_test {
+namespace biss::capture::verilator_test {
 
 constexpr const char* verilog = R"(`timescale 1ns/1ps
 module top(input wire MA, output reg SLO, output reg [7:0] bus);
@@ -59,5 +58,4 @@ TEST(Verilator, FstOfARun_HasTheEdgesOfItsVcd) {
   EXPECT_GT(vcd.at("SLO").size(), 1'000U);
 }
 
-}  // namespace verilator_test
-}  // namespace biss::capture
+}  // namespace biss::capture::verilator_test

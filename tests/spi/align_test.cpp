@@ -15,8 +15,7 @@
 #include "tests/spi/effort.hpp"
 #include "tests/spi/line_model.hpp"
 
-namespace biss::test::spi {
-namespace align_test {
+namespace biss::test::spi::align_test {
 
 using Codec = FrameCodec<CrcTable<4>, 1>;
 using Reader = SpiReader<Codec>;
@@ -222,5 +221,4 @@ TEST(SpiAlign, EveryPrefix_GivesACauseUntilTheLastCrcBit) {
   }
 }
 
-}  // namespace align_test
-}  // namespace biss::test::spi
+}  // namespace biss::test::spi::align_test

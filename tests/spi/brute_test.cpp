@@ -12,8 +12,7 @@
 #include "tests/spi/effort.hpp"
 #include "tests/spi/line_model.hpp"
 
-namespace biss::test::spi {
-namespace brute_test {
+namespace biss::test::spi::brute_test {
 
 std::uint64_t mask(unsigned bits) { return (std::uint64_t{1} << bits) - 1; }
 
@@ -143,5 +142,4 @@ TEST(SlipFacts, FrameSlippedByOneBit_IsCaughtBecauseTheCrcIsInverted) {
   }
 }
 
-}  // namespace brute_test
-}  // namespace biss::test::spi
+}  // namespace biss::test::spi::brute_test

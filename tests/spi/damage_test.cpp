@@ -20,8 +20,7 @@
 #include "tests/spi/effort.hpp"
 #include "tests/spi/rates.hpp"
 
-namespace biss::test::spi {
-namespace damage_test {
+namespace biss::test::spi::damage_test {
 
 /// Buffers per case; BISS_DAMAGED_BUFFERS changes the number.
 std::uint64_t buffers(std::uint64_t usual) {
@@ -267,5 +266,4 @@ TEST(SpiDamage, SafetyWordsOfOnePosition_PassAtTheComputedRate) {
             0xDA56, buffers(million));
 }
 
-}  // namespace damage_test
-}  // namespace biss::test::spi
+}  // namespace biss::test::spi::damage_test

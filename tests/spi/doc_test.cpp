@@ -18,8 +18,7 @@
 #include "biss/master/spi_read.hpp"
 #include "tests/spi/rates.hpp"
 
-namespace biss::test::spi {
-namespace doc_test {
+namespace biss::test::spi::doc_test {
 
 std::string document(const char* name) {
   std::ifstream file(std::string(BISS_SOURCE_FOLDER "/") + name);
@@ -199,5 +198,4 @@ TEST(LostStartDocument, WorkedExample_IsWhatTheReaderSays) {
   expect_said("`ack_clocks` is " + std::to_string(read->ack_clocks));
 }
 
-}  // namespace doc_test
-}  // namespace biss::test::spi
+}  // namespace biss::test::spi::doc_test

@@ -17,8 +17,7 @@
 #include "tests/spi/effort.hpp"
 #include "tests/spi/line_model.hpp"
 
-namespace biss::test::spi {
-namespace late_test {
+namespace biss::test::spi::late_test {
 
 using Codec = FrameCodec<CrcTable<4>, 1>;
 using Reader = SpiReader<Codec>;
@@ -293,5 +292,4 @@ TEST(SpiLate, WrongSampleBeforeAck_NeverMovesStart) {
   }
 }
 
-}  // namespace late_test
-}  // namespace biss::test::spi
+}  // namespace biss::test::spi::late_test

@@ -18,8 +18,7 @@
 #include "tests/spi/effort.hpp"
 #include "tests/spi/line_model.hpp"
 
-namespace biss::test::spi {
-namespace total_test {
+namespace biss::test::spi::total_test {
 
 constexpr std::size_t requests = 4;
 
@@ -184,5 +183,4 @@ TEST(SpiTotal, RequestsSoonerThanThat_AreNotRead) {
   EXPECT_GT(places, 600U);
 }
 
-}  // namespace total_test
-}  // namespace biss::test::spi
+}  // namespace biss::test::spi::total_test

@@ -21,8 +21,7 @@
 #include "tests/exhaustive/scale.hpp"
 #include "tests/timing/scenario.hpp"
 
-namespace timing_test {
-namespace catalogue_test {
+namespace timing_test::catalogue_test {
 
 using biss::CatalogueEntry;
 using biss::Picoseconds;
@@ -349,6 +348,4 @@ TEST(CatalogueAgainstOracle, RequestsSoonerThanTheBudget_AreNotAnswered) {
   EXPECT_GE(places * thin, 2 * 8 * biss::catalogue.size());
 }
 
-}  // namespace catalogue_test
-
-}  // namespace timing_test
+}  // namespace timing_test::catalogue_test

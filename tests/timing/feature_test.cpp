@@ -7,8 +7,7 @@
 
 #include "tests/timing/feature.hpp"
 
-namespace timing_test {
-namespace feature_test {
+namespace timing_test::feature_test {
 
 std::vector<Feature> features() { return read_features(BISS_TIMING_FEATURES); }
 
@@ -60,6 +59,4 @@ TEST(TimingFeatures, Document_IsDrawnFromTheFiles) {
                                                      "biss_timing_document tests/timing/features";
 }
 
-}  // namespace feature_test
-
-}  // namespace timing_test
+}  // namespace timing_test::feature_test

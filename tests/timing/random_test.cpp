@@ -10,8 +10,7 @@
 #include "tests/exhaustive/scale.hpp"
 #include "tests/timing/scenario.hpp"
 
-namespace timing_test {
-namespace random_test {
+namespace timing_test::random_test {
 
 using biss::test::Random;
 using oracle::Time;
@@ -124,6 +123,4 @@ TEST(SlaveAgainstOracle, Requests_AreAnsweredAlike) {
 
 TEST(SlaveAgainstOracle, AnyEdges_AreAnsweredAlike) { compare(0x51A7E'0002, rounds, random_edges); }
 
-}  // namespace random_test
-
-}  // namespace timing_test
+}  // namespace timing_test::random_test

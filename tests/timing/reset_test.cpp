@@ -12,8 +12,7 @@
 #include "biss/master/request.hpp"
 #include "tests/exhaustive/scale.hpp"
 
-namespace timing_test {
-namespace reset_test {
+namespace timing_test::reset_test {
 
 using biss::CatalogueEntry;
 using biss::Picoseconds;
@@ -203,5 +202,4 @@ TEST(Reset, ResoluteOf26BitsAt250Khz_RestsForTheWholeCycleAndNotMuchLonger) {
   EXPECT_LE(fast.next, biss::nanoseconds(31'600));
 }
 
-}  // namespace reset_test
-}  // namespace timing_test
+}  // namespace timing_test::reset_test

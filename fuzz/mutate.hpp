@@ -1,29 +1,43 @@
-// Mutations of text that leave most of it readable: they change tokens instead of bytes.
+// Mutations that leave most of an input readable.
 #pragma once
 
-#include <algorithm>
-#include <cstddef>
-#include <cstdint>
-#include <cstring>
-#include <span>
-#include <string>
-#include <string_view>
-#include <utility>
-
-#include "fuzz/capture_seeds.hpp"
+#include "fuzz/target.hpp"
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
 
 namespace biss::fuzz {
 
-/// Changes a few tokens of a text at random places; the cost hardly depends on its length.
+/// SplitMix64: numbers that look random, from any seed, without a large state to set up.
+struct SplitMix {
+  std::uint64_t state;
+
+  std::uint64_t operator()() {
+    state += 0x9E37'79B9'7F4A'7C15U;
+    std::uint64_t z = state;
+    z = (z ^ (z >> 30U)) * 0xBF58'476D'1CE4'E5B9U;
+    z = (z ^ (z >> 27U)) * 0x94D0'49BB'1331'11EBU;
+    return z ^ (z >> 31U);
+  }
+};
+
+/// Changed by libFuzzer, at most `growth` bytes longer.
+inline std::string changed_bytes(std::string bytes, std::size_t growth) {
+  const std::size_t size = bytes.size();
+  bytes.resize(size + growth);
+  bytes.resize(LLVMFuzzerMutate(reinterpret_cast<std::uint8_t*>(bytes.data()), size, bytes.size()));
+  return bytes;
+}
+
+/// Changes tokens of a text instead of bytes, which leaves most of it readable. The cost hardly
+/// depends on the length of the text.
 class TokenMutator {
  public:
-  /// `delimiters` end tokens; `words` are inserted as tokens.
-  TokenMutator(std::string text, std::string_view delimiters,
-               std::span<const std::string_view> words, std::uint64_t seed)
-      : text_(std::move(text)), delimiters_(delimiters), words_(words), random_{seed} {}
+  /// `delimiters` end tokens; `words` are separated by '|' and inserted as tokens.
+  TokenMutator(std::string text, std::string_view delimiters, std::string_view words,
+               SplitMix& random)
+      : text_(std::move(text)), delimiters_(delimiters), words_(words), random_(random) {}
 
+  /// The text with one to three changes.
   std::string mutate() {
     const std::size_t times = 1 + below(3);
     for (std::size_t i = 0; i < times && !text_.empty(); ++i) change_one();
@@ -45,6 +59,13 @@ class TokenMutator {
     const std::size_t before = text_.find_last_of(delimiters_, at);
     const std::size_t first = before == std::string::npos ? 0 : before + 1;
     return {first, std::max(first, std::min(text_.find_first_of(delimiters_, at), text_.size()))};
+  }
+
+  std::string_view any_word() {
+    const auto words = static_cast<std::size_t>(std::count(words_.begin(), words_.end(), '|')) + 1;
+    std::string_view rest = words_;
+    for (std::size_t i = below(words); i > 0; --i) rest.remove_prefix(rest.find('|') + 1);
+    return rest.substr(0, rest.find('|'));
   }
 
   // Several consecutive tokens with their delimiters.
@@ -75,7 +96,7 @@ class TokenMutator {
       case 6:
         return duplicate(any_span());
       default:
-        return replace(any_token(), words_[below(words_.size())]);
+        return replace(any_token(), any_word());
     }
   }
 
@@ -116,24 +137,27 @@ class TokenMutator {
 
   std::string text_;
   std::string_view delimiters_;
-  std::span<const std::string_view> words_;
-  SplitMix random_;
+  std::string_view words_;
+  SplitMix& random_;
 };
 
-/// The body of a custom mutator: mostly tokens, sometimes bytes, and a new seed if the text is too
-/// small to be a capture.
-template <class MakeSeed>
-std::size_t mutate_capture(std::span<std::uint8_t> space, std::size_t size, unsigned seed,
-                           std::string_view delimiters, std::span<const std::string_view> words,
-                           MakeSeed make_seed) {
+/// The body of a custom mutator: mostly `mutate`, sometimes bytes, and a new seed if the input is too
+/// small to be a capture. A result that is too large is cut off, or `whole` and then not used.
+template <class MakeSeed, class Mutate>
+std::size_t mutate_input(std::span<std::uint8_t> space, std::size_t size, unsigned seed,
+                         MakeSeed make_seed, Mutate mutate, bool whole = false) {
   constexpr std::size_t smallest_capture = 64;
-  if (seed % 16 == 0 && size != 0) return LLVMFuzzerMutate(space.data(), size, space.size());
-  const std::string_view text(reinterpret_cast<const char*>(space.data()), size);
-  const bool fresh = size < smallest_capture || seed % 8 == 1;
-  std::string begin = fresh ? make_seed(std::uint64_t{seed}) : std::string(text);
-  const std::string result = TokenMutator(std::move(begin), delimiters, words, seed).mutate();
-  const std::size_t kept = std::min(result.size(), space.size());
-  std::memcpy(space.data(), result.data(), kept);
+  SplitMix random{seed};
+  if (size != 0 && random() % 16 == 0) {
+    return LLVMFuzzerMutate(space.data(), size, space.size());
+  }
+  const std::string before(reinterpret_cast<const char*>(space.data()), size);
+  const bool fresh = size < smallest_capture || random() % 8 == 0;
+  // The first two of each eight seeds have the usual format and no damage.
+  std::string after = mutate(fresh ? make_seed(random() & ~std::uint64_t{6}) : before, random);
+  if (whole && after.size() > space.size()) after = before;
+  const std::size_t kept = std::min(after.size(), space.size());
+  std::copy_n(after.begin(), kept, space.begin());
   return kept;
 }
 

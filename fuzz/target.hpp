@@ -1,12 +1,28 @@
-// An input's bytes, one after the other.
+// What every target uses: the bytes of an input one after the other, and conditions that hold for
+// every input. It includes the standard headers that most targets need.
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
+#include <cstdlib>
+#include <optional>
 #include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 namespace biss::fuzz {
+
+/// Reports a finding with file and line unless `holds`.
+inline void require(bool holds, const char* file = __builtin_FILE(), int line = __builtin_LINE()) {
+  if (holds) return;
+  std::fprintf(stderr, "%s:%d: does not hold\n", file, line);
+  std::abort();
+}
 
 /// After the last byte, all bytes are zero.
 class ByteSource {
