@@ -57,7 +57,7 @@ namespace eds_detail {
 
 // The identifier of a BP3 channel with C = 0.
 constexpr std::uint16_t plain_bp3_identifier(const Bp3Part& part) {
-  return static_cast<std::uint16_t>(0x6200U | ((part.position_bits() + 2) & 0x7FU));
+  return ProfileIdentifier{0x6200}.with_length(part.position_bits() + 2).raw;
 }
 
 constexpr void derive_profile(EdsPartDraft& draft) {
@@ -134,7 +134,7 @@ constexpr std::optional<std::uint16_t> derived_identifier(const EdsDraft& draft)
   if (given.profile() != Profile::bp3) return eds_detail::plain_bp3_identifier(part);
   const unsigned length =
       part.position_bits() + 2 + (given.crc_is_data() ? unsigned{crc6.width_bits} : 0U);
-  return static_cast<std::uint16_t>((given.raw & 0xFF80U) | (length & 0x7FU));
+  return given.with_length(length).raw;
 }
 
 }  // namespace biss

@@ -56,19 +56,9 @@ enum class EdsRemarkKind : std::uint8_t {
   order,          ///< several channels: which is first on the line is an assumption
 };
 
-inline constexpr std::size_t eds_remark_count = 10;
-
-/// The name that scripts see, the same as the enumerator's.
-constexpr std::string_view name_of(EdsRemarkKind kind) {
-  constexpr std::array<std::string_view, eds_remark_count> names{
-      "overridden", "disagrees",     "repaired",   "not_usable", "not_given",
-      "undivided",  "other_reading", "hypothesis", "doubtful",   "order"};
-  return names[static_cast<std::size_t>(kind)];
-}
-
 /// The message for a user, without a full stop.
 constexpr std::string_view text_of(EdsRemarkKind kind) {
-  constexpr std::array<std::string_view, eds_remark_count> texts{
+  constexpr std::string_view texts[] = {
       "overridden by hand",
       "another source says otherwise and is believed",
       "a usual mistake, read as what it means",
@@ -297,7 +287,7 @@ class ChannelReader {
     if (common_ && common_overrides(1) && id.profile() == Profile::bp3) {
       const bool counted = id.crc_is_data() && options_.length_counts_crc;
       const unsigned length = common_->dlen + (counted ? crc6.width_bits : 0U);
-      used = static_cast<std::uint16_t>((used & 0xFF80U) | (length & 0x7FU));
+      return id.with_length(length).raw;
     }
     return used;
   }

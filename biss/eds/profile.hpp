@@ -59,6 +59,10 @@ struct ProfileIdentifier {
   constexpr unsigned data_length() const {
     return profile() == Profile::bp0 ? (raw >> 8U) & 0x1FU : raw & 0x7FU;
   }
+  /// BP3, BP3S: the same identifier with another DL.
+  constexpr ProfileIdentifier with_length(unsigned length) const {
+    return {static_cast<std::uint16_t>((raw & 0xFF80U) | (length & 0x7FU))};
+  }
   /// BP0: the data go to the device.
   constexpr bool actuator() const { return bit7(); }
   /// BP0: the application's number.
