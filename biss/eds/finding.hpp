@@ -1,6 +1,8 @@
 // EdsFinding: what is wrong with a data sheet, in words.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>
@@ -119,28 +121,23 @@ struct EdsFinding {
 /// Two fields, or the data sheet and the registers, describe different frames or times, and no rule
 /// says which is right. A format from such a data sheet may be wrong.
 constexpr bool contradicts(const EdsFinding& finding) {
+  using enum EdsProblem;
+  constexpr auto always = std::to_array<EdsProblem>(
+      {lengths, count_above_length, encoder_type, identifier, bank_is_common, bank_shared,
+       slave_offset, data_length, data_length_differs});
+  if (std::find(always.begin(), always.end(), finding.problem) != always.end()) return true;
   switch (finding.problem) {
-    case EdsProblem::lengths:
-    case EdsProblem::count_above_length:
-    case EdsProblem::encoder_type:
-    case EdsProblem::identifier:
-    case EdsProblem::bank_is_common:
-    case EdsProblem::bank_shared:
-    case EdsProblem::slave_offset:
-    case EdsProblem::data_length:
-    case EdsProblem::data_length_differs:
-      return true;
-    case EdsProblem::alignment:
+    case alignment:
       return finding.against.ends_with("_FMT");  // no format has zeros between two fields
-    case EdsProblem::out_of_range:
+    case out_of_range:
       return finding.against == "FB2";  // no nE
-    case EdsProblem::polynomial_differs:
+    case polynomial_differs:
       return finding.value != 0;  // else it is not given
-    case EdsProblem::channel_count:
+    case channel_count:
       return finding.expected > finding.value;  // fewer: registers may describe the others
-    case EdsProblem::min_above_max:
+    case min_above_max:
       return finding.part == EdsPart::common;  // not those of temperature and supply
-    case EdsProblem::little_endian:
+    case little_endian:
       return !finding.against.empty();  // a count; identifier and polynomial are repaired
     default:
       return false;

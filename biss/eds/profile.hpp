@@ -33,21 +33,10 @@ struct ProfileIdentifier {
   constexpr bool operator==(const ProfileIdentifier&) const = default;
 
   constexpr Profile profile() const {
-    if (raw == 0) return Profile::none;
-    switch (raw >> 12U) {
-      case 0b0000:
-      case 0b0001:
-        return Profile::bp0;
-      case 0b0010:
-      case 0b0011:
-        return Profile::bp1;
-      case 0b0110:
-        return Profile::bp3;
-      case 0b0111:
-        return Profile::bp3s;
-      default:
-        return Profile::unknown;
-    }
+    using enum Profile;
+    if (raw == 0) return none;
+    constexpr Profile by_upper_bits[] = {bp0, bp0, bp1, bp1, unknown, unknown, bp3, bp3s};
+    return raw < 0x8000 ? by_upper_bits[raw >> 12U] : unknown;
   }
   /// BP3, BP3S: only version 1 is known.
   constexpr unsigned version() const { return (raw >> 9U) & 0b111U; }
