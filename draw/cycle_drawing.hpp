@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "biss/frame/format.hpp"
+#include "biss/frame/line_order.hpp"
 #include "decode/cycle_edges.hpp"
 
 namespace biss::draw {
@@ -31,6 +32,10 @@ struct DrawnBit {
   std::string field;
   /// Number among the bits of data and CRC, from 0, as `bit=N` of a fault.
   std::optional<std::size_t> payload_bit;
+  /// Of data and CRC: the channel.
+  std::size_t channel = 0;
+  /// The field of a data bit; absent in a CRC.
+  std::optional<LineField> data_field;
   /// Of a CRC bit: what the received data need.
   std::optional<bool> expected;
 };

@@ -187,16 +187,15 @@ class Planner {
   void add_field(const FieldBits& field) {
     const DrawnBit& first = drawing_.bits[field.first];
     const DrawnBit& last = drawing_.bits[field.first + field.count - 1];
-    const std::string name = first.field.substr(0, first.field.find('.'));
-    const PartKind kind = name == "crc"                              ? PartKind::crc
-                          : name.back() == 'E' || name.back() == 'W' ? PartKind::flag
-                                                                     : PartKind::data;
+    const PartKind kind = first.payload_bit && !first.data_field ? PartKind::crc
+                          : is_flag(first)                       ? PartKind::flag
+                                                                 : PartKind::data;
     Part part{.kind = kind, .text = {}, .from = begin_of(first), .to = end_of(last)};
     part.name = first.field;
-    if (name == "bits") {
+    if (!first.payload_bit) {
       part.text = fmt::format("{} bits", field.count);
     } else {
-      const Value value = value_of(name, field);
+      const Value value = value_of(field);
       part.text = first.field + value.text;
       part.wrong = value.wrong;
       if (!value.brief.empty()) part.brief = first.field + value.brief;
@@ -214,47 +213,35 @@ class Planner {
     std::optional<std::uint64_t> expected{};
   };
 
-  Value value_of(const std::string& name, const FieldBits& field) const {
+  static bool is_flag(const DrawnBit& bit) { return bit.data_field && bit.data_field->is_flag(); }
+
+  Value value_of(const FieldBits& field) const {
     const DrawnBit& first = drawing_.bits[field.first];
-    const std::size_t k = channel_of(*first.payload_bit);
-    const ChannelFormat& channel = format_->channel_list[k];
-    const bool flag = name.back() == 'E' || name.back() == 'W';
-    if (flag) {
-      const bool active = first.level == (name.size() == 1);
-      return {level_text(first), active && is(CycleStatus::ok), {}, first.level};
+    const ChannelFormat& channel = format_->channel_list[first.channel];
+    const auto& data_field = first.data_field;
+    if (is_flag(first)) {
+      const bool active_high = data_field->kind == FieldKind::error ? channel.error.active_high
+                                                                    : channel.warning.active_high;
+      return {
+          level_text(first), first.level == active_high && is(CycleStatus::ok), {}, first.level};
     }
-    const std::size_t wanted = width_of(name, channel, field.count);
-    if (field.count < wanted) return {fmt::format(" ({} of {} bits)", field.count, wanted)};
+    const bool padding = data_field && data_field->kind == FieldKind::padding;
+    const std::size_t wanted = data_field ? data_field->place.bits : channel.crc.width_bits;
+    if (field.count < wanted && !padding) {
+      return {fmt::format(" ({} of {} bits)", field.count, wanted)};
+    }
     std::uint64_t bits = 0;
     for (std::size_t i = 0; i < field.count; ++i) {
       bits = bits << 1U | (drawing_.bits[field.first + i].level == true ? 1U : 0U);
     }
-    if (name == "crc") return crc_value(bits, k);
-    if (!drawing_.cycle.frame || name == "pad") {
+    if (!data_field) return crc_value(bits, first.channel);
+    if (!drawing_.cycle.frame || padding) {
       return {fmt::format("=0x{:X}", bits), false, {}, bits};
     }
-    const std::uint64_t value = decoded(name, channel, drawing_.cycle.frame->channel_list[k]);
+    // The value of the frame, which the reader has checked.
+    const Channel& read = drawing_.cycle.frame->channel_list[first.channel];
+    const std::uint64_t value = data_field->value(channel, read, bits);
     return {fmt::format("={}", value), false, {}, value};
-  }
-
-  // The value of the frame, which the reader has checked.
-  static std::uint64_t decoded(const std::string& name, const ChannelFormat& format,
-                               const Channel& channel) {
-    if (name == "lc") return channel.life_counter;
-    if (name == "st") return channel.position & low_mask(format.singleturn.bits);
-    if (name == "mt" && format.singleturn.bits != 0) {
-      return channel.position >> format.singleturn.bits;
-    }
-    return channel.position;
-  }
-
-  static std::size_t width_of(const std::string& name, const ChannelFormat& channel,
-                              std::size_t received) {
-    if (name == "pos") return channel.position.bits;
-    if (name == "mt") return channel.multiturn.bits;
-    if (name == "st") return channel.singleturn.bits;
-    if (name == "lc") return channel.life_counter.bits;
-    return name == "crc" ? channel.crc.width_bits : received;
   }
 
   Value crc_value(std::uint64_t bits, std::size_t k) const {
@@ -265,15 +252,6 @@ class Planner {
               check.expected};
     }
     return {text, false, {}, bits};
-  }
-
-  std::size_t channel_of(std::size_t payload_bit) const {
-    std::size_t k = 0;
-    std::size_t end = format_->channel_list[0].total_bits();
-    while (payload_bit >= end && k + 1U < format_->channel_count) {
-      end += format_->channel_list[++k].total_bits();
-    }
-    return k;
   }
 
   void add_timeout() {
@@ -294,9 +272,7 @@ class Planner {
     Mark failure{last_edge_, fmt::format("crc: {}received 0x{:X}, expected 0x{:X}", of,
                                          check.received, check.expected)};
     for (const DrawnBit& bit : drawing_.bits) {
-      if (!bit.payload_bit || !bit.expected || channel_of(*bit.payload_bit) != check.channel) {
-        continue;
-      }
+      if (!bit.expected || bit.channel != check.channel) continue;
       failure.time = begin_of(bit);
       break;
     }
