@@ -47,14 +47,12 @@ enum class AdviceError : std::uint8_t {
   clock_refused,    ///< the device does not accept this clock
 };
 
-inline constexpr std::size_t advice_error_count = 4;
-
 /// The message for a user, without a full stop.
 constexpr std::string_view text_of(AdviceError error) {
-  constexpr std::array<std::string_view, advice_error_count> texts{
-      "neither resolution nor turns: there is nothing to send", "a field is shorter than its value",
-      "a data channel carries at most 64 bits, two of them flags",
-      "the device does not accept this clock"};
+  constexpr std::string_view texts[] = {"neither resolution nor turns: there is nothing to send",
+                                        "a field is shorter than its value",
+                                        "a data channel carries at most 64 bits, two of them flags",
+                                        "the device does not accept this clock"};
   return texts[static_cast<std::size_t>(error)];
 }
 

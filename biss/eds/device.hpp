@@ -108,11 +108,9 @@ enum class EdsDeviceCause : std::uint8_t {
   override_unread,   ///< the part to override was not read
 };
 
-inline constexpr std::size_t eds_device_cause_count = 5;
-
 /// The message for a user, without a full stop.
 constexpr std::string_view text_of(EdsDeviceCause cause) {
-  constexpr std::array<std::string_view, eds_device_cause_count> texts{
+  constexpr std::string_view texts[] = {
       "the data sheet has no data channel", "no source says how many bits this channel has",
       "this channel carries data to the device, which is not supported",
       "no field with this symbol takes this value", "the part with this field was not read"};
@@ -159,13 +157,9 @@ class EdsReader {
   }
 
   constexpr bool overrides(EdsPart part, std::size_t channel, std::string_view symbol) const {
-    for (const EdsOverride& each : overrides_) {
-      if (each.part == part && (part == EdsPart::common || each.channel == channel) &&
-          each.symbol == symbol) {
-        return true;
-      }
-    }
-    return false;
+    return std::any_of(overrides_.begin(), overrides_.end(), [&](const EdsOverride& each) {
+      return is_for(each, part, channel) && each.symbol == symbol;
+    });
   }
 
   // \pre image().common is not null
@@ -184,9 +178,13 @@ class EdsReader {
     return image_.profiles[each.channel];
   }
 
+  static constexpr bool is_for(const EdsOverride& each, EdsPart part, std::size_t channel) {
+    return each.part == part && (part == EdsPart::common || each.channel == channel);
+  }
+
   constexpr EdsBank overridden(EdsBank bank, EdsPart part, std::size_t channel) const {
     for (const EdsOverride& each : overrides_) {
-      if (each.part != part || (part == EdsPart::bp3 && each.channel != channel)) continue;
+      if (!is_for(each, part, channel)) continue;
       const EdsField* field = find_field(fields_of(part), each.symbol);
       // announce() refuses what cannot be set.
       if (field != nullptr) static_cast<void>(set_field(bank, *field, each.value));
@@ -512,16 +510,11 @@ class TimingReader {
     }
     if (const auto busy = time("TBUSY_MAX", part_.tbusy_max, biss_busy_max)) timing.ack_max = *busy;
     set_timeout(timing.timeout);
+    if (!options_.use_hypotheses) return;
     // A longer cycle is safe, so all ones count as a time here.
-    if (part_.tcyc != 0 && options_.use_hypotheses) {
-      const EdsTime cycle = eds_time("TCYC", part_.tcyc);
-      say(EdsRemarkKind::hypothesis, "TCYC", cycle.raw, cycle.raw);
-      timing.cycle_min = cycle.time;
-    }
-    if (part_.pon_dly != 0 && part_.pon_dly != 0xFFFF && options_.use_hypotheses) {
-      const EdsTime delay = eds_time("PON_DLY", part_.pon_dly);
-      say(EdsRemarkKind::hypothesis, "PON_DLY", delay.raw, delay.raw);
-      device.control_ready = delay.time;
+    if (part_.tcyc != 0) timing.cycle_min = assumed("TCYC", part_.tcyc);
+    if (part_.pon_dly != 0 && part_.pon_dly != 0xFFFF) {
+      device.control_ready = assumed("PON_DLY", part_.pon_dly);
     }
   }
 
@@ -529,6 +522,12 @@ class TimingReader {
   constexpr void say(EdsRemarkKind kind, std::string_view symbol, std::uint32_t stored,
                      std::uint32_t used) const {
     sink_(EdsRemark{EdsPart::common, 0, symbol, kind, stored, used});
+  }
+
+  // The time of a field, whose unit is a hypothesis.
+  constexpr Picoseconds assumed(std::string_view symbol, std::uint32_t raw) const {
+    say(EdsRemarkKind::hypothesis, symbol, raw, raw);
+    return eds_time(symbol, raw).time;
   }
 
   constexpr void set_clock(DeviceTiming& timing) const {
@@ -549,13 +548,11 @@ class TimingReader {
       say(EdsRemarkKind::not_given, symbol, raw, 0);
       return std::nullopt;
     }
-    const EdsTime value = eds_time(symbol, raw);
-    if (value.time > longest) {
+    if (eds_time(symbol, raw).time > longest) {
       say(EdsRemarkKind::not_usable, symbol, raw, 0);
       return std::nullopt;
     }
-    say(EdsRemarkKind::hypothesis, symbol, raw, raw);
-    return value.time;
+    return assumed(symbol, raw);
   }
 
   // A device that states its sampling clock has the adaptive timeout, at most 3 of these clocks

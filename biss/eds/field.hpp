@@ -68,11 +68,12 @@ constexpr std::string_view text_of(EdsUnit unit, bool linear) {
 /// The interpretation of a value.
 enum class EdsKind : std::uint8_t {
   number,
-  identifier,      ///< the profile identifier, registers 0x42 and 0x43
   feedback,        ///< table B: 0 no function, 1 nE, 2 nW
   encoder_type,    ///< table T: 0 rotary, 1 linear
   position_value,  ///< table N: 0 undefined, 1 or 2
   alignment,       ///< table F: 0 right, 1 left
+  // The others are no numbers: people see them in hexadecimal.
+  identifier,      ///< the profile identifier, registers 0x42 and 0x43
   polynomial,      ///< without its lowest bit, which is always 1: 0x21 is 0x43
   channel_format,  ///< FORMAT_i's bits
   bus_coupler,     ///< bit 4: there is one, bits 3…0: its slave

@@ -84,27 +84,17 @@ class PartCheck {
  private:
   // Checks the range of a plain value, and bytes that must be 0.
   constexpr void check_value(const EdsField& field, std::uint32_t value) const {
-    switch (field.kind) {
-      case EdsKind::reserved:
-        if (options_.reserved_zero && value != 0) {
-          report(EdsProblem::reserved_not_zero, field.symbol, value);
-        }
-        return;
-      case EdsKind::unnamed:
-        if (options_.unnamed_zero && value != 0) {
-          report(EdsProblem::unnamed_not_zero, field.symbol, value);
-        }
-        return;
-      case EdsKind::identifier:
-      case EdsKind::feedback:
-      case EdsKind::polynomial:
-      case EdsKind::channel_format:
-      case EdsKind::bus_coupler:
-      case EdsKind::checksum:
-        return;  // have checks of their own
-      default:
-        break;
+    if (field.kind == EdsKind::reserved) {
+      if (options_.reserved_zero && value != 0) {
+        report(EdsProblem::reserved_not_zero, field.symbol, value);
+      }
+    } else if (field.kind == EdsKind::unnamed) {
+      if (options_.unnamed_zero && value != 0) {
+        report(EdsProblem::unnamed_not_zero, field.symbol, value);
+      }
     }
+    // These have checks of their own.
+    if (field.kind == EdsKind::feedback || field.kind >= EdsKind::identifier) return;
     if (field.in_range(value)) return;
     if (field.may_be_absent() && options_.absent(value, field.all_ones())) return;
     report(EdsProblem::out_of_range, field.symbol, value);

@@ -88,18 +88,7 @@ tl::expected<std::uint32_t, std::string> parse_eds_value(const EdsField& field,
 }
 
 std::string eds_value_text(const EdsField& field, std::uint32_t value, bool linear) {
-  switch (field.kind) {
-    case EdsKind::identifier:
-    case EdsKind::polynomial:
-    case EdsKind::channel_format:
-    case EdsKind::bus_coupler:
-    case EdsKind::checksum:
-    case EdsKind::reserved:
-    case EdsKind::unnamed:
-      return fmt::format("0x{:0{}X}", value, 2 * field.bytes);
-    default:
-      break;
-  }
+  if (field.kind >= EdsKind::identifier) return fmt::format("0x{:0{}X}", value, 2 * field.bytes);
   if (const std::string_view name = name_of(field.kind, value); !name.empty()) {
     return std::string(name);
   }
