@@ -12,7 +12,7 @@
 //     [bank 5]
 //     0x00 = 01 02 03
 //
-// What is left out and follows from the rest is derived: see biss/eds/derive.hpp, and the registers
+// What is left out and follows from the rest is derived: see draft.hpp, and the registers
 // EDS_BANK and BP_ID. docs/eds.md has the rules. Given values stay as given; check_eds() judges
 // whether they fit.
 #pragma once
