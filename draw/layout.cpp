@@ -38,24 +38,17 @@ class Planner {
     add_timeout();
     std::vector<Track> tracks;
     if (!frame_.empty()) tracks.push_back({"frame", std::move(frame_)});
-    Track delay{"delay", {}};
     if (ack_edge_ && drawing_.cycle.line_delay) {
-      const Picoseconds end = shifted(*ack_edge_, *drawing_.cycle.line_delay);
-      delay.parts.push_back({.kind = PartKind::line,
-                             .text = "line delay " + time_text_(*drawing_.cycle.line_delay),
-                             .from = *ack_edge_,
-                             .to = end,
-                             .name = "line delay"});
-      tracks.push_back(std::move(delay));
+      const Picoseconds delay = *drawing_.cycle.line_delay;
+      Part part = frame_part("line delay", "line delay " + time_text_(delay), *ack_edge_,
+                             shifted(*ack_edge_, delay));
+      part.kind = PartKind::line;
+      tracks.push_back({"delay", {std::move(part)}});
     }
-    if (drawing_.cycle.cdm && last_edge_ < rest_end()) {
-      tracks.push_back({"CDM",
-                        {{.kind = PartKind::frame,
-                          .text = *drawing_.cycle.cdm ? "CDM=1" : "CDM=0",
-                          .from = last_edge_,
-                          .to = rest_end(),
-                          .name = "CDM",
-                          .value = *drawing_.cycle.cdm}}});
+    if (const auto cdm = drawing_.cycle.cdm; cdm && last_edge_ < rest_end()) {
+      Part part = frame_part("CDM", *cdm ? "CDM=1" : "CDM=0", last_edge_, rest_end());
+      part.value = *cdm;
+      tracks.push_back({"CDM", {std::move(part)}});
     }
     return tracks;
   }
@@ -96,52 +89,39 @@ class Planner {
     if (!frame_.empty()) part.from = std::max(part.from, frame_.back().to);
     if (part.from < part.to) frame_.push_back(std::move(part));
   }
+  static Part frame_part(std::string_view name, std::string text, Picoseconds from, Picoseconds to,
+                         bool wrong = false) {
+    return {.kind = PartKind::frame,
+            .text = std::move(text),
+            .from = from,
+            .to = to,
+            .wrong = wrong,
+            .name = std::string(name)};
+  }
 
   // Up to START.
   void add_request() {
     const Picoseconds asked = ack_edge_.value_or(last_edge_);
-    Part request{.kind = PartKind::frame,
-                 .text = "request",
-                 .from = drawing_.cycle.time,
-                 .to = asked,
-                 .name = "request"};
-    if (!drawing_.cycle.line_delay || last_sampled_ == nullptr) {
-      const bool silent = is(CycleStatus::no_response) || is(CycleStatus::not_ready);
-      if (!silent && !is(CycleStatus::response_range)) return;
-      add(std::move(request));
-      if (silent) {
-        add({.kind = PartKind::frame,
-             .text = "no ACK",
-             .from = asked,
-             .to = last_edge_,
-             .wrong = true,
-             .name = "no ACK"});
-      }
+    const bool answered = drawing_.cycle.line_delay && last_sampled_ != nullptr;
+    const bool silent = is(CycleStatus::no_response) || is(CycleStatus::not_ready);
+    if (!answered && !silent && !is(CycleStatus::response_range)) return;
+    const Picoseconds end = answered ? shifted(asked, *drawing_.cycle.line_delay) : asked;
+    add(frame_part("request", "request", drawing_.cycle.time, end));
+    if (!answered) {
+      if (silent) add(frame_part("no ACK", "no ACK", asked, last_edge_, true));
       return;
     }
-    const Picoseconds fall = shifted(asked, *drawing_.cycle.line_delay);
-    request.to = fall;
-    add(std::move(request));
     if (start_ == nullptr) {
-      add({.kind = PartKind::frame,
-           .text = "ACK",
-           .from = fall,
-           .to = end_of(*last_sampled_),
-           .wrong = is(CycleStatus::no_start),
-           .name = "ACK"});
+      add(frame_part("ACK", "ACK", end, end_of(*last_sampled_), is(CycleStatus::no_start)));
       return;
     }
     std::string text = "ACK";
     if (drawing_.cycle.ack) text += ' ' + time_text_(*drawing_.cycle.ack);
     const std::size_t clocks = start_->clock - 1;
     text += fmt::format(", {} clock{}", clocks, clocks == 1 ? "" : "s");
-    add({.kind = PartKind::frame,
-         .text = std::move(text),
-         .from = fall,
-         .to = begin_of(*start_),
-         .wrong = is(CycleStatus::ack_range),
-         .brief = "ACK",
-         .name = "ACK"});
+    Part ack = frame_part("ACK", text, end, begin_of(*start_), is(CycleStatus::ack_range));
+    ack.brief = "ACK";
+    add(std::move(ack));
   }
 
   void add_bits() {
@@ -165,13 +145,9 @@ class Planner {
   }
 
   void add_bit(const DrawnBit& bit, std::string text, bool wrong) {
-    add({.kind = PartKind::frame,
-         .text = std::move(text),
-         .from = begin_of(bit),
-         .to = end_of(bit),
-         .wrong = wrong,
-         .name = bit.name,
-         .value = bit.level});
+    Part part = frame_part(bit.name, std::move(text), begin_of(bit), end_of(bit), wrong);
+    part.value = bit.level;
+    add(std::move(part));
   }
 
   bool continues(const FieldBits& field) const {
@@ -259,12 +235,9 @@ class Planner {
     const std::string text = drawing_.cycle.release->count < 0
                                  ? "timeout"
                                  : "timeout " + time_text_(*drawing_.cycle.release);
-    add({.kind = PartKind::frame,
-         .text = text,
-         .from = last_edge_,
-         .to = *release_,
-         .brief = "timeout",
-         .name = "timeout"});
+    Part timeout = frame_part("timeout", text, last_edge_, *release_);
+    timeout.brief = "timeout";
+    add(std::move(timeout));
   }
 
   Mark crc_failure(const DrawnCheck& check) const {
