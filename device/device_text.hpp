@@ -9,7 +9,7 @@
 
 namespace biss {
 
-/// The values of the options as text; empty where not given.
+/// The values of the options as text; empty if not given.
 struct FormatArguments {
   std::string format;
   std::string ack_max;

@@ -45,15 +45,15 @@ std::string_view name_of(Cause cause);
 /// What to do, in one or two sentences of plain text.
 std::string_view remedy_of(Cause cause);
 
-/// The words of a status; empty where a program never prints them.
+/// The words of a status; empty if a program never prints them.
 struct StatusWords {
   /// What was seen, as docs/status.md has it.
   std::string_view seen;
   /// What is wrong, next to the place of a drawing where the cycle fails.
   std::string_view failure = {};
-  /// The likely reason, where nothing but the bits of one frame is known.
+  /// The likely reason, if nothing but the bits of one frame is known.
   std::string_view reason = {};
-  /// What to try first: where other cycles are good, and where none is.
+  /// What to try first: if other cycles are good, and if none is.
   std::string_view remedy_of_some = {};
   std::string_view remedy_of_all = {};
 };

@@ -20,15 +20,15 @@ struct DrawnBit {
   std::size_t clock = 0;
   /// The rising edge of MA.
   Picoseconds time{};
-  /// When SLO is sampled for it; absent where there was no ACK.
+  /// When SLO is sampled for it; absent if there was no ACK.
   std::optional<Picoseconds> sampled_at;
-  /// Of SLO at the sample; absent where it is not known.
+  /// Of SLO at the sample; absent if it is not known.
   std::optional<bool> level;
   /// `LAT`, `ACK`, `START`, `CDS`, `STOP`, a field of the format with the bit's number (`pos25`,
   /// `crc0`, `nE`), with the number of the channel after a dot from the second one on (`pos27.2`);
-  /// `bit` where no format is known; empty after STOP.
+  /// `bit` if no format is known; empty after STOP.
   std::string name;
-  /// The name without the bit's number: `pos`, `nE`, `crc.2`; empty where `name` is no field's.
+  /// The name without the bit's number: `pos`, `nE`, `crc.2`; empty if `name` is no field's.
   std::string field;
   /// Number among the bits of data and CRC, from 0, as `bit=N` of a fault.
   std::optional<std::size_t> payload_bit;
@@ -49,7 +49,7 @@ struct DrawnCheck {
   std::uint16_t received = 0;
   /// Of the received data.
   std::uint16_t expected = 0;
-  /// Where they differ: single bits that would mend the channel.
+  /// If they differ: single bits that would mend the channel.
   std::vector<Flips> singles;
   /// Pairs of bits: how many would mend it, and the first of them.
   std::size_t pair_count = 0;
@@ -76,7 +76,7 @@ struct CycleDrawing {
   std::vector<DrawnCheck> checks;
 
   Picoseconds period() const { return cycle.period.value_or(period_when_unknown); }
-  /// The name of a bit of data and CRC; empty where it was not received.
+  /// The name of a bit of data and CRC; empty if it was not received.
   std::string_view name_of(std::size_t payload_bit) const;
 };
 

@@ -39,7 +39,7 @@ struct CatalogueEntry {
   /// Canonical text of the frame format; it parses (proven at compile time).
   std::string_view format{};
   DeviceTiming timing{};
-  /// The size of one count, and the range where it is known; empty when unknown.
+  /// The size of one count, and the range if it is known; empty when unknown.
   std::string_view resolution{};
   /// What a user should know and no other field describes; empty when there is nothing.
   std::string_view remark{};
@@ -63,7 +63,7 @@ struct CatalogueEntry {
     return !doubts(doubt::clock) && !doubts(doubt::clock_configured);
   }
 
-  /// A type of this family. What is empty is as in the family.
+  /// A type of this family. An empty text is as in the family.
   constexpr CatalogueEntry type(std::string_view its_name, std::string_view its_format,
                                 std::string_view its_resolution = {},
                                 std::string_view its_product = {}) const {

@@ -52,7 +52,7 @@ constexpr CatalogueEntry renishaw_double(std::string_view name, std::string_view
 
 }  // namespace catalogue_detail
 
-/// The sizes of one count are those of the data sheets where they print them; "calculated" follows
+/// The sizes of one count are those of the data sheets if they print them; "calculated" follows
 /// from the number of bits.
 // Made by a function, so that GCC 12 puts the table into read-only memory.
 inline constexpr auto renishaw_encoders = [] {

@@ -59,7 +59,7 @@ constexpr std::string_view text_of(AdviceError error) {
 /// The advised frame, and what it gives.
 struct Advice {
   ChannelFormat channel{};
-  /// The profile's identifier, registers 0x42 and 0x43; 0 where the position is too long for BP3.
+  /// The profile's identifier, registers 0x42 and 0x43; 0 if the position is too long for BP3.
   std::uint16_t identifier = 0;
   /// The smallest number of wrong bits that the CRC may not detect.
   std::uint8_t hamming_distance = 0;
@@ -152,7 +152,7 @@ constexpr Result<Advice, AdviceError> advise(const AdviceWish& wish) {
   return advice;
 }
 
-/// The BP3 part of an advised frame: identifier, lengths, alignment and counts (the turns where 32
+/// The BP3 part of an advised frame: identifier, lengths, alignment and counts (the turns if 32
 /// bits hold them); all other fields are marked as not given. Rotary; set EN_TYP and the counts for
 /// a scale. \pre advice.identifier is not 0
 constexpr EdsBank bp3_bank_of(const Advice& advice) {

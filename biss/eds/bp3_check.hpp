@@ -141,7 +141,7 @@ class Bp3Check : PartCheck<Sink> {
     return false;
   }
 
-  // Only where the lengths are right: consequences of a wrong length are not reported.
+  // Only if the lengths are right: consequences of a wrong length are not reported.
   constexpr void check_counts(bool lengths_hold) const {
     if (!lengths_hold || part_.en_typ > 1) return;
     if (counts_of_type_fit(part_)) return check_alignment();

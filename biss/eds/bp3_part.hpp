@@ -132,7 +132,7 @@ inline constexpr auto bp3_rows() {
 
 }  // namespace eds_detail
 
-/// Every byte of the part. Where rows are shifted in the extracted document, the addresses follow
+/// Every byte of the part. If rows are shifted in the extracted document, the addresses follow
 /// from the byte counts.
 inline constexpr auto bp3_fields = eds_detail::bp3_rows();
 static_assert(eds_detail::matches<Bp3Part>(bp3_fields));
@@ -201,12 +201,12 @@ constexpr std::string_view suspect_length(const Bp3Part& part) {
 
 namespace biss {
 
-// ---- Zeros in a BP3 position where its fields are longer than their counts need
+// ---- Zeros in a BP3 position whose fields are longer than their counts need
 //
 // Table F: right-aligned values have leading zeros, left-aligned ones trailing zeros. Coarse and
 // fine are one value, the singleturn value; on a scale, turns, coarse and fine are one value.
 
-/// The zeros of one value. All 0 where a count is not given, is 1, or does not fit.
+/// The zeros of one value. All 0 if a count is not given, is 1, or does not fit.
 struct Bp3Zeros {
   unsigned leading = 0;
   unsigned trailing = 0;

@@ -136,7 +136,7 @@ class ImageCheck {
 }  // namespace eds_detail
 
 /// Reports all findings of a data sheet: first those of the common part, then those of the
-/// channels. What was not read is not checked.
+/// channels. Parts that were not read are not checked.
 template <EdsSink Sink>
 constexpr void check_eds(const EdsImage& image, Sink&& sink, const EdsCheckOptions& options = {}) {
   eds_detail::ImageCheck<std::remove_reference_t<Sink>>(image, options, sink).run();

@@ -144,7 +144,7 @@ class CommonCheck : PartCheck<Sink> {
       ++parts;
       if (is_outside(channel.bank)) ++outside;
     }
-    // Where every part lies outside, or there are fewer banks than parts, the length is wrong.
+    // If every part lies outside, or there are fewer banks than parts, the length is wrong.
     const bool short_length = part_.eds_len != 0 && parts + 1 > part_.eds_len;
     const bool past_end = eds_bank_ && unsigned{*eds_bank_} + part_.eds_len > 256;
     if (short_length || past_end) {

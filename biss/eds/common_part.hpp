@@ -44,7 +44,7 @@ inline constexpr std::array<EdsScale, 10> eds_scales{{
     {"PON_DLY", milliseconds(1), true},
 }};
 
-/// The scale of a field of the common part; null where it has none.
+/// The scale of a field of the common part; null if it has none.
 constexpr const EdsScale* find_scale(std::string_view symbol) {
   for (const EdsScale& scale : eds_scales) {
     if (scale.symbol == symbol) return &scale;

@@ -80,7 +80,7 @@ struct EdsRemark {
   EdsRemarkKind kind = EdsRemarkKind::overridden;
   /// Raw, as in the bank.
   std::uint32_t stored = 0;
-  /// Raw; 0 where a default is used.
+  /// Raw; 0 if a default is used.
   std::uint32_t used = 0;
 };
 
@@ -88,9 +88,9 @@ struct EdsRemark {
 template <class T>
 concept EdsRemarkSink = std::invocable<T&, const EdsRemark&>;
 
-/// What no document defines.
+/// Options for facts that no document defines.
 struct EdsDeviceOptions {
-  /// C = 1, where no lengths decide it: ProfileOptions::length_counts_crc.
+  /// C = 1, if no lengths decide it: ProfileOptions::length_counts_crc.
   bool length_counts_crc = true;
   /// Use the times whose unit is a hypothesis; false replaces them by the widest that BiSS C
   /// allows.
@@ -379,7 +379,7 @@ class ChannelReader {
     set_flags(format);
   }
 
-  // Turns above singleturn where the lengths fit; a scale has no turns. Bits that the counts do not
+  // Turns above singleturn if the lengths fit; a scale has no turns. Bits that the counts do not
   // need are padding.
   constexpr void divide(ChannelFormat& format) const {
     if (part_->position_bits() != format.position.bits) {
@@ -401,7 +401,7 @@ class ChannelReader {
     format.multiturn = without(turns_zeros(*part_), low + singleturn, part_->mt_len);
   }
 
-  // What is left of `bits` bits from `shift` on without these zeros.
+  // The rest of `bits` bits from `shift` on without these zeros.
   static constexpr Field without(const Bp3Zeros& zeros, unsigned shift, unsigned bits) {
     if (bits == 0) return {};
     return {static_cast<std::uint8_t>(shift + zeros.trailing),

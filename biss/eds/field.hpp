@@ -43,7 +43,7 @@ enum class EdsUnit : std::uint8_t {
   milliampere,
 };
 
-/// The unit as text; empty for a bare number, "step" where eds_scales has the factor.
+/// The unit as text; empty for a bare number, "step" if eds_scales has the factor.
 constexpr std::string_view text_of(EdsUnit unit, bool linear) {
   // Rotary, linear.
   constexpr std::string_view texts[][2] = {{"", ""},
@@ -82,7 +82,7 @@ enum class EdsKind : std::uint8_t {
   unnamed,   ///< no source names it
 };
 
-/// The name of a value from a table (kinds feedback to alignment); empty where it has none.
+/// The name of a value from a table (kinds feedback to alignment); empty if it has none.
 constexpr std::string_view name_of(EdsKind kind, std::uint32_t value) {
   constexpr std::string_view names[][3] = {{"no function", "nE", "nW"},
                                            {"rotary", "linear"},
@@ -102,7 +102,7 @@ struct EdsField {
   std::uint8_t bytes = 1;
   EdsKind kind = EdsKind::number;
   EdsUnit unit = EdsUnit::none;
-  /// The range, limits included. Where no source gives one, it is that of the bytes.
+  /// The range, limits included. If no source gives one, it is the range of the bytes.
   std::uint32_t min = 0;
   std::uint32_t max = 0;
 

@@ -113,7 +113,7 @@ struct EdsFinding {
   std::uint32_t value = 0;
   /// The field that it contradicts, which may be the wrong one instead; empty when there is none.
   std::string_view against{};
-  /// The right value where it is known (checksum, lengths, registers, the other byte order, the
+  /// The right value if it is known (checksum, lengths, registers, the other byte order, the
   /// polynomial's right form); otherwise the value of `against`.
   std::uint32_t expected = 0;
 };

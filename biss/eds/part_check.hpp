@@ -12,7 +12,7 @@
 
 namespace biss {
 
-/// What no document defines.
+/// Options for facts that no document defines.
 struct EdsCheckOptions {
   /// 0 and all ones mark an optional value that is not given (inferred: the ranges exclude just
   /// these two). False: they are out of range.

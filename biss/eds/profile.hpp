@@ -127,12 +127,12 @@ constexpr std::string_view text_of(ProfileError error) {
   return texts[static_cast<std::size_t>(error)];
 }
 
-/// What the documents leave open.
+/// Options for facts that the documents leave open.
 struct ProfileOptions {
   /// C = 1: whether DL counts the CRC's bits. BP3's table 5 says that they are added to the data
   /// length, and 63 is 57 plus 6; table 6 says "data length without CRC". Assumed for BP3S, too.
   bool length_counts_crc = true;
-  /// The CRC where another source than the identifier states it; without one the profile's.
+  /// The CRC if another source than the identifier states it; without one the profile's.
   CrcSpec crc{};
 };
 
@@ -236,7 +236,7 @@ constexpr bool same_bits(const ChannelFormat& a, const ChannelFormat& b) {
 
 /// The data channel of a device with this identifier, register 0x42 in the upper byte. The
 /// identifier does not contain the division of the position into turns. BP0's data are padding: the
-/// application defines its bits. doubt_of() names the assumptions where the source is not a
+/// application defines its bits. doubt_of() names the assumptions if the source is not a
 /// document.
 constexpr Result<ChannelFormat, ProfileError> profile_channel(std::uint16_t identifier,
                                                               const ProfileOptions& options = {}) {

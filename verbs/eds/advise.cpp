@@ -57,7 +57,7 @@ void take_part(const EdsSource& source, AdviceWish& wish) {
   wish.in_safety_encoder = has_c && identifier.crc_is_data();
 }
 
-// Returns one line where an option is wrong, else an empty text.
+// Returns one line if an option is wrong, else an empty text.
 std::string take_options(const AdviseOptions& options, AdviceWish& wish) {
   if (options.resolution) {
     wish.resolution_bits = *options.resolution;

@@ -80,7 +80,7 @@ struct EdsFindingRow {
   std::string_view problem;
   std::optional<std::uint32_t> value;
   std::string_view against;
-  /// The right value where `certain`, else the value of `against`.
+  /// The right value if `certain`, else the value of `against`.
   std::optional<std::uint32_t> expected;
   bool certain = false;
   std::string text;
