@@ -40,7 +40,7 @@ class CommonCheck : PartCheck<Sink> {
     order("TOS_MIN", part_.tos_min, "TOS_MAX", part_.tos_max);
     order("TCLK_MIN", part_.tclk_min, "TCLK_MAX", part_.tclk_max);
     check_longest("TBUSY_MAX", part_.tbusy_max);
-    if (part_.tma != 0 && rate_of(eds_time("TMA", part_.tma).time) > biss_clock_max) {
+    if (part_.tma != 0 && rate_of(eds_time("TMA", part_.tma)) > biss_clock_max) {
       report(EdsProblem::out_of_range, "TMA", part_.tma);
     }
     if (part_.sl_num >= 1 && part_.sl_num <= 8 && part_.sl_off <= 7 &&
@@ -67,7 +67,7 @@ class CommonCheck : PartCheck<Sink> {
   // describe_device() uses no time that is longer than BiSS C allows.
   constexpr void check_longest(std::string_view symbol, std::uint8_t raw) const {
     static_assert(biss_busy_max == biss_static_timeout_max);
-    if (options_.absent(raw, 0xFF) || eds_time(symbol, raw).time <= biss_busy_max) return;
+    if (options_.absent(raw, 0xFF) || eds_time(symbol, raw) <= biss_busy_max) return;
     report(EdsProblem::out_of_range, symbol, raw);
   }
 

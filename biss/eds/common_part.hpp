@@ -52,19 +52,9 @@ constexpr const EdsScale* find_scale(std::string_view symbol) {
   return nullptr;
 }
 
-/// A time of the common part: the stored value, and the time by the table above.
-struct EdsTime {
-  std::uint32_t raw = 0;
-  Picoseconds time{};
-  bool hypothesis = true;
-
-  constexpr bool operator==(const EdsTime&) const = default;
-};
-
-/// \pre find_scale(symbol) is not null
-constexpr EdsTime eds_time(std::string_view symbol, std::uint32_t raw) {
-  const EdsScale& scale = *find_scale(symbol);
-  return {raw, scale.step * std::int64_t{raw}, scale.hypothesis};
+/// A time of the common part by the table above. \pre find_scale(symbol) is not null
+constexpr Picoseconds eds_time(std::string_view symbol, std::uint32_t raw) {
+  return find_scale(symbol)->step * std::int64_t{raw};
 }
 
 /// What the common part says about one data channel.

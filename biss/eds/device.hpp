@@ -527,7 +527,7 @@ class TimingReader {
   // The time of a field, whose unit is a hypothesis.
   constexpr Picoseconds assumed(std::string_view symbol, std::uint32_t raw) const {
     say(EdsRemarkKind::hypothesis, symbol, raw, raw);
-    return eds_time(symbol, raw).time;
+    return eds_time(symbol, raw);
   }
 
   constexpr void set_clock(DeviceTiming& timing) const {
@@ -535,7 +535,7 @@ class TimingReader {
       say(EdsRemarkKind::not_given, "TMA", part_.tma, 0);
       return;
     }
-    const Hertz clock = rate_of(eds_time("TMA", part_.tma).time);
+    const Hertz clock = rate_of(eds_time("TMA", part_.tma));
     if (clock > biss_clock_max) say(EdsRemarkKind::not_usable, "TMA", part_.tma, 0);
     timing.clock_max = std::min(clock, biss_clock_max);
   }
@@ -548,7 +548,7 @@ class TimingReader {
       say(EdsRemarkKind::not_given, symbol, raw, 0);
       return std::nullopt;
     }
-    if (eds_time(symbol, raw).time > longest) {
+    if (eds_time(symbol, raw) > longest) {
       say(EdsRemarkKind::not_usable, symbol, raw, 0);
       return std::nullopt;
     }

@@ -324,12 +324,12 @@ BISS_TEST(EdsScale, OnlyTheClockAndBusyS_AreSourced) {
   for (const EdsField& field : common_fields) {
     BISS_EXPECT_EQ(find_scale(field.symbol) != nullptr, field.unit == EdsUnit::time_step);
   }
-  BISS_EXPECT(eds_time("TMA", 100) == EdsTime({100, nanoseconds(100), false}));
-  BISS_EXPECT(eds_time("TO_MAX", 80) == EdsTime({80, microseconds(20), true}));
-  BISS_EXPECT(eds_time("TOS_MIN", 40) == EdsTime({40, microseconds(1), true}));
-  BISS_EXPECT(eds_time("TCLK_MAX", 20) == EdsTime({20, nanoseconds(20), true}));
-  BISS_EXPECT(eds_time("TCYC", 125) == EdsTime({125, nanoseconds(31250), true}));
-  BISS_EXPECT(eds_time("PON_DLY", 250) == EdsTime({250, milliseconds(250), true}));
+  BISS_EXPECT(eds_time("TMA", 100) == nanoseconds(100));
+  BISS_EXPECT(eds_time("TO_MAX", 80) == microseconds(20));
+  BISS_EXPECT(eds_time("TOS_MIN", 40) == microseconds(1));
+  BISS_EXPECT(eds_time("TCLK_MAX", 20) == nanoseconds(20));
+  BISS_EXPECT(eds_time("TCYC", 125) == nanoseconds(31250));
+  BISS_EXPECT(eds_time("PON_DLY", 250) == milliseconds(250));
 }
 
 }  // namespace eds_part_test
