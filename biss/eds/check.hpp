@@ -69,7 +69,7 @@ class ImageCheck {
  private:
   constexpr void check_profile(std::size_t i, std::optional<bool> safety) const {
     const EdsBank* bank = image_.profiles[i];
-    const std::optional<std::uint16_t> registers = image_.identifiers[i];
+    const auto& registers = image_.identifiers[i];
     const CommonChannel* channel = common_ && i < common_->dc_num ? &common_->channels[i] : nullptr;
     if (bank == nullptr) {
       if (channel != nullptr && registers) compare_channel(*channel, i, {*registers}, nullptr);
