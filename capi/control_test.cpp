@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "biss/eds/advise.hpp"
-#include "biss/eds/derive.hpp"
+#include "biss/eds/common_part.hpp"
 #include "capi/biss_c_control.h"
 #include "capi/biss_c_frame.h"
 #include "capi/biss_c_sim.h"
@@ -232,34 +232,26 @@ TEST(CControl, SessionOfTheCaller_GivesItsBits) {
 
 // ---- Data sheets
 
-EdsDraft data_sheet() {
-  EdsDraft draft;
+// The common part in bank 1, the part of channel 0 in bank 2.
+void put_data_sheet(Link& link) {
   const auto advice = advise({.resolution_bits = 20, .turns_bits = 12, .clock = megahertz(5)});
-  draft.common.emplace();
-  draft.profiles[0].emplace();
-  draft.profiles[0]->bank = bp3_bank_of(*advice);
-  draft.profiles[0]->given.fill(true);
-  derive_eds(draft);
-  return draft;
-}
-
-void put_data_sheet(Link& link, const EdsDraft& draft) {
-  const unsigned channel_bank = draft.profile_bank(0);
+  CommonPart common{.eds_len = 2, .dc_num = 1, .sl_num = 1};
+  common.channels[0] = {.bank = 2, .dlen = 34, .format = 0, .cpoly = 0x21};
+  const EdsBank banks[] = {sealed(build_bank(common)), bp3_bank_of(*advice)};
   for (std::uint32_t i = 0; i < 64; ++i) {
-    link.put(draft.eds_bank, i, sealed(draft.common->bank)[i]);
-    link.put(channel_bank, i, sealed(draft.profiles[0]->bank)[i]);
+    link.put(1, i, banks[0][i]);
+    link.put(2, i, banks[1][i]);
   }
   link.put(0, 0x40, 0);
-  link.put(0, 0x41, draft.eds_bank);
-  const std::uint16_t identifier = derived_identifier(draft).value();
-  link.put(0, 0x42, static_cast<std::uint8_t>(identifier >> 8U));
-  link.put(0, 0x43, static_cast<std::uint8_t>(identifier));
+  link.put(0, 0x41, 1);
+  link.put(0, 0x42, 0x62);
+  link.put(0, 0x43, 0x22);
   for (std::uint32_t i = 0; i < 4; ++i) link.put(0, 0x44 + i, static_cast<std::uint8_t>(i + 1));
 }
 
 TEST(CEds, DataSheetOfADevice_GivesItsFormat) {
   Link link;
-  put_data_sheet(link, data_sheet());
+  put_data_sheet(link);
   ASSERT_EQ(biss_control_query(link.control(), 0), BISS_OK);
   biss_device device;
   EXPECT_EQ(biss_control_device(link.control(), &device), BISS_RUNNING);
@@ -298,7 +290,7 @@ TEST(CEds, DataSheetOfADevice_GivesItsFormat) {
 
 TEST(CEds, DataSheetThatContradictsItself_IsRefusedWithItsFinding) {
   Link link;
-  put_data_sheet(link, data_sheet());
+  put_data_sheet(link);
   ASSERT_EQ(biss_control_query(link.control(), 0), BISS_OK);
   link.run();
   biss_device device;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <span>
+#include <type_traits>
 
 #include "report/text.hpp"
 
@@ -54,28 +55,9 @@ constexpr Scale deviation_scale = {deviation_units, 0, 100'000, "ppm or %",
 constexpr Scale voltage_scale = {voltage_units, 0, 1'000'000'000'000'000, "nV, uV, mV, V or kV",
                                  "-1000 kV to 1000 kV in steps of 1 nV"};
 
-const Scale& scale_of(Quantity quantity) {
-  switch (quantity) {
-    case Quantity::rate:
-      return rate_scale;
-    case Quantity::duration:
-      return duration_scale;
-    case Quantity::time:
-      return time_scale;
-    case Quantity::length:
-      return length_scale;
-    case Quantity::duty:
-      return duty_scale;
-    case Quantity::deviation:
-      return deviation_scale;
-    case Quantity::voltage:
-      return voltage_scale;
-    case Quantity::count:
-      break;
-  }
-  static constexpr Scale none{};
-  return none;
-}
+// In the order of Quantity; a count has no unit.
+constexpr Scale scales[] = {rate_scale, duration_scale,  time_scale,    length_scale,
+                            duty_scale, deviation_scale, voltage_scale, {}};
 
 using Parsed = Result<std::uint64_t, QuantityError>;
 
@@ -169,6 +151,17 @@ Result<std::int64_t, QuantityError> parse_signed(std::string_view text, const Sc
   return wrong(error.cause, error.at + sign);
 }
 
+// The quantity that a scale holds as this number.
+template <class Made, class Number>
+Result<Made, QuantityError> made(const Result<Number, QuantityError>& number) {
+  if (!number) return failure(number.error());
+  if constexpr (std::is_integral_v<Made>) {
+    return static_cast<Made>(*number);
+  } else {
+    return Made{static_cast<decltype(Made::count)>(*number)};
+  }
+}
+
 // `Mhz` -> ` (did you mean MHz?)`: a unit that differs in case only.
 std::string other_case(const Scale& scale, std::string_view name) {
   const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
@@ -184,7 +177,7 @@ std::string other_case(const Scale& scale, std::string_view name) {
 
 std::string cause_text(Quantity quantity, std::string_view text, QuantityError error,
                        std::uint64_t largest) {
-  const Scale& scale = scale_of(quantity);
+  const Scale& scale = scales[static_cast<std::size_t>(quantity)];
   const std::string range =
       quantity == Quantity::count ? fmt::format("0 to {}", largest) : std::string(scale.range);
   switch (error.cause) {
@@ -237,45 +230,31 @@ int hex_value(char c) {
 }  // namespace
 
 Result<Hertz, QuantityError> parse_rate(std::string_view text) {
-  const Parsed value = parse(text, rate_scale);
-  if (!value) return failure(value.error());
-  return hertz(static_cast<std::uint32_t>(*value));
+  return made<Hertz>(parse(text, rate_scale));
 }
 
 Result<Picoseconds, QuantityError> parse_duration(std::string_view text) {
-  const Parsed value = parse(text, duration_scale);
-  if (!value) return failure(value.error());
-  return picoseconds(static_cast<std::int64_t>(*value));
+  return made<Picoseconds>(parse(text, duration_scale));
 }
 
 Result<Picoseconds, QuantityError> parse_time(std::string_view text) {
-  const auto value = parse_signed(text, time_scale);
-  if (!value) return failure(value.error());
-  return picoseconds(*value);
+  return made<Picoseconds>(parse_signed(text, time_scale));
 }
 
 Result<Millimetres, QuantityError> parse_length(std::string_view text) {
-  const Parsed value = parse(text, length_scale);
-  if (!value) return failure(value.error());
-  return Millimetres{static_cast<std::int64_t>(*value)};
+  return made<Millimetres>(parse(text, length_scale));
 }
 
 Result<std::uint32_t, QuantityError> parse_duty(std::string_view text) {
-  const Parsed value = parse(text, duty_scale);
-  if (!value) return failure(value.error());
-  return static_cast<std::uint32_t>(*value);
+  return made<std::uint32_t>(parse(text, duty_scale));
 }
 
 Result<std::int32_t, QuantityError> parse_deviation(std::string_view text) {
-  const auto value = parse_signed(text, deviation_scale);
-  if (!value) return failure(value.error());
-  return static_cast<std::int32_t>(*value);
+  return made<std::int32_t>(parse_signed(text, deviation_scale));
 }
 
 Result<Nanovolts, QuantityError> parse_voltage(std::string_view text) {
-  const auto value = parse_signed(text, voltage_scale);
-  if (!value) return failure(value.error());
-  return Nanovolts{*value};
+  return made<Nanovolts>(parse_signed(text, voltage_scale));
 }
 
 Result<std::uint64_t, QuantityError> parse_count(std::string_view text, std::uint64_t largest) {

@@ -51,9 +51,9 @@ struct StatusWords {
   std::string_view seen;
   /// The fault, written next to the place in a drawing at which the cycle fails.
   std::string_view failure = {};
-  /// The likely reason, if only the bits of one frame are known.
+  /// The likely reason, if nothing but the bits of one frame is known.
   std::string_view reason = {};
-  /// The first remedy to try, if other cycles are good and if none is.
+  /// What to try first: if other cycles are good, and if none is.
   std::string_view remedy_of_some = {};
   std::string_view remedy_of_all = {};
 };

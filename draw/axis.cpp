@@ -68,7 +68,7 @@ std::vector<Cut> cuts_of(const CycleDrawing& drawing, std::span<const Picosecond
     const std::int64_t left_out = periods - 2 * periods_kept;
     if (left_out < cut_periods_min) continue;
     const Picoseconds from = shifted(events[i - 1], periods_kept * period);
-    // Whole periods, unless the stretch is longer than the range of elapsed().
+    // Whole periods, unless the stretch is longer than elapsed() counts.
     const Picoseconds to = std::max(shifted(from, left_out * period),
                                     shifted(events[i], -(periods_kept + 1) * period));
     cuts.push_back({from, to, clocks_between(drawing, from, to)});

@@ -18,30 +18,31 @@ using wire::Level;
 // SLO is drawn for this many periods after the last edge of MA and of SLO's bits.
 constexpr std::int64_t periods_after = 2;
 
-// A bit of data or CRC: its name, and the name of its field.
-struct BitName {
-  std::string name;
-  std::string field;
-};
-
-std::vector<BitName> payload_names(const FrameFormat& format) {
-  std::vector<BitName> names;
+// The bits of data and CRC in the order of the line.
+std::vector<DrawnBit> payload_bits(const FrameFormat& format) {
+  std::vector<DrawnBit> bits;
   for (std::size_t k = 0; k < format.channel_count; ++k) {
     const ChannelFormat& channel = format.channel_list[k];
     const std::string suffix = k == 0 ? "" : '.' + std::to_string(k + 1);
-    const auto add = [&](std::string_view field, const std::string& number) {
-      names.push_back({std::string(field) + number + suffix, std::string(field) + suffix});
+    const auto add = [&](std::string_view field, const std::string& number,
+                         const std::optional<LineField>& data_field) {
+      DrawnBit& bit = bits.emplace_back();
+      bit.name = std::string(field) + number + suffix;
+      bit.field = std::string(field) + suffix;
+      bit.payload_bit = bits.size() - 1;
+      bit.channel = k;
+      bit.data_field = data_field;
     };
     for_each_field(channel, [&](const LineField& field) {
       const bool numbered = !field.is_flag() && field.kind != FieldKind::padding;
       for (unsigned bit = field.place.bits; bit-- > 0;) {
         const unsigned number = field.lsb ? field.place.bits - 1U - bit : bit;
-        add(field.name, numbered ? std::to_string(number) : "");
+        add(field.name, numbered ? std::to_string(number) : "", field);
       }
     });
-    for (unsigned bit = channel.crc.width_bits; bit-- > 0;) add("crc", std::to_string(bit));
+    for (unsigned bit = channel.crc.width_bits; bit-- > 0;) add("crc", std::to_string(bit), {});
   }
-  return names;
+  return bits;
 }
 
 // How the CRC changes when one bit of the channel is inverted, data first.
@@ -172,7 +173,8 @@ class Drawer {
 
   // ACK lasts until the first 1 after it.
   void name_bits() {
-    const std::vector<BitName> names = format_ ? payload_names(*format_) : std::vector<BitName>();
+    const std::vector<DrawnBit> payload =
+        format_ ? payload_bits(*format_) : std::vector<DrawnBit>();
     const BitView raw = drawing_.cycle.raw.view();
     std::optional<std::size_t> start;
     for (DrawnBit& bit : drawing_.bits) {
@@ -193,11 +195,14 @@ class Drawer {
       } else if (!format_) {
         bit.name = "bit";
         bit.field = "bits";
-      } else if (at - 2 < names.size()) {
-        bit.name = names[at - 2].name;
-        bit.field = names[at - 2].field;
-        bit.payload_bit = at - 2;
-      } else if (at - 2 == names.size()) {
+      } else if (at - 2 < payload.size()) {
+        const DrawnBit& known = payload[at - 2];
+        bit.name = known.name;
+        bit.field = known.field;
+        bit.payload_bit = known.payload_bit;
+        bit.channel = known.channel;
+        bit.data_field = known.data_field;
+      } else if (at - 2 == payload.size()) {
         bit.name = "STOP";
       }
     }
@@ -205,17 +210,10 @@ class Drawer {
 
   void add_expected() {
     for (const DrawnCheck& check : drawing_.checks) {
-      std::size_t first = 0;
-      for (std::size_t k = 0; k < check.channel; ++k) {
-        first += format_->channel_list[k].total_bits();
-      }
-      const ChannelFormat& channel = format_->channel_list[check.channel];
-      first += channel.data_bits;
+      unsigned left = format_->channel_list[check.channel].crc.width_bits;
       for (DrawnBit& bit : drawing_.bits) {
-        if (!bit.payload_bit || *bit.payload_bit < first) continue;
-        const std::size_t place = *bit.payload_bit - first;
-        if (place >= channel.crc.width_bits) continue;
-        bit.expected = ((check.expected >> (channel.crc.width_bits - 1U - place)) & 1U) != 0;
+        const bool of_crc = bit.payload_bit && !bit.data_field && bit.channel == check.channel;
+        if (of_crc) bit.expected = ((check.expected >> --left) & 1U) != 0;
       }
     }
   }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "biss/frame/format.hpp"
+#include "biss/frame/line_order.hpp"
 #include "decode/cycle_edges.hpp"
 
 namespace biss::draw {
@@ -19,19 +20,23 @@ struct DrawnBit {
   std::size_t clock = 0;
   /// The rising edge of MA.
   Picoseconds time{};
-  /// The time at which SLO is sampled for it; absent if there was no ACK.
+  /// When SLO is sampled for it; absent if there was no ACK.
   std::optional<Picoseconds> sampled_at;
-  /// The level of SLO at the sample; absent if unknown.
+  /// Of SLO at the sample; absent if it is not known.
   std::optional<bool> level;
   /// `LAT`, `ACK`, `START`, `CDS`, `STOP`, a field of the format with the bit's number (`pos25`,
   /// `crc0`, `nE`), with the number of the channel after a dot from the second one on (`pos27.2`);
-  /// `bit` without a known format; empty after STOP.
+  /// `bit` if no format is known; empty after STOP.
   std::string name;
-  /// The name without the bit's number: `pos`, `nE`, `crc.2`; empty if `name` is not a field's.
+  /// The name without the bit's number: `pos`, `nE`, `crc.2`; empty if `name` is no field's.
   std::string field;
   /// Number among the bits of data and CRC, from 0, as `bit=N` of a fault.
   std::optional<std::size_t> payload_bit;
-  /// For a CRC bit: the level that the received data need.
+  /// Of data and CRC: the channel.
+  std::size_t channel = 0;
+  /// The field of a data bit; absent in a CRC.
+  std::optional<LineField> data_field;
+  /// Of a CRC bit: what the received data need.
   std::optional<bool> expected;
 };
 
@@ -44,7 +49,7 @@ struct DrawnCheck {
   std::uint16_t received = 0;
   /// The checksum of the received data.
   std::uint16_t expected = 0;
-  /// If the checksums differ: single bits whose flip would correct the channel.
+  /// If they differ: single bits that would mend the channel.
   std::vector<Flips> singles;
   /// The number of pairs of bits whose flip would correct the channel, and the first pairs.
   std::size_t pair_count = 0;

@@ -38,24 +38,17 @@ class Planner {
     add_timeout();
     std::vector<Track> tracks;
     if (!frame_.empty()) tracks.push_back({"frame", std::move(frame_)});
-    Track delay{"delay", {}};
     if (ack_edge_ && drawing_.cycle.line_delay) {
-      const Picoseconds end = shifted(*ack_edge_, *drawing_.cycle.line_delay);
-      delay.parts.push_back({.kind = PartKind::line,
-                             .text = "line delay " + time_text_(*drawing_.cycle.line_delay),
-                             .from = *ack_edge_,
-                             .to = end,
-                             .name = "line delay"});
-      tracks.push_back(std::move(delay));
+      const Picoseconds delay = *drawing_.cycle.line_delay;
+      Part part = frame_part("line delay", "line delay " + time_text_(delay), *ack_edge_,
+                             shifted(*ack_edge_, delay));
+      part.kind = PartKind::line;
+      tracks.push_back({"delay", {std::move(part)}});
     }
-    if (drawing_.cycle.cdm && last_edge_ < rest_end()) {
-      tracks.push_back({"CDM",
-                        {{.kind = PartKind::frame,
-                          .text = *drawing_.cycle.cdm ? "CDM=1" : "CDM=0",
-                          .from = last_edge_,
-                          .to = rest_end(),
-                          .name = "CDM",
-                          .value = *drawing_.cycle.cdm}}});
+    if (const auto cdm = drawing_.cycle.cdm; cdm && last_edge_ < rest_end()) {
+      Part part = frame_part("CDM", *cdm ? "CDM=1" : "CDM=0", last_edge_, rest_end());
+      part.value = *cdm;
+      tracks.push_back({"CDM", {std::move(part)}});
     }
     return tracks;
   }
@@ -96,52 +89,39 @@ class Planner {
     if (!frame_.empty()) part.from = std::max(part.from, frame_.back().to);
     if (part.from < part.to) frame_.push_back(std::move(part));
   }
+  static Part frame_part(std::string_view name, std::string text, Picoseconds from, Picoseconds to,
+                         bool wrong = false) {
+    return {.kind = PartKind::frame,
+            .text = std::move(text),
+            .from = from,
+            .to = to,
+            .wrong = wrong,
+            .name = std::string(name)};
+  }
 
   // Up to START.
   void add_request() {
     const Picoseconds asked = ack_edge_.value_or(last_edge_);
-    Part request{.kind = PartKind::frame,
-                 .text = "request",
-                 .from = drawing_.cycle.time,
-                 .to = asked,
-                 .name = "request"};
-    if (!drawing_.cycle.line_delay || last_sampled_ == nullptr) {
-      const bool silent = is(CycleStatus::no_response) || is(CycleStatus::not_ready);
-      if (!silent && !is(CycleStatus::response_range)) return;
-      add(std::move(request));
-      if (silent) {
-        add({.kind = PartKind::frame,
-             .text = "no ACK",
-             .from = asked,
-             .to = last_edge_,
-             .wrong = true,
-             .name = "no ACK"});
-      }
+    const bool answered = drawing_.cycle.line_delay && last_sampled_ != nullptr;
+    const bool silent = is(CycleStatus::no_response) || is(CycleStatus::not_ready);
+    if (!answered && !silent && !is(CycleStatus::response_range)) return;
+    const Picoseconds end = answered ? shifted(asked, *drawing_.cycle.line_delay) : asked;
+    add(frame_part("request", "request", drawing_.cycle.time, end));
+    if (!answered) {
+      if (silent) add(frame_part("no ACK", "no ACK", asked, last_edge_, true));
       return;
     }
-    const Picoseconds fall = shifted(asked, *drawing_.cycle.line_delay);
-    request.to = fall;
-    add(std::move(request));
     if (start_ == nullptr) {
-      add({.kind = PartKind::frame,
-           .text = "ACK",
-           .from = fall,
-           .to = end_of(*last_sampled_),
-           .wrong = is(CycleStatus::no_start),
-           .name = "ACK"});
+      add(frame_part("ACK", "ACK", end, end_of(*last_sampled_), is(CycleStatus::no_start)));
       return;
     }
     std::string text = "ACK";
     if (drawing_.cycle.ack) text += ' ' + time_text_(*drawing_.cycle.ack);
     const std::size_t clocks = start_->clock - 1;
     text += fmt::format(", {} clock{}", clocks, clocks == 1 ? "" : "s");
-    add({.kind = PartKind::frame,
-         .text = std::move(text),
-         .from = fall,
-         .to = begin_of(*start_),
-         .wrong = is(CycleStatus::ack_range),
-         .brief = "ACK",
-         .name = "ACK"});
+    Part ack = frame_part("ACK", text, end, begin_of(*start_), is(CycleStatus::ack_range));
+    ack.brief = "ACK";
+    add(std::move(ack));
   }
 
   void add_bits() {
@@ -165,13 +145,9 @@ class Planner {
   }
 
   void add_bit(const DrawnBit& bit, std::string text, bool wrong) {
-    add({.kind = PartKind::frame,
-         .text = std::move(text),
-         .from = begin_of(bit),
-         .to = end_of(bit),
-         .wrong = wrong,
-         .name = bit.name,
-         .value = bit.level});
+    Part part = frame_part(bit.name, std::move(text), begin_of(bit), end_of(bit), wrong);
+    part.value = bit.level;
+    add(std::move(part));
   }
 
   bool continues(const FieldBits& field) const {
@@ -187,16 +163,15 @@ class Planner {
   void add_field(const FieldBits& field) {
     const DrawnBit& first = drawing_.bits[field.first];
     const DrawnBit& last = drawing_.bits[field.first + field.count - 1];
-    const std::string name = first.field.substr(0, first.field.find('.'));
-    const PartKind kind = name == "crc"                              ? PartKind::crc
-                          : name.back() == 'E' || name.back() == 'W' ? PartKind::flag
-                                                                     : PartKind::data;
+    const PartKind kind = first.payload_bit && !first.data_field ? PartKind::crc
+                          : is_flag(first)                       ? PartKind::flag
+                                                                 : PartKind::data;
     Part part{.kind = kind, .text = {}, .from = begin_of(first), .to = end_of(last)};
     part.name = first.field;
-    if (name == "bits") {
+    if (!first.payload_bit) {
       part.text = fmt::format("{} bits", field.count);
     } else {
-      const Value value = value_of(name, field);
+      const Value value = value_of(field);
       part.text = first.field + value.text;
       part.wrong = value.wrong;
       if (!value.brief.empty()) part.brief = first.field + value.brief;
@@ -214,47 +189,35 @@ class Planner {
     std::optional<std::uint64_t> expected{};
   };
 
-  Value value_of(const std::string& name, const FieldBits& field) const {
+  static bool is_flag(const DrawnBit& bit) { return bit.data_field && bit.data_field->is_flag(); }
+
+  Value value_of(const FieldBits& field) const {
     const DrawnBit& first = drawing_.bits[field.first];
-    const std::size_t k = channel_of(*first.payload_bit);
-    const ChannelFormat& channel = format_->channel_list[k];
-    const bool flag = name.back() == 'E' || name.back() == 'W';
-    if (flag) {
-      const bool active = first.level == (name.size() == 1);
-      return {level_text(first), active && is(CycleStatus::ok), {}, first.level};
+    const ChannelFormat& channel = format_->channel_list[first.channel];
+    const auto& data_field = first.data_field;
+    if (is_flag(first)) {
+      const bool active_high = data_field->kind == FieldKind::error ? channel.error.active_high
+                                                                    : channel.warning.active_high;
+      return {
+          level_text(first), first.level == active_high && is(CycleStatus::ok), {}, first.level};
     }
-    const std::size_t wanted = width_of(name, channel, field.count);
-    if (field.count < wanted) return {fmt::format(" ({} of {} bits)", field.count, wanted)};
+    const bool padding = data_field && data_field->kind == FieldKind::padding;
+    const std::size_t wanted = data_field ? data_field->place.bits : channel.crc.width_bits;
+    if (field.count < wanted && !padding) {
+      return {fmt::format(" ({} of {} bits)", field.count, wanted)};
+    }
     std::uint64_t bits = 0;
     for (std::size_t i = 0; i < field.count; ++i) {
       bits = bits << 1U | (drawing_.bits[field.first + i].level == true ? 1U : 0U);
     }
-    if (name == "crc") return crc_value(bits, k);
-    if (!drawing_.cycle.frame || name == "pad") {
+    if (!data_field) return crc_value(bits, first.channel);
+    if (!drawing_.cycle.frame || padding) {
       return {fmt::format("=0x{:X}", bits), false, {}, bits};
     }
-    const std::uint64_t value = decoded(name, channel, drawing_.cycle.frame->channel_list[k]);
+    // The value of the frame, which the reader has checked.
+    const Channel& read = drawing_.cycle.frame->channel_list[first.channel];
+    const std::uint64_t value = data_field->value(channel, read, bits);
     return {fmt::format("={}", value), false, {}, value};
-  }
-
-  // The value of the frame, which the reader has checked.
-  static std::uint64_t decoded(const std::string& name, const ChannelFormat& format,
-                               const Channel& channel) {
-    if (name == "lc") return channel.life_counter;
-    if (name == "st") return channel.position & low_mask(format.singleturn.bits);
-    if (name == "mt" && format.singleturn.bits != 0) {
-      return channel.position >> format.singleturn.bits;
-    }
-    return channel.position;
-  }
-
-  static std::size_t width_of(const std::string& name, const ChannelFormat& channel,
-                              std::size_t received) {
-    if (name == "pos") return channel.position.bits;
-    if (name == "mt") return channel.multiturn.bits;
-    if (name == "st") return channel.singleturn.bits;
-    if (name == "lc") return channel.life_counter.bits;
-    return name == "crc" ? channel.crc.width_bits : received;
   }
 
   Value crc_value(std::uint64_t bits, std::size_t k) const {
@@ -267,26 +230,14 @@ class Planner {
     return {text, false, {}, bits};
   }
 
-  std::size_t channel_of(std::size_t payload_bit) const {
-    std::size_t k = 0;
-    std::size_t end = format_->channel_list[0].total_bits();
-    while (payload_bit >= end && k + 1U < format_->channel_count) {
-      end += format_->channel_list[++k].total_bits();
-    }
-    return k;
-  }
-
   void add_timeout() {
     if (!release_ || *release_ > drawing_.end) return;
     const std::string text = drawing_.cycle.release->count < 0
                                  ? "timeout"
                                  : "timeout " + time_text_(*drawing_.cycle.release);
-    add({.kind = PartKind::frame,
-         .text = text,
-         .from = last_edge_,
-         .to = *release_,
-         .brief = "timeout",
-         .name = "timeout"});
+    Part timeout = frame_part("timeout", text, last_edge_, *release_);
+    timeout.brief = "timeout";
+    add(std::move(timeout));
   }
 
   Mark crc_failure(const DrawnCheck& check) const {
@@ -294,9 +245,7 @@ class Planner {
     Mark failure{last_edge_, fmt::format("crc: {}received 0x{:X}, expected 0x{:X}", of,
                                          check.received, check.expected)};
     for (const DrawnBit& bit : drawing_.bits) {
-      if (!bit.payload_bit || !bit.expected || channel_of(*bit.payload_bit) != check.channel) {
-        continue;
-      }
+      if (!bit.expected || bit.channel != check.channel) continue;
       failure.time = begin_of(bit);
       break;
     }

@@ -27,13 +27,13 @@ struct Part {
   Picoseconds to{};
   /// It is wrong; an active error or warning of the encoder counts, too.
   bool wrong = false;
-  /// A shorter text for a part that is too narrow for `text`; may be empty.
+  /// A shorter text, if there is one, for a part that is too narrow for `text`.
   std::string brief{};
   /// The name without the value: `ACK`, `START`, a field as DrawnBit::field, `timeout`.
   std::string name{};
   /// The value of a complete field or bit, as in `text`.
   std::optional<std::uint64_t> value{};
-  /// For a checksum: the value that the received data need, if it is not `value`.
+  /// Of a checksum: what the received data need, if that is not `value`.
   std::optional<std::uint64_t> expected{};
 };
 
@@ -52,7 +52,7 @@ struct Mark {
 struct Layout {
   CycleDrawing drawing;
   std::vector<Cut> cuts;
-  /// The text of each cut: `27 clocks`, or its time if MA rests.
+  /// Of each cut: `27 clocks`, or its time if MA rests.
   std::vector<std::string> cut_texts;
   std::vector<Track> tracks;
   std::vector<Mark> failures;
@@ -61,7 +61,7 @@ struct Layout {
 /// How a time is written, with its unit.
 using TimeText = std::string (*)(Picoseconds time);
 
-/// Values are decimal in a good frame, and hexadecimal, as received, in any other.
+/// Values are decimal if the frame is good, and hexadecimal, as received, if it is not.
 /// \param drawing of the whole cycle, DrawnExtent::cycle
 /// \param format  that the drawing was made with
 /// \param marks of the user; marks outside the cycle are left out
@@ -95,8 +95,8 @@ struct Piece {
 std::vector<Piece> pieces_of(const Track& track, const Axis& axis, std::size_t first,
                              std::size_t last);
 
-/// The labels of the pieces: within a piece if it is wide enough, otherwise below it, so that no
-/// two labels overlap.
+/// The labels of the pieces: within a piece if it is wide enough, else below it, so that no two
+/// labels overlap.
 /// \param width_of  a text in ticks, with the space that it needs around it
 /// \param row_width of the row
 std::vector<Label> labels_of(std::span<const Piece> pieces, std::size_t (*width_of)(std::size_t),

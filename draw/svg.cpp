@@ -66,19 +66,8 @@ constexpr std::string_view style =
     "}\n";
 
 std::string_view class_of(PartKind kind) {
-  switch (kind) {
-    case PartKind::line:
-      return "box line";
-    case PartKind::data:
-      return "box data";
-    case PartKind::flag:
-      return "box flag";
-    case PartKind::crc:
-      return "box crc";
-    case PartKind::frame:
-      break;
-  }
-  return "box";
+  constexpr std::string_view classes[] = {"box line", "box", "box data", "box flag", "box crc"};
+  return classes[static_cast<std::size_t>(kind)];
 }
 
 std::size_t cut_clocks_of(const Layout& layout, std::size_t clock_pixels) {
@@ -386,30 +375,12 @@ std::string title_of(std::span<const Panel> panels) {
 }  // namespace
 
 std::string markup_text(std::string_view text) {
+  constexpr std::string_view special = "&<>\"\n\r";
+  constexpr std::string_view escaped[] = {"&amp;", "&lt;", "&gt;", "&quot;", "&#10;", "&#13;"};
   std::string out;
   for (const char character : text) {
-    switch (character) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      case '\n':
-        out += "&#10;";
-        break;
-      case '\r':
-        out += "&#13;";
-        break;
-      default:
-        out += character;
-    }
+    const std::size_t at = special.find(character);
+    at == std::string_view::npos ? out += character : out += escaped[at];
   }
   return out;
 }

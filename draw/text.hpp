@@ -8,7 +8,7 @@
 
 namespace biss::draw {
 
-/// The lines of a cycle, in consecutive blocks if it is wider than `columns`:
+/// The lines of a cycle, in blocks that follow one another if it is wider than `columns`:
 ///
 ///     MA     ──┐  ┌──┐  ┌──
 ///              └──┘  └──┘

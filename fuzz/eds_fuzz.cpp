@@ -207,7 +207,7 @@ struct Said {
 };
 
 void check_remark(const EdsImage& image, const EdsRemark& remark, Said& said) {
-  require(!name_of(remark.kind).empty() && !text_of(remark.kind).empty());
+  require(!text_of(remark.kind).empty());
   require(known_anywhere(remark.symbol));
   require(remark.channel < max_channels || remark.kind == EdsRemarkKind::overridden);
   said.overridden += remark.kind == EdsRemarkKind::overridden ? 1U : 0U;

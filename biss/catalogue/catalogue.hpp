@@ -47,7 +47,7 @@ constexpr const CatalogueEntry* find_encoder(std::string_view name) {
 
 namespace catalogue_detail {
 
-// Never defined: the compiler names it where an encoder's name is wrong.
+// Never defined: the compiler names it if an encoder's name is wrong.
 void the_catalogue_has_no_encoder_of_this_name();
 
 }  // namespace catalogue_detail

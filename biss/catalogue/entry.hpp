@@ -11,38 +11,6 @@
 
 namespace biss {
 
-/// One type of encoder, with one frame. All text is static.
-struct CatalogueEntry {
-  /// The name that a user types, in lower case.
-  std::string_view name{};
-  std::string_view vendor{};
-  std::string_view product{};
-  /// Canonical text of the frame format; it parses (proven at compile time).
-  std::string_view format{};
-  DeviceTiming timing{};
-  /// The size of one count, and the range where it is known; empty when unknown.
-  std::string_view resolution{};
-  /// What a user should know and no other field describes; empty when there is nothing.
-  std::string_view remark{};
-  /// The source of these facts.
-  std::string_view source{};
-  /// What is assumed, deduced or not confirmed, one sentence each; empty ones follow the last.
-  std::array<std::string_view, 5> uncertain{};
-
-  /// The format as data. \pre format is good text
-  constexpr FrameFormat frame_format() const { return parse_format(format).value(); }
-  constexpr bool certain() const { return uncertain[0].empty(); }
-  /// Whether this is one of the doubts.
-  constexpr bool doubts(std::string_view sentence) const {
-    for (const std::string_view each : uncertain) {
-      if (each == sentence) return true;
-    }
-    return false;
-  }
-  /// The highest clock is the device's, not only the highest that BiSS C allows.
-  constexpr bool clock_known() const;
-};
-
 /// Sentences that apply to several entries.
 namespace doubt {
 inline constexpr std::string_view driver = "known from a driver's source, not from the maker";
@@ -62,20 +30,63 @@ inline constexpr std::string_view clock_configured =
     "the source configures 4 MHz, the limit is not known: 10 MHz assumed";
 }  // namespace doubt
 
-namespace catalogue_detail {
+/// One type of encoder, with one frame. All text is static.
+struct CatalogueEntry {
+  /// The name that a user types, in lower case.
+  std::string_view name{};
+  std::string_view vendor{};
+  std::string_view product{};
+  /// Canonical text of the frame format; it parses (proven at compile time).
+  std::string_view format{};
+  DeviceTiming timing{};
+  /// The size of one count, and the range if it is known; empty when unknown.
+  std::string_view resolution{};
+  /// What a user should know and no other field describes; empty when there is nothing.
+  std::string_view remark{};
+  /// The source of these facts.
+  std::string_view source{};
+  /// What is assumed, deduced or not confirmed, one sentence each; empty ones follow the last.
+  std::array<std::string_view, 5> uncertain{};
 
-/// The entry with one more doubt. \pre there is room
-constexpr CatalogueEntry with_doubt(CatalogueEntry entry, std::string_view sentence) {
-  std::size_t free = 0;
-  while (!entry.uncertain[free].empty()) ++free;
-  entry.uncertain[free] = sentence;
-  return entry;
-}
+  /// The format as data. \pre format is good text
+  constexpr FrameFormat frame_format() const { return parse_format(format).value(); }
+  constexpr bool certain() const { return uncertain[0].empty(); }
+  /// Whether this is one of the doubts.
+  constexpr bool doubts(std::string_view sentence) const {
+    for (const std::string_view each : uncertain) {
+      if (each == sentence) return true;
+    }
+    return false;
+  }
+  /// The highest clock is the device's, not only the highest that BiSS C allows.
+  constexpr bool clock_known() const {
+    return !doubts(doubt::clock) && !doubts(doubt::clock_configured);
+  }
 
-}  // namespace catalogue_detail
-
-constexpr bool CatalogueEntry::clock_known() const {
-  return !doubts(doubt::clock) && !doubts(doubt::clock_configured);
-}
+  /// A type of this family. An empty text is as in the family.
+  constexpr CatalogueEntry type(std::string_view its_name, std::string_view its_format,
+                                std::string_view its_resolution = {},
+                                std::string_view its_product = {}) const {
+    CatalogueEntry entry = *this;
+    entry.name = its_name;
+    entry.format = its_format;
+    if (!its_resolution.empty()) entry.resolution = its_resolution;
+    if (!its_product.empty()) entry.product = its_product;
+    return entry;
+  }
+  constexpr CatalogueEntry with_remark(std::string_view its_remark) const {
+    CatalogueEntry entry = *this;
+    entry.remark = its_remark;
+    return entry;
+  }
+  /// With one more doubt. \pre there is room
+  constexpr CatalogueEntry with_doubt(std::string_view sentence) const {
+    CatalogueEntry entry = *this;
+    std::size_t free = 0;
+    while (!entry.uncertain[free].empty()) ++free;
+    entry.uncertain[free] = sentence;
+    return entry;
+  }
+};
 
 }  // namespace biss

@@ -47,21 +47,19 @@ enum class AdviceError : std::uint8_t {
   clock_refused,    ///< the device does not accept this clock
 };
 
-inline constexpr std::size_t advice_error_count = 4;
-
 /// The message for a user, without a full stop.
 constexpr std::string_view text_of(AdviceError error) {
-  constexpr std::array<std::string_view, advice_error_count> texts{
-      "neither resolution nor turns: there is nothing to send", "a field is shorter than its value",
-      "a data channel carries at most 64 bits, two of them flags",
-      "the device does not accept this clock"};
+  constexpr std::string_view texts[] = {"neither resolution nor turns: there is nothing to send",
+                                        "a field is shorter than its value",
+                                        "a data channel carries at most 64 bits, two of them flags",
+                                        "the device does not accept this clock"};
   return texts[static_cast<std::size_t>(error)];
 }
 
 /// The advised frame, and what it gives.
 struct Advice {
   ChannelFormat channel{};
-  /// The profile's identifier, registers 0x42 and 0x43; 0 where the position is too long for BP3.
+  /// The profile's identifier, registers 0x42 and 0x43; 0 if the position is too long for BP3.
   std::uint16_t identifier = 0;
   /// The smallest number of wrong bits that the CRC may not detect.
   std::uint8_t hamming_distance = 0;
@@ -154,7 +152,7 @@ constexpr Result<Advice, AdviceError> advise(const AdviceWish& wish) {
   return advice;
 }
 
-/// The BP3 part of an advised frame: identifier, lengths, alignment and counts (the turns where 32
+/// The BP3 part of an advised frame: identifier, lengths, alignment and counts (the turns if 32
 /// bits hold them); all other fields are marked as not given. Rotary; set EN_TYP and the counts for
 /// a scale. \pre advice.identifier is not 0
 constexpr EdsBank bp3_bank_of(const Advice& advice) {

@@ -83,69 +83,56 @@ inline constexpr std::uint32_t ones32 = 0xFFFF'FFFF;
 inline constexpr auto bp3_rows() {
   using enum EdsKind;
   using enum EdsUnit;
-  using enum EdsGroup;
   constexpr std::uint8_t len = bp3_max_length_bits;
-  return std::array{
-      EdsField{"BP_VER", "version of the profile", 0x00, 1, number, none, organisation, 1, 1},
-      EdsField{"BP_LEN", "length of this part", 0x01, 1, number, banks, organisation, 1, 1},
+  return std::to_array<EdsField>({
+      {"BP_VER", "version of the profile", 0x00, 1, number, none, 1, 1},
+      {"BP_LEN", "length of this part", 0x01, 1, number, banks, 1, 1},
       // Table 8 prints 0x62; the identifier scheme also allows C = 1: 0x63.
-      EdsField{"BP_ID", "profile identifier, as registers 0x42 and 0x43", 0x02, 2, identifier, none,
-               organisation, 0x6202, 0x633F},
-      EdsField{"FB1", "first feedback bit", 0x04, 1, feedback, none, organisation, 1, 1},
-      EdsField{"FB2", "second feedback bit", 0x05, 1, feedback, none, organisation, 2, 2},
-      EdsField{"PON_PDL", "from power-on to position data, at most", 0x06, 1, number, milliseconds,
-               timing, 1, 254},
-      EdsField{"RES_07", "reserved", 0x07, 1, reserved, none, organisation, 0, 0},
-      EdsField{"EN_TYP", "encoder type", 0x08, 1, encoder_type, none, organisation, 0, 1},
-      EdsField{"POS_NUM", "which position value", 0x09, 1, position_value, none, safety, 1, 2},
-      EdsField{"MT_LEN", "length of the multiturn data", 0x0A, 1, number, bits, organisation, 0,
-               len},
-      EdsField{"MT_FMT", "alignment of the multiturn data", 0x0B, 1, alignment, none, measuring, 0,
-               1},
-      EdsField{"CO_LEN", "length of the coarse data", 0x0C, 1, number, bits, organisation, 0, len},
-      EdsField{"CO_FMT", "alignment of the coarse data", 0x0D, 1, alignment, none, measuring, 0, 1},
-      EdsField{"FI_LEN", "length of the fine data", 0x0E, 1, number, bits, organisation, 0, len},
-      EdsField{"FI_FMT", "alignment of the fine data", 0x0F, 1, alignment, none, measuring, 0, 1},
-      EdsField{"MT_CNT", "revolutions or periods that can be distinguished", 0x10, 4, number, none,
-               measuring, 1, ones32 - 1},
-      EdsField{"SIP_CNT", "signal periods a revolution, or length of one", 0x14, 4, number,
-               per_revolution_or_nanometre, measuring, 1, ones32 - 1},
-      EdsField{"SIP_RES", "counts a signal period", 0x18, 4, number, lsb, measuring, 1, ones32 - 1},
-      EdsField{"CPOLY", "CRC polynomial without its lowest bit", 0x1C, 4, polynomial, none,
-               organisation, 0x21, 0x21},
-      EdsField{"CSTART", "CRC start value", 0x20, 4, number, none, organisation, 0, 0},
-      EdsField{"ABS_ACU", "absolute accuracy", 0x24, 2, number, half_lsb_or_micrometre, measuring,
-               1, ones16 - 1},
-      EdsField{"REL_ACU", "repeatability", 0x26, 2, number, half_lsb, measuring, 1, ones16 - 1},
-      EdsField{"SPD_ACU", "accuracy that depends on speed", 0x28, 2, number, half_lsb, measuring, 1,
-               ones16 - 1},
-      EdsField{"HYST", "hysteresis", 0x2A, 2, number, half_lsb, measuring, 1, ones16 - 1},
-      EdsField{"SPD_MAX", "highest speed", 0x2C, 2, number, per_minute_or_metre_per_minute,
-               mechanical, 1, ones16 - 1},
-      EdsField{"ACC_MAX", "highest acceleration", 0x2E, 2, number, per_minute2_or_metre_per_minute2,
-               mechanical, 1, ones16 - 1},
-      EdsField{"TMP_MIN", "lowest operating temperature", 0x30, 2, number, kelvin, mechanical, 1,
-               ones16 - 1},
-      EdsField{"TMP_MAX", "highest operating temperature", 0x32, 2, number, kelvin, mechanical, 1,
-               ones16 - 1},
-      EdsField{"VLT_MIN", "lowest operating voltage", 0x34, 2, number, millivolt, electric, 1,
-               ones16 - 1},
-      EdsField{"VLT_MAX", "highest operating voltage", 0x36, 2, number, millivolt, electric, 1,
-               ones16 - 1},
-      EdsField{"CUR_MAX", "highest current", 0x38, 2, number, milliampere, electric, 1, ones16 - 1},
-      EdsField{"RES_3A", "reserved", 0x3A, 1, reserved, none, organisation, 0, 0},
-      EdsField{"RES_3B", "reserved", 0x3B, 1, reserved, none, organisation, 0, 0},
-      EdsField{"RES_3C", "reserved", 0x3C, 1, reserved, none, organisation, 0, 0},
-      EdsField{"RES_3D", "reserved", 0x3D, 1, reserved, none, organisation, 0, 0},
-      EdsField{"RES_3E", "reserved", 0x3E, 1, reserved, none, organisation, 0, 0},
-      EdsField{"CHKSUM", "sum of the bytes before it", 0x3F, 1, checksum, none, organisation, 0,
-               255},
-  };
+      {"BP_ID", "profile identifier, as registers 0x42 and 0x43", 0x02, 2, identifier, none, 0x6202,
+       0x633F},
+      {"FB1", "first feedback bit", 0x04, 1, feedback, none, 1, 1},
+      {"FB2", "second feedback bit", 0x05, 1, feedback, none, 2, 2},
+      {"PON_PDL", "from power-on to position data, at most", 0x06, 1, number, milliseconds, 1, 254},
+      {"RES_07", "reserved", 0x07, 1, reserved, none, 0, 0},
+      {"EN_TYP", "encoder type", 0x08, 1, encoder_type, none, 0, 1},
+      {"POS_NUM", "which position value", 0x09, 1, position_value, none, 1, 2},
+      {"MT_LEN", "length of the multiturn data", 0x0A, 1, number, bits, 0, len},
+      {"MT_FMT", "alignment of the multiturn data", 0x0B, 1, alignment, none, 0, 1},
+      {"CO_LEN", "length of the coarse data", 0x0C, 1, number, bits, 0, len},
+      {"CO_FMT", "alignment of the coarse data", 0x0D, 1, alignment, none, 0, 1},
+      {"FI_LEN", "length of the fine data", 0x0E, 1, number, bits, 0, len},
+      {"FI_FMT", "alignment of the fine data", 0x0F, 1, alignment, none, 0, 1},
+      {"MT_CNT", "revolutions or periods that can be distinguished", 0x10, 4, number, none, 1,
+       ones32 - 1},
+      {"SIP_CNT", "signal periods a revolution, or length of one", 0x14, 4, number,
+       per_revolution_or_nanometre, 1, ones32 - 1},
+      {"SIP_RES", "counts a signal period", 0x18, 4, number, lsb, 1, ones32 - 1},
+      {"CPOLY", "CRC polynomial without its lowest bit", 0x1C, 4, polynomial, none, 0x21, 0x21},
+      {"CSTART", "CRC start value", 0x20, 4, number, none, 0, 0},
+      {"ABS_ACU", "absolute accuracy", 0x24, 2, number, half_lsb_or_micrometre, 1, ones16 - 1},
+      {"REL_ACU", "repeatability", 0x26, 2, number, half_lsb, 1, ones16 - 1},
+      {"SPD_ACU", "accuracy that depends on speed", 0x28, 2, number, half_lsb, 1, ones16 - 1},
+      {"HYST", "hysteresis", 0x2A, 2, number, half_lsb, 1, ones16 - 1},
+      {"SPD_MAX", "highest speed", 0x2C, 2, number, per_minute_or_metre_per_minute, 1, ones16 - 1},
+      {"ACC_MAX", "highest acceleration", 0x2E, 2, number, per_minute2_or_metre_per_minute2, 1,
+       ones16 - 1},
+      {"TMP_MIN", "lowest operating temperature", 0x30, 2, number, kelvin, 1, ones16 - 1},
+      {"TMP_MAX", "highest operating temperature", 0x32, 2, number, kelvin, 1, ones16 - 1},
+      {"VLT_MIN", "lowest operating voltage", 0x34, 2, number, millivolt, 1, ones16 - 1},
+      {"VLT_MAX", "highest operating voltage", 0x36, 2, number, millivolt, 1, ones16 - 1},
+      {"CUR_MAX", "highest current", 0x38, 2, number, milliampere, 1, ones16 - 1},
+      {"RES_3A", "reserved", 0x3A, 1, reserved, none, 0, 0},
+      {"RES_3B", "reserved", 0x3B, 1, reserved, none, 0, 0},
+      {"RES_3C", "reserved", 0x3C, 1, reserved, none, 0, 0},
+      {"RES_3D", "reserved", 0x3D, 1, reserved, none, 0, 0},
+      {"RES_3E", "reserved", 0x3E, 1, reserved, none, 0, 0},
+      {"CHKSUM", "sum of the bytes before it", 0x3F, 1, checksum, none, 0, 255},
+  });
 }
 
 }  // namespace eds_detail
 
-/// Every byte of the part. Where rows are shifted in the extracted document, the addresses follow
+/// Every byte of the part. If rows are shifted in the extracted document, the addresses follow
 /// from the byte counts.
 inline constexpr auto bp3_fields = eds_detail::bp3_rows();
 static_assert(eds_detail::matches<Bp3Part>(bp3_fields));
@@ -214,12 +201,12 @@ constexpr std::string_view suspect_length(const Bp3Part& part) {
 
 namespace biss {
 
-// ---- Zeros in a BP3 position where its fields are longer than their counts need
+// ---- Zeros in a BP3 position whose fields are longer than their counts need
 //
 // Table F: right-aligned values have leading zeros, left-aligned ones trailing zeros. Coarse and
 // fine are one value, the singleturn value; on a scale, turns, coarse and fine are one value.
 
-/// The zeros of one value. All 0 where a count is not given, is 1, or does not fit.
+/// The zeros of one value. All 0 if a count is not given, is 1, or does not fit.
 struct Bp3Zeros {
   unsigned leading = 0;
   unsigned trailing = 0;

@@ -5,6 +5,7 @@
 // time are hypotheses. The checksum is assumed to be BP3's.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -43,7 +44,7 @@ inline constexpr std::array<EdsScale, 10> eds_scales{{
     {"PON_DLY", milliseconds(1), true},
 }};
 
-/// The scale of a field of the common part; null where it has none.
+/// The scale of a field of the common part; null if it has none.
 constexpr const EdsScale* find_scale(std::string_view symbol) {
   for (const EdsScale& scale : eds_scales) {
     if (scale.symbol == symbol) return &scale;
@@ -51,19 +52,9 @@ constexpr const EdsScale* find_scale(std::string_view symbol) {
   return nullptr;
 }
 
-/// A time of the common part: the stored value, and the time by the table above.
-struct EdsTime {
-  std::uint32_t raw = 0;
-  Picoseconds time{};
-  bool hypothesis = true;
-
-  constexpr bool operator==(const EdsTime&) const = default;
-};
-
-/// \pre find_scale(symbol) is not null
-constexpr EdsTime eds_time(std::string_view symbol, std::uint32_t raw) {
-  const EdsScale& scale = *find_scale(symbol);
-  return {raw, scale.step * std::int64_t{raw}, scale.hypothesis};
+/// A time of the common part by the table above. \pre find_scale(symbol) is not null
+constexpr Picoseconds eds_time(std::string_view symbol, std::uint32_t raw) {
+  return find_scale(symbol)->step * std::int64_t{raw};
 }
 
 /// What the common part says about one data channel.
@@ -144,50 +135,6 @@ constexpr std::uint8_t common_channel_address(std::size_t channel) {
 
 namespace eds_detail {
 
-inline constexpr std::array<EdsField, 20> common_head{{
-    {"EDS_VER", "version of the data sheet", 0x00, 1, EdsKind::number, EdsUnit::none,
-     EdsGroup::organisation, 1, 255},
-    {"EDS_LEN", "length of the data sheet", 0x01, 1, EdsKind::number, EdsUnit::banks,
-     EdsGroup::organisation, 1, 255},
-    {"USR_STA", "first user bank", 0x02, 1, EdsKind::number, EdsUnit::bank_number,
-     EdsGroup::organisation, 0, 255},
-    {"USR_END", "last user bank", 0x03, 1, EdsKind::number, EdsUnit::bank_number,
-     EdsGroup::organisation, 0, 255},
-    {"TMA", "shortest clock period", 0x04, 1, EdsKind::number, EdsUnit::time_step, EdsGroup::timing,
-     1, 255},
-    {"TO_MIN", "timeout, shortest", 0x05, 1, EdsKind::number, EdsUnit::time_step, EdsGroup::timing,
-     0, 255},
-    {"TO_MAX", "timeout, longest", 0x06, 1, EdsKind::number, EdsUnit::time_step, EdsGroup::timing,
-     0, 255},
-    {"TOS_MIN", "short or adaptive timeout, shortest", 0x07, 1, EdsKind::number, EdsUnit::time_step,
-     EdsGroup::timing, 0, 255},
-    {"TOS_MAX", "short or adaptive timeout, longest", 0x08, 1, EdsKind::number, EdsUnit::time_step,
-     EdsGroup::timing, 0, 255},
-    {"TCLK_MIN", "sampling period of the slave, shortest", 0x09, 1, EdsKind::number,
-     EdsUnit::time_step, EdsGroup::timing, 0, 255},
-    {"TCLK_MAX", "sampling period of the slave, longest", 0x0A, 1, EdsKind::number,
-     EdsUnit::time_step, EdsGroup::timing, 0, 255},
-    {"TCYC", "shortest cycle", 0x0B, 1, EdsKind::number, EdsUnit::time_step, EdsGroup::timing, 0,
-     255},
-    {"TBUSY_MAX", "processing time of a frame, longest", 0x0C, 1, EdsKind::number,
-     EdsUnit::time_step, EdsGroup::timing, 0, 255},
-    // At most 8 clocks: protocol description D2, table of characteristics, row 10b.
-    {"BUSY_S", "clocks by which START is later", 0x0D, 1, EdsKind::number, EdsUnit::clocks,
-     EdsGroup::timing, 0, 8},
-    {"PON_DLY", "from power-on to control communication", 0x0E, 2, EdsKind::number,
-     EdsUnit::time_step, EdsGroup::timing, 0, 0xFFFF},
-    {"DC_NUM", "data channels", 0x10, 1, EdsKind::number, EdsUnit::none, EdsGroup::organisation, 0,
-     8},
-    {"SL_NUM", "slaves (IDs) of the device", 0x11, 1, EdsKind::number, EdsUnit::none,
-     EdsGroup::organisation, 1, 8},
-    {"SL_OFF", "which of them this one is", 0x12, 1, EdsKind::number, EdsUnit::none,
-     EdsGroup::organisation, 0, 7},
-    {"RES_13", "not named by any source", 0x13, 1, EdsKind::unnamed, EdsUnit::none,
-     EdsGroup::organisation, 0, 255},
-    {"BC_OFF", "bus coupler", 0x34, 1, EdsKind::bus_coupler, EdsUnit::none, EdsGroup::organisation,
-     0, 255},
-}};
-
 inline constexpr std::array<std::array<std::string_view, 4>, max_channels> channel_symbols{{
     {"BANK_0", "DLEN_0", "FORMAT_0", "CPOLY_0"},
     {"BANK_1", "DLEN_1", "FORMAT_1", "CPOLY_1"},
@@ -199,44 +146,61 @@ inline constexpr std::array<std::array<std::string_view, 4>, max_channels> chann
     {"BANK_7", "DLEN_7", "FORMAT_7", "CPOLY_7"},
 }};
 
-inline constexpr std::array<std::string_view, 10> common_reserved{
-    "RES_35", "RES_36", "RES_37", "RES_38", "RES_39",
-    "RES_3A", "RES_3B", "RES_3C", "RES_3D", "RES_3E"};
-
 constexpr auto common_rows() {
-  constexpr std::array<EdsField, 4> channel_rows{{
-      {"", "bank of the channel's profile part", 0, 1, EdsKind::number, EdsUnit::bank_number,
-       EdsGroup::organisation, 0, 255},
-      {"", "data bits, flags included", 1, 1, EdsKind::number, EdsUnit::bits,
-       EdsGroup::organisation, 0, 64},
-      {"", "sensor or actuator, alignment, leading stop bit", 2, 1, EdsKind::channel_format,
-       EdsUnit::none, EdsGroup::organisation, 0, 255},
-      {"", "CRC polynomial without its lowest bit", 3, 1, EdsKind::polynomial, EdsUnit::none,
-       EdsGroup::organisation, 0, 255},
-  }};
-  std::array<EdsField, 20 + 4 * max_channels + common_reserved.size() + 1> rows{};
-  std::size_t row = 0;
-  for (; row < 19; ++row) rows[row] = common_head[row];
+  using enum EdsKind;
+  using enum EdsUnit;
+  constexpr auto head = std::to_array<EdsField>({
+      {"EDS_VER", "version of the data sheet", 0x00, 1, number, none, 1, 255},
+      {"EDS_LEN", "length of the data sheet", 0x01, 1, number, banks, 1, 255},
+      {"USR_STA", "first user bank", 0x02, 1, number, bank_number, 0, 255},
+      {"USR_END", "last user bank", 0x03, 1, number, bank_number, 0, 255},
+      {"TMA", "shortest clock period", 0x04, 1, number, time_step, 1, 255},
+      {"TO_MIN", "timeout, shortest", 0x05, 1, number, time_step, 0, 255},
+      {"TO_MAX", "timeout, longest", 0x06, 1, number, time_step, 0, 255},
+      {"TOS_MIN", "short or adaptive timeout, shortest", 0x07, 1, number, time_step, 0, 255},
+      {"TOS_MAX", "short or adaptive timeout, longest", 0x08, 1, number, time_step, 0, 255},
+      {"TCLK_MIN", "sampling period of the slave, shortest", 0x09, 1, number, time_step, 0, 255},
+      {"TCLK_MAX", "sampling period of the slave, longest", 0x0A, 1, number, time_step, 0, 255},
+      {"TCYC", "shortest cycle", 0x0B, 1, number, time_step, 0, 255},
+      {"TBUSY_MAX", "processing time of a frame, longest", 0x0C, 1, number, time_step, 0, 255},
+      // At most 8 clocks: protocol description D2, table of characteristics, row 10b.
+      {"BUSY_S", "clocks by which START is later", 0x0D, 1, number, clocks, 0, 8},
+      {"PON_DLY", "from power-on to control communication", 0x0E, 2, number, time_step, 0, 0xFFFF},
+      {"DC_NUM", "data channels", 0x10, 1, number, none, 0, 8},
+      {"SL_NUM", "slaves (IDs) of the device", 0x11, 1, number, none, 1, 8},
+      {"SL_OFF", "which of them this one is", 0x12, 1, number, none, 0, 7},
+      {"RES_13", "not named by any source", 0x13, 1, unnamed, none, 0, 255},
+  });
+  constexpr auto of_channel = std::to_array<EdsField>({
+      {"", "bank of the channel's profile part", 0, 1, number, bank_number, 0, 255},
+      {"", "data bits, flags included", 1, 1, number, bits, 0, 64},
+      {"", "sensor or actuator, alignment, leading stop bit", 2, 1, channel_format, none, 0, 255},
+      {"", "CRC polynomial without its lowest bit", 3, 1, polynomial, none, 0, 255},
+  });
+  constexpr auto tail = std::to_array<EdsField>({
+      {"BC_OFF", "bus coupler", 0x34, 1, bus_coupler, none, 0, 255},
+      {"RES_35", "reserved", 0x35, 1, reserved, none, 0, 0},
+      {"RES_36", "reserved", 0x36, 1, reserved, none, 0, 0},
+      {"RES_37", "reserved", 0x37, 1, reserved, none, 0, 0},
+      {"RES_38", "reserved", 0x38, 1, reserved, none, 0, 0},
+      {"RES_39", "reserved", 0x39, 1, reserved, none, 0, 0},
+      {"RES_3A", "reserved", 0x3A, 1, reserved, none, 0, 0},
+      {"RES_3B", "reserved", 0x3B, 1, reserved, none, 0, 0},
+      {"RES_3C", "reserved", 0x3C, 1, reserved, none, 0, 0},
+      {"RES_3D", "reserved", 0x3D, 1, reserved, none, 0, 0},
+      {"RES_3E", "reserved", 0x3E, 1, reserved, none, 0, 0},
+      {"CHKSUM", "sum of the bytes before it", 0x3F, 1, checksum, none, 0, 255},
+  });
+  std::array<EdsField, head.size() + 4 * max_channels + tail.size()> rows{};
+  auto at = std::copy(head.begin(), head.end(), rows.begin());
   for (std::size_t channel = 0; channel < max_channels; ++channel) {
-    for (std::size_t i = 0; i < 4; ++i) {
-      EdsField field = channel_rows[i];
-      field.symbol = channel_symbols[channel][i];
-      field.address = static_cast<std::uint8_t>(common_channel_address(channel) + i);
-      rows[row++] = field;
+    for (EdsField field : of_channel) {
+      field.symbol = channel_symbols[channel][field.address];
+      field.address = static_cast<std::uint8_t>(field.address + common_channel_address(channel));
+      *at++ = field;
     }
   }
-  rows[row++] = common_head[19];
-  for (std::size_t i = 0; i < common_reserved.size(); ++i) {
-    rows[row++] = {.symbol = common_reserved[i],
-                   .meaning = "reserved",
-                   .address = static_cast<std::uint8_t>(0x35 + i),
-                   .kind = EdsKind::reserved};
-  }
-  rows[row++] = {.symbol = "CHKSUM",
-                 .meaning = "sum of the bytes before it",
-                 .address = 0x3F,
-                 .kind = EdsKind::checksum,
-                 .max = 255};
+  std::copy(tail.begin(), tail.end(), at);
   return rows;
 }
 

@@ -56,19 +56,9 @@ enum class EdsRemarkKind : std::uint8_t {
   order,          ///< several channels: which is first on the line is an assumption
 };
 
-inline constexpr std::size_t eds_remark_count = 10;
-
-/// The name that scripts see, the same as the enumerator's.
-constexpr std::string_view name_of(EdsRemarkKind kind) {
-  constexpr std::array<std::string_view, eds_remark_count> names{
-      "overridden", "disagrees",     "repaired",   "not_usable", "not_given",
-      "undivided",  "other_reading", "hypothesis", "doubtful",   "order"};
-  return names[static_cast<std::size_t>(kind)];
-}
-
 /// The message for a user, without a full stop.
 constexpr std::string_view text_of(EdsRemarkKind kind) {
-  constexpr std::array<std::string_view, eds_remark_count> texts{
+  constexpr std::string_view texts[] = {
       "overridden by hand",
       "another source says otherwise and is believed",
       "a usual mistake, read as what it means",
@@ -90,7 +80,7 @@ struct EdsRemark {
   EdsRemarkKind kind = EdsRemarkKind::overridden;
   /// Raw, as in the bank.
   std::uint32_t stored = 0;
-  /// Raw; 0 where a default is used.
+  /// Raw; 0 if a default is used.
   std::uint32_t used = 0;
 };
 
@@ -98,9 +88,9 @@ struct EdsRemark {
 template <class T>
 concept EdsRemarkSink = std::invocable<T&, const EdsRemark&>;
 
-/// What no document defines.
+/// Options for facts that no document defines.
 struct EdsDeviceOptions {
-  /// C = 1, where no lengths decide it: ProfileOptions::length_counts_crc.
+  /// C = 1, if no lengths decide it: ProfileOptions::length_counts_crc.
   bool length_counts_crc = true;
   /// Use the times whose unit is a hypothesis; false replaces them by the widest that BiSS C
   /// allows.
@@ -118,11 +108,9 @@ enum class EdsDeviceCause : std::uint8_t {
   override_unread,   ///< the part to override was not read
 };
 
-inline constexpr std::size_t eds_device_cause_count = 5;
-
 /// The message for a user, without a full stop.
 constexpr std::string_view text_of(EdsDeviceCause cause) {
-  constexpr std::array<std::string_view, eds_device_cause_count> texts{
+  constexpr std::string_view texts[] = {
       "the data sheet has no data channel", "no source says how many bits this channel has",
       "this channel carries data to the device, which is not supported",
       "no field with this symbol takes this value", "the part with this field was not read"};
@@ -169,13 +157,9 @@ class EdsReader {
   }
 
   constexpr bool overrides(EdsPart part, std::size_t channel, std::string_view symbol) const {
-    for (const EdsOverride& each : overrides_) {
-      if (each.part == part && (part == EdsPart::common || each.channel == channel) &&
-          each.symbol == symbol) {
-        return true;
-      }
-    }
-    return false;
+    return std::any_of(overrides_.begin(), overrides_.end(), [&](const EdsOverride& each) {
+      return is_for(each, part, channel) && each.symbol == symbol;
+    });
   }
 
   // \pre image().common is not null
@@ -194,9 +178,13 @@ class EdsReader {
     return image_.profiles[each.channel];
   }
 
+  static constexpr bool is_for(const EdsOverride& each, EdsPart part, std::size_t channel) {
+    return each.part == part && (part == EdsPart::common || each.channel == channel);
+  }
+
   constexpr EdsBank overridden(EdsBank bank, EdsPart part, std::size_t channel) const {
     for (const EdsOverride& each : overrides_) {
-      if (each.part != part || (part == EdsPart::bp3 && each.channel != channel)) continue;
+      if (!is_for(each, part, channel)) continue;
       const EdsField* field = find_field(fields_of(part), each.symbol);
       // announce() refuses what cannot be set.
       if (field != nullptr) static_cast<void>(set_field(bank, *field, each.value));
@@ -297,7 +285,7 @@ class ChannelReader {
     if (common_ && common_overrides(1) && id.profile() == Profile::bp3) {
       const bool counted = id.crc_is_data() && options_.length_counts_crc;
       const unsigned length = common_->dlen + (counted ? crc6.width_bits : 0U);
-      used = static_cast<std::uint16_t>((used & 0xFF80U) | (length & 0x7FU));
+      return id.with_length(length).raw;
     }
     return used;
   }
@@ -391,7 +379,7 @@ class ChannelReader {
     set_flags(format);
   }
 
-  // Turns above singleturn where the lengths fit; a scale has no turns. Bits that the counts do not
+  // Turns above singleturn if the lengths fit; a scale has no turns. Bits that the counts do not
   // need are padding.
   constexpr void divide(ChannelFormat& format) const {
     if (part_->position_bits() != format.position.bits) {
@@ -413,7 +401,7 @@ class ChannelReader {
     format.multiturn = without(turns_zeros(*part_), low + singleturn, part_->mt_len);
   }
 
-  // What is left of `bits` bits from `shift` on without these zeros.
+  // The rest of `bits` bits from `shift` on without these zeros.
   static constexpr Field without(const Bp3Zeros& zeros, unsigned shift, unsigned bits) {
     if (bits == 0) return {};
     return {static_cast<std::uint8_t>(shift + zeros.trailing),
@@ -522,16 +510,11 @@ class TimingReader {
     }
     if (const auto busy = time("TBUSY_MAX", part_.tbusy_max, biss_busy_max)) timing.ack_max = *busy;
     set_timeout(timing.timeout);
+    if (!options_.use_hypotheses) return;
     // A longer cycle is safe, so all ones count as a time here.
-    if (part_.tcyc != 0 && options_.use_hypotheses) {
-      const EdsTime cycle = eds_time("TCYC", part_.tcyc);
-      say(EdsRemarkKind::hypothesis, "TCYC", cycle.raw, cycle.raw);
-      timing.cycle_min = cycle.time;
-    }
-    if (part_.pon_dly != 0 && part_.pon_dly != 0xFFFF && options_.use_hypotheses) {
-      const EdsTime delay = eds_time("PON_DLY", part_.pon_dly);
-      say(EdsRemarkKind::hypothesis, "PON_DLY", delay.raw, delay.raw);
-      device.control_ready = delay.time;
+    if (part_.tcyc != 0) timing.cycle_min = assumed("TCYC", part_.tcyc);
+    if (part_.pon_dly != 0 && part_.pon_dly != 0xFFFF) {
+      device.control_ready = assumed("PON_DLY", part_.pon_dly);
     }
   }
 
@@ -541,12 +524,18 @@ class TimingReader {
     sink_(EdsRemark{EdsPart::common, 0, symbol, kind, stored, used});
   }
 
+  // The time of a field, whose unit is a hypothesis.
+  constexpr Picoseconds assumed(std::string_view symbol, std::uint32_t raw) const {
+    say(EdsRemarkKind::hypothesis, symbol, raw, raw);
+    return eds_time(symbol, raw);
+  }
+
   constexpr void set_clock(DeviceTiming& timing) const {
     if (part_.tma == 0) {
       say(EdsRemarkKind::not_given, "TMA", part_.tma, 0);
       return;
     }
-    const Hertz clock = rate_of(eds_time("TMA", part_.tma).time);
+    const Hertz clock = rate_of(eds_time("TMA", part_.tma));
     if (clock > biss_clock_max) say(EdsRemarkKind::not_usable, "TMA", part_.tma, 0);
     timing.clock_max = std::min(clock, biss_clock_max);
   }
@@ -559,13 +548,11 @@ class TimingReader {
       say(EdsRemarkKind::not_given, symbol, raw, 0);
       return std::nullopt;
     }
-    const EdsTime value = eds_time(symbol, raw);
-    if (value.time > longest) {
+    if (eds_time(symbol, raw) > longest) {
       say(EdsRemarkKind::not_usable, symbol, raw, 0);
       return std::nullopt;
     }
-    say(EdsRemarkKind::hypothesis, symbol, raw, raw);
-    return value.time;
+    return assumed(symbol, raw);
   }
 
   // A device that states its sampling clock has the adaptive timeout, at most 3 of these clocks

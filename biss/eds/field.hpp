@@ -23,24 +23,6 @@ constexpr std::string_view name_of(EdsPart part) {
   return names[static_cast<std::size_t>(part)];
 }
 
-/// The groups of the BP3 document. It does not group the common part's fields: `timing` is added
-/// here.
-enum class EdsGroup : std::uint8_t {
-  organisation,
-  timing,
-  safety,
-  measuring,
-  mechanical,
-  electric
-};
-
-/// "ORGA", "TIMING", …, as in the document.
-constexpr std::string_view name_of(EdsGroup group) {
-  constexpr std::array<std::string_view, 6> names{"ORGA", "TIMING", "SAFETY",
-                                                  "MEAS", "MECH",   "ELEC"};
-  return names[static_cast<std::size_t>(group)];
-}
-
 /// The unit of a value. Units with two names depend on EN_TYP: first rotary, then linear.
 enum class EdsUnit : std::uint8_t {
   none,
@@ -61,52 +43,37 @@ enum class EdsUnit : std::uint8_t {
   milliampere,
 };
 
-/// The unit as text; empty for a bare number, "step" where eds_scales has the factor.
+/// The unit as text; empty for a bare number, "step" if eds_scales has the factor.
 constexpr std::string_view text_of(EdsUnit unit, bool linear) {
-  switch (unit) {
-    case EdsUnit::none:
-    case EdsUnit::bank_number:
-      return {};
-    case EdsUnit::banks:
-      return "banks";
-    case EdsUnit::bits:
-      return "bit";
-    case EdsUnit::clocks:
-      return "clocks";
-    case EdsUnit::time_step:
-      return "step";
-    case EdsUnit::milliseconds:
-      return "ms";
-    case EdsUnit::per_revolution_or_nanometre:
-      return linear ? "nm" : "PPR";
-    case EdsUnit::lsb:
-      return "LSB";
-    case EdsUnit::half_lsb_or_micrometre:
-      return linear ? "um" : "LSB/2";
-    case EdsUnit::half_lsb:
-      return "LSB/2";
-    case EdsUnit::per_minute_or_metre_per_minute:
-      return linear ? "m/min" : "1/min";
-    case EdsUnit::per_minute2_or_metre_per_minute2:
-      return linear ? "m/min2" : "1/min2";
-    case EdsUnit::kelvin:
-      return "K";
-    case EdsUnit::millivolt:
-      return "mV";
-    case EdsUnit::milliampere:
-      return "mA";
-  }
-  return {};
+  // Rotary, linear.
+  constexpr std::string_view texts[][2] = {{"", ""},
+                                           {"banks", "banks"},
+                                           {"", ""},
+                                           {"bit", "bit"},
+                                           {"clocks", "clocks"},
+                                           {"step", "step"},
+                                           {"ms", "ms"},
+                                           {"PPR", "nm"},
+                                           {"LSB", "LSB"},
+                                           {"LSB/2", "um"},
+                                           {"LSB/2", "LSB/2"},
+                                           {"1/min", "m/min"},
+                                           {"1/min2", "m/min2"},
+                                           {"K", "K"},
+                                           {"mV", "mV"},
+                                           {"mA", "mA"}};
+  return texts[static_cast<std::size_t>(unit)][linear ? 1 : 0];
 }
 
 /// The interpretation of a value.
 enum class EdsKind : std::uint8_t {
   number,
-  identifier,      ///< the profile identifier, registers 0x42 and 0x43
   feedback,        ///< table B: 0 no function, 1 nE, 2 nW
   encoder_type,    ///< table T: 0 rotary, 1 linear
   position_value,  ///< table N: 0 undefined, 1 or 2
   alignment,       ///< table F: 0 right, 1 left
+  // The others are no numbers: people see them in hexadecimal.
+  identifier,      ///< the profile identifier, registers 0x42 and 0x43
   polynomial,      ///< without its lowest bit, which is always 1: 0x21 is 0x43
   channel_format,  ///< FORMAT_i's bits
   bus_coupler,     ///< bit 4: there is one, bits 3…0: its slave
@@ -115,24 +82,14 @@ enum class EdsKind : std::uint8_t {
   unnamed,   ///< no source names it
 };
 
-/// The name of a value from a table (kinds feedback to alignment); empty where it has none.
+/// The name of a value from a table (kinds feedback to alignment); empty if it has none.
 constexpr std::string_view name_of(EdsKind kind, std::uint32_t value) {
-  constexpr auto pick = [](std::uint32_t index, std::string_view a, std::string_view b,
-                           std::string_view c) {
-    return index == 0 ? a : index == 1 ? b : index == 2 ? c : std::string_view{};
-  };
-  switch (kind) {
-    case EdsKind::feedback:
-      return pick(value, "no function", "nE", "nW");
-    case EdsKind::encoder_type:
-      return pick(value, "rotary", "linear", {});
-    case EdsKind::position_value:
-      return pick(value, "undefined", "position 1", "position 2");
-    case EdsKind::alignment:
-      return pick(value, "right", "left", {});
-    default:
-      return {};
-  }
+  constexpr std::string_view names[][3] = {{"no function", "nE", "nW"},
+                                           {"rotary", "linear"},
+                                           {"undefined", "position 1", "position 2"},
+                                           {"right", "left"}};
+  if (kind < EdsKind::feedback || kind > EdsKind::alignment || value > 2) return {};
+  return names[static_cast<std::size_t>(kind) - static_cast<std::size_t>(EdsKind::feedback)][value];
 }
 
 /// One field of a part. All text is static.
@@ -145,8 +102,7 @@ struct EdsField {
   std::uint8_t bytes = 1;
   EdsKind kind = EdsKind::number;
   EdsUnit unit = EdsUnit::none;
-  EdsGroup group = EdsGroup::organisation;
-  /// The range, limits included. Where no source gives one, it is that of the bytes.
+  /// The range, limits included. If no source gives one, it is the range of the bytes.
   std::uint32_t min = 0;
   std::uint32_t max = 0;
 
@@ -204,29 +160,6 @@ constexpr const EdsField* find_field(std::span<const EdsField> fields, std::stri
   return nullptr;
 }
 
-/// The field that a byte belongs to. \pre the table covers the bank (as those of the parts do),
-/// address < 64
-constexpr const EdsField& field_at(std::span<const EdsField> fields, std::size_t address) {
-  std::size_t found = 0;
-  while (found + 1 < fields.size() && fields[found + 1].address <= address) ++found;
-  return fields[found];
-}
-
-namespace eds_detail {
-
-/// Whether the rows are in the order of their addresses and cover each byte once.
-constexpr bool covers_the_bank(std::span<const EdsField> fields) {
-  std::size_t next = 0;
-  for (const EdsField& field : fields) {
-    if (field.address != next || (field.bytes != 1 && field.bytes != 2 && field.bytes != 4)) {
-      return false;
-    }
-    next += field.bytes;
-  }
-  return next == eds_bank_bytes;
-}
-
-}  // namespace eds_detail
 }  // namespace biss
 
 namespace biss::eds_detail {
@@ -286,7 +219,7 @@ constexpr bool matches(std::span<const EdsField> fields) {
     ++row;
     at += sizeof(Member);
   });
-  return same && row == fields.size() && at == eds_bank_bytes && covers_the_bank(fields);
+  return same && row == fields.size() && at == eds_bank_bytes;
 }
 
 }  // namespace biss::eds_detail

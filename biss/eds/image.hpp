@@ -24,7 +24,7 @@ constexpr std::span<const EdsField> fields_of(EdsPart part) {
 }
 
 /// The banks of one data sheet, in memory that the caller owns and that must outlive the image.
-/// What was not read is null or empty; every function that takes an image works with what is
+/// Parts that were not read are null or empty; every function that takes an image works with what is
 /// present.
 struct EdsImage {
   const EdsBank* common = nullptr;

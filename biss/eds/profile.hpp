@@ -33,21 +33,10 @@ struct ProfileIdentifier {
   constexpr bool operator==(const ProfileIdentifier&) const = default;
 
   constexpr Profile profile() const {
-    if (raw == 0) return Profile::none;
-    switch (raw >> 12U) {
-      case 0b0000:
-      case 0b0001:
-        return Profile::bp0;
-      case 0b0010:
-      case 0b0011:
-        return Profile::bp1;
-      case 0b0110:
-        return Profile::bp3;
-      case 0b0111:
-        return Profile::bp3s;
-      default:
-        return Profile::unknown;
-    }
+    using enum Profile;
+    if (raw == 0) return none;
+    constexpr Profile by_upper_bits[] = {bp0, bp0, bp1, bp1, unknown, unknown, bp3, bp3s};
+    return raw < 0x8000 ? by_upper_bits[raw >> 12U] : unknown;
   }
   /// BP3, BP3S: only version 1 is known.
   constexpr unsigned version() const { return (raw >> 9U) & 0b111U; }
@@ -58,6 +47,10 @@ struct ProfileIdentifier {
   /// BP0: data bits, 0 = no channel. BP3, BP3S: DL.
   constexpr unsigned data_length() const {
     return profile() == Profile::bp0 ? (raw >> 8U) & 0x1FU : raw & 0x7FU;
+  }
+  /// BP3, BP3S: the same identifier with another DL.
+  constexpr ProfileIdentifier with_length(unsigned length) const {
+    return {static_cast<std::uint16_t>((raw & 0xFF80U) | (length & 0x7FU))};
   }
   /// BP0: the data go to the device.
   constexpr bool actuator() const { return bit7(); }
@@ -134,12 +127,12 @@ constexpr std::string_view text_of(ProfileError error) {
   return texts[static_cast<std::size_t>(error)];
 }
 
-/// What the documents leave open.
+/// Options for facts that the documents leave open.
 struct ProfileOptions {
   /// C = 1: whether DL counts the CRC's bits. BP3's table 5 says that they are added to the data
   /// length, and 63 is 57 plus 6; table 6 says "data length without CRC". Assumed for BP3S, too.
   bool length_counts_crc = true;
-  /// The CRC where another source than the identifier states it; without one the profile's.
+  /// The CRC if another source than the identifier states it; without one the profile's.
   CrcSpec crc{};
 };
 
@@ -243,7 +236,7 @@ constexpr bool same_bits(const ChannelFormat& a, const ChannelFormat& b) {
 
 /// The data channel of a device with this identifier, register 0x42 in the upper byte. The
 /// identifier does not contain the division of the position into turns. BP0's data are padding: the
-/// application defines its bits. doubt_of() names the assumptions where the source is not a
+/// application defines its bits. doubt_of() names the assumptions if the source is not a
 /// document.
 constexpr Result<ChannelFormat, ProfileError> profile_channel(std::uint16_t identifier,
                                                               const ProfileOptions& options = {}) {

@@ -432,8 +432,11 @@ struct Sweep {
 template <class Check>
 Sweep sweep(const EdsBank& good, EdsPart part, Check check) {
   Sweep result;
+  std::string_view symbol;
   for (std::size_t address = 0; address < good.size(); ++address) {
-    const std::string_view symbol = field_at(fields_of(part), address).symbol;
+    for (const EdsField& field : fields_of(part)) {
+      if (field.address == address) symbol = field.symbol;
+    }
     for (unsigned change = 1; change <= 255; ++change) {
       EdsBank bank = good;
       bank[address] = static_cast<std::uint8_t>(bank[address] ^ change);

@@ -9,7 +9,6 @@
 #include "biss/configure/configure_cycle.hpp"
 #include "biss/control/session.hpp"
 #include "biss/eds/check.hpp"
-#include "biss/eds/derive.hpp"
 #include "biss/eds/device.hpp"
 #include "biss/frame/fixed.hpp"
 #include "biss/master/request.hpp"
@@ -137,15 +136,6 @@ void serve(std::span<const std::uint8_t, bank_bytes> eds) {
   use(server);
 }
 }  // namespace banks_example
-
-// ---- biss/eds/derive.hpp
-namespace derive_example {
-void derive() {
-  EdsDraft draft;
-  draft.profiles[0].emplace().give(*find_field(bp3_fields, "FI_LEN"), 24);
-  derive_eds(draft);  // draft.profiles[0]->bank is complete
-}
-}  // namespace derive_example
 
 // ---- biss/slave/register_server.hpp
 namespace server_example {

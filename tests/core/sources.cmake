@@ -5,7 +5,6 @@ set(BISS_CORE_TESTS axis_test.cpp banked_registers_test.cpp base_test.cpp catalo
                     control_chain_test.cpp control_damage_test.cpp control_failure_test.cpp
                     control_hostile_test.cpp control_link_test.cpp control_sequence_test.cpp
                     control_session_test.cpp crc_test.cpp eds_advise_test.cpp eds_check_test.cpp
-                    eds_derive_test.cpp
                     eds_device_test.cpp eds_image_test.cpp eds_part_test.cpp eds_profile_test.cpp
                     fixed_test.cpp format_test.cpp frame_test.cpp master_slave_test.cpp
                     quick_test.cpp register_map_test.cpp register_server_test.cpp

@@ -57,7 +57,7 @@ void take_part(const EdsSource& source, AdviceWish& wish) {
   wish.in_safety_encoder = has_c && identifier.crc_is_data();
 }
 
-// Returns one line where an option is wrong, else an empty text.
+// Returns one line if an option is wrong, else an empty text.
 std::string take_options(const AdviseOptions& options, AdviceWish& wish) {
   if (options.resolution) {
     wish.resolution_bits = *options.resolution;
@@ -121,36 +121,23 @@ std::string summary_of(const AdviceWish& wish, const Advice& advice, const Frame
 }
 
 bool write_object(const Advice& advice, const FrameFormat& format, Output& output) {
-  using report::Kind;
-  const std::vector<report::Column> columns = {
-      {.name = "format"},
-      {.name = "data_bits", .kind = Kind::unsigned_integer},
-      {.name = "bp_id", .kind = Kind::unsigned_integer},
-      {.name = "cpoly", .kind = Kind::unsigned_integer},
-      {.name = "min_distance", .kind = Kind::unsigned_integer},
-      {.name = "leading_zeros", .kind = Kind::unsigned_integer},
-      {.name = "trailing_zeros", .kind = Kind::unsigned_integer},
-      {.name = "cycle_ns", .kind = Kind::nanoseconds},
-      {.name = "rate_max_hz", .kind = Kind::unsigned_integer},
-      {.name = "feasible", .kind = Kind::flag},
-      {.name = "clock_needed_hz", .kind = Kind::unsigned_integer}};
-  const auto table = report::make_table_writer(report::Format::jsonl, columns, output);
   const FormatText text = format_text(format);
   const auto unless_0 = [](auto value) {
     return value == 0 ? report::Cell() : report::Cell(value);
   };
-  const report::Cell cells[] = {text.view(),
-                                advice.channel.data_bits,
-                                unless_0(advice.identifier),
-                                advice.channel.crc.polynomial >> 1U,
-                                advice.hamming_distance,
-                                advice.leading_zeros,
-                                advice.trailing_zeros,
-                                advice.budget.total,
-                                advice.budget.request_rate_max,
-                                advice.feasible,
-                                unless_0(advice.clock_needed.count)};
-  return table->row(cells) && table->finish();
+  JsonRow row;
+  row.add("format", text.view());
+  row.add("data_bits", advice.channel.data_bits);
+  row.add("bp_id", unless_0(advice.identifier));
+  row.add("cpoly", advice.channel.crc.polynomial >> 1U);
+  row.add("min_distance", advice.hamming_distance);
+  row.add("leading_zeros", advice.leading_zeros);
+  row.add("trailing_zeros", advice.trailing_zeros);
+  row.add("cycle_ns", advice.budget.total);
+  row.add("rate_max_hz", advice.budget.request_rate_max);
+  row.add("feasible", advice.feasible);
+  row.add("clock_needed_hz", unless_0(advice.clock_needed.count));
+  return row.write(output);
 }
 
 // The BP3 part of the advised frame, to be completed and built.

@@ -53,7 +53,7 @@ bool is_reserved_word(const std::string& name) {
   return reserved_words.find(" " + name + " ") != std::string_view::npos;
 }
 
-// The parts that a description gives are written even where no data sheet with them is found.
+// The parts that a description gives are written even if no data sheet with them is found.
 dump::DataSheet with_drafted(dump::DataSheet sheet, const dump::DataSheet& drafted) {
   if (sheet.empty()) return drafted;
   for (std::size_t i = 0; i < max_channels; ++i) {

@@ -12,12 +12,13 @@
 #include <vector>
 
 #include "biss/control/register_map.hpp"
-#include "biss/eds/derive.hpp"
+#include "biss/eds/common_part.hpp"
 #include "biss/eds/image.hpp"
 #include "device/nearest.hpp"
 #include "dump/text.hpp"
 #include "dump/write.hpp"
 #include "verbs/common/verb.hpp"
+#include "verbs/eds/draft.hpp"
 #include "verbs/eds/rows.hpp"
 #include "verbs/eds/value.hpp"
 
@@ -225,7 +226,7 @@ class DescriptionReader {
       return tl::unexpected<std::string>(
           "EDS_BANK = 0 says that there is no data sheet, but there is [common]");
     }
-    derive_eds(draft_);
+    draft_.derive();
     if (draft_.common) {
       put_registers();
       if (Done done = place_part(draft_.eds_bank, *draft_.common, "[common]", parts_.common);
@@ -261,7 +262,7 @@ class DescriptionReader {
   // The registers that lead to the data sheet.
   void put_registers() {
     dump_.at(0, reg::eds_bank) = draft_.eds_bank;
-    const auto identifier = derived_identifier(draft_);
+    const auto identifier = draft_.identifier();
     if (!identifier || dump_.direct_byte(reg::bp_id) || dump_.direct_byte(reg::bp_id + 1)) return;
     dump_.at(0, reg::bp_id) = static_cast<std::uint8_t>(*identifier >> 8U);
     dump_.at(0, reg::bp_id + 1) = static_cast<std::uint8_t>(*identifier & 0xFFU);

@@ -12,7 +12,7 @@
 //     [bank 5]
 //     0x00 = 01 02 03
 //
-// What is left out and follows from the rest is derived: see biss/eds/derive.hpp, and the registers
+// Fields that are left out and follow from the rest are derived: see draft.hpp, and the registers
 // EDS_BANK and BP_ID. docs/eds.md has the rules. Given values stay as given; check_eds() judges
 // whether they fit.
 #pragma once
@@ -41,7 +41,7 @@ struct Description {
 tl::expected<Description, std::string> read_description(std::istream& stream, std::string head);
 
 /// The description of a dump with the parts of `sheet`. Reading it gives the same bytes, and the
-/// registers EDS_BANK and BP_ID even where the dump had none.
+/// registers EDS_BANK and BP_ID even if the dump had none.
 std::string write_description(const dump::RegisterDump& dump, const dump::DataSheet& sheet);
 
 }  // namespace biss::verbs

@@ -118,8 +118,7 @@ Sides sides_of(const Fields& fields, const Fields& others) {
 
 // A file of banks only cannot hold registers: no difference.
 bool comparable(const RowOrder& place, const dump::RegisterDump& other) {
-  if (place.part == 0) return other.direct() != dump::DumpedBytes{};
-  return true;
+  return place.part != 0 || other.direct() != dump::DumpedBytes{};
 }
 
 struct Difference {
@@ -130,15 +129,11 @@ struct Difference {
 
 std::vector<Difference> differences(const EdsSource& first, const EdsSource& second, const Sides& a,
                                     const Sides& b) {
-  std::set<RowOrder> row_orders;
-  for (const auto& [place, side] : a) row_orders.insert(place);
-  for (const auto& [place, side] : b) row_orders.insert(place);
+  std::map<RowOrder, Difference> rows;
+  for (const auto& [place, side] : a) rows[place].a = &side;
+  for (const auto& [place, side] : b) rows[place].b = &side;
   std::vector<Difference> found;
-  for (const RowOrder& place : row_orders) {
-    const auto in_a = a.find(place);
-    const auto in_b = b.find(place);
-    const Difference each{in_a == a.end() ? nullptr : &in_a->second,
-                          in_b == b.end() ? nullptr : &in_b->second};
+  for (const auto& [place, each] : rows) {
     if (each.a != nullptr && each.b != nullptr && each.a->value == each.b->value) continue;
     if (each.a == nullptr && !comparable(place, first.dump)) continue;
     if (each.b == nullptr && !comparable(place, second.dump)) continue;

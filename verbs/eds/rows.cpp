@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
+
 #include "biss/eds/check.hpp"
 #include "biss/eds/image.hpp"
 #include "verbs/eds/value.hpp"
@@ -44,25 +47,16 @@ void add_fields(std::vector<EdsFieldRow>& rows, const EdsPartRow& part) {
 
 // Problems whose finding states the right value.
 bool states_right_value(const EdsFinding& found) {
-  switch (found.problem) {
-    case EdsProblem::checksum:
-    case EdsProblem::little_endian:
-    case EdsProblem::polynomial_full_form:
-    case EdsProblem::identifier:
-    case EdsProblem::channel_count:
-    case EdsProblem::encoder_type:
-    case EdsProblem::length_reading:
-    case EdsProblem::alignment:
-    case EdsProblem::data_length_differs:
-    case EdsProblem::polynomial_differs:
-      return true;
-    case EdsProblem::lengths:
-    case EdsProblem::version:
-    case EdsProblem::polynomial:
-      return found.expected != 0;
-    default:
-      return false;
-  }
+  using enum EdsProblem;
+  constexpr EdsProblem always[] = {checksum,          little_endian, polynomial_full_form,
+                                   identifier,        channel_count, encoder_type,
+                                   length_reading,    alignment,     data_length_differs,
+                                   polynomial_differs};
+  constexpr EdsProblem if_known[] = {lengths, version, polynomial};
+  const auto is_of = [&](const auto& problems) {
+    return std::find(std::begin(problems), std::end(problems), found.problem) != std::end(problems);
+  };
+  return is_of(always) || (is_of(if_known) && found.expected != 0);
 }
 
 void add_incomplete(std::vector<EdsFindingRow>& rows, const EdsPartRow& part) {

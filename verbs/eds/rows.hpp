@@ -51,6 +51,21 @@ struct EdsFieldRow {
 /// address as symbol.
 std::vector<EdsFieldRow> eds_fields(const dump::DataSheet& sheet);
 
+/// A row of columns that are not the same every time, as one JSON object.
+struct JsonRow {
+  std::vector<report::Column> columns;
+  std::vector<report::Cell> cells;
+
+  void add(std::string_view name, report::Cell cell) {
+    columns.push_back({.name = std::string(name), .kind = cell.kind()});
+    cells.push_back(cell);
+  }
+  bool write(Output& output) const {
+    const auto table = report::make_table_writer(report::Format::jsonl, columns, output);
+    return table->row(cells) && table->finish();
+  }
+};
+
 /// The value of a field; empty unless all of its bytes are known.
 std::optional<std::uint32_t> known_value(const dump::FoundPart& part, const EdsField& field);
 
@@ -65,7 +80,7 @@ struct EdsFindingRow {
   std::string_view problem;
   std::optional<std::uint32_t> value;
   std::string_view against;
-  /// The right value where `certain`, else the value of `against`.
+  /// The right value if `certain`, else the value of `against`.
   std::optional<std::uint32_t> expected;
   bool certain = false;
   std::string text;

@@ -68,26 +68,20 @@ bool write_csv(const EdsSource& source, Output& output) {
 
 // One object per part: the documents' symbols, then which part it is.
 bool write_object(const EdsPartRow& part, Output& output) {
-  using report::Kind;
-  std::vector<report::Column> columns{{.name = "part"}};
-  std::vector<report::Cell> cells{name_of(part.part)};
-  const auto add = [&](std::string_view name, Kind kind, report::Cell cell) {
-    columns.push_back({.name = std::string(name), .kind = kind});
-    cells.push_back(cell);
-  };
+  JsonRow row;
+  row.add("part", name_of(part.part));
   for (const EdsField& field : fields_of(part.part)) {
     if (field.kind == EdsKind::reserved || field.kind == EdsKind::unnamed) continue;
-    add(field.symbol, Kind::unsigned_integer, known_value(*part.found, field));
+    row.add(field.symbol, known_value(*part.found, field));
   }
-  add("channel", Kind::unsigned_integer, part.channel);
-  add("bank", Kind::unsigned_integer, part.found->bank);
+  row.add("channel", part.channel);
+  row.add("bank", part.found->bank);
   std::string bytes;
   for (const auto& byte : part.found->bytes) {
     bytes += byte ? fmt::format("{:02X}", *byte) : std::string("--");
   }
-  add("bytes", Kind::text, bytes);
-  const auto table = report::make_table_writer(report::Format::jsonl, columns, output);
-  return table->row(cells) && table->finish();
+  row.add("bytes", bytes);
+  return row.write(output);
 }
 
 bool write_objects(const EdsSource& source, Output& output) {

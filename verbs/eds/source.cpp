@@ -88,7 +88,7 @@ FoundPart* part_of(DataSheet& sheet, EdsPart part, unsigned channel) {
   return found && found->whole ? &*found : nullptr;
 }
 
-// Returns the reason where the override is impossible, else an empty text.
+// Returns the reason if the override is impossible, else an empty text.
 std::string make_override(EdsSource& source, const std::string& text) {
   const std::size_t sign = text.find('=');
   if (sign == std::string::npos) return "expected SYMBOL=value";

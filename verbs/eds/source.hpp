@@ -46,7 +46,7 @@ struct EdsSource {
   std::vector<EdsOverride> overrides;
 };
 
-/// Reads a file; prints one line and returns the status where it cannot.
+/// Reads a file; prints one line and returns the status if it cannot.
 tl::expected<EdsSource, ExitStatus> load_eds(const EdsArguments& arguments, Host& host);
 
 /// The same; a file without any part of a data sheet is an error too (data_failed).

@@ -88,25 +88,14 @@ tl::expected<std::uint32_t, std::string> parse_eds_value(const EdsField& field,
 }
 
 std::string eds_value_text(const EdsField& field, std::uint32_t value, bool linear) {
-  switch (field.kind) {
-    case EdsKind::identifier:
-    case EdsKind::polynomial:
-    case EdsKind::channel_format:
-    case EdsKind::bus_coupler:
-    case EdsKind::checksum:
-    case EdsKind::reserved:
-    case EdsKind::unnamed:
-      return fmt::format("0x{:0{}X}", value, 2 * field.bytes);
-    default:
-      break;
-  }
+  if (field.kind >= EdsKind::identifier) return fmt::format("0x{:0{}X}", value, 2 * field.bytes);
   if (const std::string_view name = name_of(field.kind, value); !name.empty()) {
     return std::string(name);
   }
   if (not_given(field, value)) return fmt::format("{}", value);
   if (field.unit == EdsUnit::time_step) {
-    const EdsTime time = eds_time(field.symbol, value);
-    return time.hypothesis || value == 0 ? fmt::format("{}", value) : text_of(time.time);
+    const bool is_number = find_scale(field.symbol)->hypothesis || value == 0;
+    return is_number ? fmt::format("{}", value) : text_of(eds_time(field.symbol, value));
   }
   const std::string_view unit =
       field.unit == EdsUnit::banks && value == 1 ? "bank" : text_of(field.unit, linear);
@@ -154,8 +143,8 @@ std::string eds_meaning(const EdsField& field, std::uint32_t value, bool linear)
   }
   if (field.unit == EdsUnit::time_step) {
     if (value == 0) return {};
-    const EdsTime time = eds_time(field.symbol, value);
-    return text_of(time.time) + (time.hypothesis ? " ?" : "");
+    const std::string time = text_of(eds_time(field.symbol, value));
+    return find_scale(field.symbol)->hypothesis ? time + " ?" : time;
   }
   if (field.unit == EdsUnit::kelvin) {
     return fmt::format("{} K, {} degrees Celsius", value, static_cast<std::int64_t>(value) - 273);

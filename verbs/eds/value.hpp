@@ -12,7 +12,7 @@ namespace biss::verbs {
 
 /// The value of a text, or one line why it has none. A text is `12`, `0x21`, a name from the field's
 /// table (`rotary`, `nE`), or a number with the field's unit (`12 bit`, `10ms`, `233 K`). A time of
-/// the common part is a whole number of its steps (`100ns`); where the step is a hypothesis, a
+/// the common part is a whole number of its steps (`100ns`); if the step is a hypothesis, a
 /// question mark must confirm it: `20us?`. `linear` selects between units that depend on EN_TYP.
 tl::expected<std::uint32_t, std::string> parse_eds_value(const EdsField& field,
                                                          std::string_view text, bool linear);
@@ -21,7 +21,7 @@ tl::expected<std::uint32_t, std::string> parse_eds_value(const EdsField& field,
 /// hypothesis.
 std::string eds_value_text(const EdsField& field, std::uint32_t value, bool linear);
 
-/// The meaning of a value, human-readable; empty where the number says all. Ends with ` ?` where it
+/// The meaning of a value, human-readable; empty if the number says all. Ends with ` ?` where it
 /// is a hypothesis.
 std::string eds_meaning(const EdsField& field, std::uint32_t value, bool linear);
 

@@ -1,0 +1,93 @@
+#include "verbs/eds/draft.hpp"
+
+#include <algorithm>
+
+#include "biss/eds/bp3_part.hpp"
+#include "biss/eds/common_part.hpp"
+#include "biss/eds/profile.hpp"
+
+namespace biss::verbs {
+namespace {
+
+// The identifier of a BP3 channel with C = 0.
+std::uint16_t plain_bp3_identifier(const Bp3Part& part) {
+  return ProfileIdentifier{0x6200}.with_length(part.position_bits() + 2).raw;
+}
+
+void derive_profile(EdsPartDraft& draft) {
+  const EdsBank usual = build_bank(Bp3Part{});
+  for (const std::string_view symbol : {"BP_VER", "BP_LEN", "FB1", "FB2", "POS_NUM", "CPOLY"}) {
+    draft.derive(bp3_fields, symbol, field_value(usual, *find_field(bp3_fields, symbol)));
+  }
+  draft.derive(bp3_fields, "BP_ID", plain_bp3_identifier(parse_bp3_part(draft.bank)));
+  draft.derive(bp3_fields, "CHKSUM", eds_checksum(draft.bank));
+}
+
+}  // namespace
+
+void EdsPartDraft::give(const EdsField& field, std::uint32_t value) {
+  static_cast<void>(set_field(bank, field, value));
+  std::fill_n(given.begin() + field.address, field.bytes, true);
+}
+
+void EdsPartDraft::derive(std::span<const EdsField> fields, std::string_view symbol,
+                          std::uint32_t value) {
+  const EdsField& field = *find_field(fields, symbol);
+  if (!given[field.address]) static_cast<void>(set_field(bank, field, value));
+}
+
+unsigned EdsDraft::profile_bank(std::size_t channel) const {
+  return common ? parse_common_part(common->bank).channels[channel].bank
+                : static_cast<unsigned>(channel);
+}
+
+// Up to the last channel that has a profile part or a field in the common part.
+std::uint32_t EdsDraft::channels() const {
+  std::uint32_t count = 0;
+  for (std::uint32_t i = 0; i < max_channels; ++i) {
+    const auto first = common->given.begin() + common_channel_address(i);
+    if (profiles[i] || std::count(first, first + 4, true) != 0) count = i + 1;
+  }
+  return count;
+}
+
+void EdsDraft::derive_common() {
+  const auto derive = [this](std::string_view symbol, std::uint32_t value) {
+    common->derive(common_fields, symbol, value);
+  };
+  derive("EDS_VER", 1);
+  derive("DC_NUM", channels());
+  derive("SL_NUM", 1);
+  unsigned last_bank = eds_bank;
+  for (std::size_t i = 0; i < max_channels; ++i) {
+    if (!profiles[i]) continue;
+    const Bp3Part part = parse_bp3_part(profiles[i]->bank);
+    const auto& [bank, length, format, polynomial] = eds_detail::channel_symbols[i];
+    derive(bank, (eds_bank + 1U + static_cast<unsigned>(i)) & 0xFFU);
+    derive(length, (part.position_bits() + 2) & 0xFFU);
+    // A wider polynomial does not fit; with 0 the one of the profile part counts.
+    derive(polynomial, part.cpoly <= 0xFF ? part.cpoly : 0);
+    last_bank = std::max(last_bank, profile_bank(i));
+  }
+  derive("EDS_LEN", (last_bank - eds_bank + 1) & 0xFFU);
+  derive("CHKSUM", eds_checksum(common->bank));
+}
+
+void EdsDraft::derive() {
+  for (auto& profile : profiles) {
+    if (profile) derive_profile(*profile);
+  }
+  if (common) derive_common();
+}
+
+std::optional<std::uint16_t> EdsDraft::identifier() const {
+  const std::size_t own = parse_common_part(common->bank).sl_off;
+  if (own >= max_channels || !profiles[own]) return std::nullopt;
+  const Bp3Part part = parse_bp3_part(profiles[own]->bank);
+  const ProfileIdentifier given{part.bp_id};
+  if (given.profile() != Profile::bp3) return plain_bp3_identifier(part);
+  const unsigned crc_bits = given.crc_is_data() ? crc6.width_bits : 0;
+  return given.with_length(part.position_bits() + 2 + crc_bits).raw;
+}
+
+}  // namespace biss::verbs
