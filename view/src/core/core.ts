@@ -5,7 +5,7 @@ import { newWorker } from './start';
 let client: Client | undefined;
 
 /** Starts the worker; resolves when the core is ready. */
-export function startCore(): Promise<undefined> {
+export function startCore(): Promise<void> {
   const started = newWorker();
   client = started.client;
   return started.loaded;

@@ -27,13 +27,13 @@ export interface Questions {
 /** What the worker can do without an open capture. */
 export interface Commands {
   /** biss_core.wasm in base64 of gzip. */
-  load: { ask: { core: string }; answer: undefined };
-  addFile: { ask: { name: string; content: Content }; answer: undefined };
-  removeFile: { ask: { name: string }; answer: undefined };
+  load: { ask: { core: string }; answer: void };
+  addFile: { ask: { name: string; content: Content }; answer: void };
+  removeFile: { ask: { name: string }; answer: void };
   readFile: { ask: { name: string }; answer: Uint8Array };
   run: { ask: { args: string[] }; answer: RunResult };
   /** The capture is a part of that of the report. */
-  report: { ask: { report: Report | undefined }; answer: undefined };
+  report: { ask: { report: Report | undefined }; answer: void };
   /** isWhole: the settings are those of the report. */
   open: { ask: { args: string[]; anyLines: boolean; isWhole: boolean }; answer: Opened };
   /**
@@ -41,8 +41,8 @@ export interface Commands {
    * its place: the answer comes then, undefined where something else has been opened meanwhile.
    */
   openBehind: { ask: { args: string[]; anyLines: boolean; isWhole: boolean }; answer: OpenedBehind | undefined };
-  endBehind: { ask: Record<string, never>; answer: undefined };
-  close: { ask: Record<string, never>; answer: undefined };
+  endBehind: { ask: Record<string, never>; answer: void };
+  close: { ask: Record<string, never>; answer: void };
 }
 
 export interface Opened {

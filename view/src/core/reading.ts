@@ -9,7 +9,7 @@ import { sizeOf, type ServedFile } from './source';
 import { setVerbFiles, endVerbs, type NamedContent } from './verbs';
 
 let files: NamedContent[] = [];
-let loaded: Promise<undefined> | undefined;
+let loaded: Promise<void> | undefined;
 // The first rows of a new capture choose what is shown.
 let rangeIsOpen = false;
 let session = 0;
@@ -17,7 +17,7 @@ let session = 0;
 let openMessages = '';
 
 /** Starts the core; resolves when it is ready. */
-export function start(): Promise<undefined> {
+export function start(): Promise<void> {
   loaded = startCore();
   core().onReading = take;
   loaded.catch((error: Error) => fail(error.message));

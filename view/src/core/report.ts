@@ -1,6 +1,7 @@
 // What a report knows of a capture of which it has a part; verbs/report/part.cpp writes it. The part is a
 // capture of its own; its rows are found by their times.
 import type { Access, ColumnValues, Cycle, RunResult, Session } from 'biss';
+import { firstWhere } from './first_where';
 import type { Causes } from '../plots/causes_of';
 import type { Envelope, EnvelopeAsk } from '../plots/envelope';
 import type { Settings } from '../state';
@@ -37,10 +38,9 @@ export function wholeEnvelope(report: Report, { column, from, to }: EnvelopeAsk)
   const shift = Number(BigInt(envelope.from) - from);
   const length = Number(to - from);
   const { times } = envelope;
-  let first = 0;
-  while (first + 1 < times.length && (times[first + 1] ?? 0) + shift <= 0) first += 1;
-  let end = first;
-  while (end < times.length && (times[end] ?? 0) + shift <= length) end += 1;
+  const after = (time: number) => firstWhere(times.length, (i) => (times[i] ?? 0) + shift > time);
+  const first = Math.max(0, after(0) - 1);
+  const end = Math.max(first, after(length));
   const numbers = (all: (number | null)[]) =>
     Float64Array.from(all.slice(first, end + 1), (value) => value ?? NaN);
   return {

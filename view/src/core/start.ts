@@ -7,7 +7,7 @@ export interface Started {
   client: Client;
   worker: Worker;
   /** When the core is ready. */
-  loaded: Promise<undefined>;
+  loaded: Promise<void>;
 }
 
 let address: string | undefined;

@@ -1,4 +1,5 @@
 /** The axis of time and the lines MA and SLO. */
+import { firstWhere } from '../core/first_where';
 import { font, hatch, numberFont, textWidth, verticalLine } from './canvas';
 import type { Lane } from './lanes';
 import type { Palette } from './palette';
@@ -125,14 +126,7 @@ function strokeLevels(context: Context, lane: Lane, pieces: readonly Piece[]): v
 
 // The last entry that begins at or before a time; 0 where there is none.
 function firstShown(times: Float64Array, time: number): number {
-  let low = 0;
-  let high = times.length;
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if ((times[middle] ?? 0) <= time) low = middle + 1;
-    else high = middle;
-  }
-  return Math.max(0, low - 1);
+  return Math.max(0, firstWhere(times.length, (i) => (times[i] ?? 0) > time) - 1);
 }
 
 /** The change of a line next to a time, within this distance. */
