@@ -1,8 +1,8 @@
 /** The eye diagram: SLO around the sampling points, and how often it changes where. */
+import type { ReadonlySignal } from '@preact/signals';
 import { numberFont, Surface, textWidth, verticalLine } from '../wave/canvas';
-import { paletteOf, type Palette } from '../wave/palette';
+import type { Palette } from '../wave/palette';
 import { timeText } from '../wave/scale';
-import * as state from '../state';
 import type { Eye } from './eye_of';
 
 const gutter = 84;
@@ -31,27 +31,13 @@ function sideText({ period }: Eye, distance: number, side: string): string {
 
 export class EyeView {
   readonly surface: Surface;
-  #eye: Eye | undefined;
 
-  constructor(canvas: HTMLCanvasElement) {
-    this.surface = new Surface(canvas, () => this.#draw());
+  constructor(canvas: HTMLCanvasElement, eye: ReadonlySignal<Eye | undefined>) {
+    this.surface = new Surface(canvas, (colours) => this.#draw(eye.value, colours), () => eye.value);
   }
 
-  show(eye: Eye | undefined): void {
-    this.#eye = eye;
-    this.surface.change();
-  }
-
-  close(): void {
-    this.surface.close();
-  }
-
-  #draw(): void {
-    const { context, width, height } = this.surface;
-    const colours = paletteOf(state.shownTheme.value);
-    context.fillStyle = colours.ground;
-    context.fillRect(0, 0, width, height);
-    const eye = this.#eye;
+  #draw(eye: Eye | undefined, colours: Palette): void {
+    const { width, height } = this.surface;
     if (eye === undefined || eye.samples === 0) return;
     const plotWidth = width - gutter - rightEdge;
     const eyeHeight = Math.round((height - foot) * 0.66);

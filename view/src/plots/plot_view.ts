@@ -1,8 +1,9 @@
 /** A value against time, drawn from its lowest and highest values. */
-import { effect, type ReadonlySignal } from '@preact/signals';
+import type { ReadonlySignal } from '@preact/signals';
+import { firstWhere } from '../core/first_where';
 import * as state from '../state';
 import { fitting, Layer, numberFont, Surface, textWidth, verticalLine } from '../wave/canvas';
-import { paletteOf, type Palette } from '../wave/palette';
+import type { Palette } from '../wave/palette';
 import { exactTimeText, TimeScale, timeMarks } from '../wave/scale';
 import { drawEnvelope } from './draw_envelope';
 import type { Envelope } from './envelope';
@@ -34,7 +35,6 @@ interface Bounds {
 export class PlotView {
   readonly surface: Surface;
   readonly #curve = new Layer();
-  readonly #stop: () => void;
   #values: Envelope | undefined;
 
   constructor(
@@ -43,18 +43,12 @@ export class PlotView {
     private readonly source: Source,
     private readonly range: ReadonlySignal<state.Range | undefined>,
     private readonly onSummary: (text: string) => void,
+    depends?: ReadonlySignal<unknown>,
   ) {
-    this.surface = new Surface(canvas, () => this.#draw());
-    this.#stop = effect(() => {
-      void [range.value, state.range.value, state.generation.value, state.about.value,
-        state.progress.value.state, state.shownTheme.value, state.cursors.value];
-      this.surface.change();
-    });
-  }
-
-  close(): void {
-    this.#stop();
-    this.surface.close();
+    this.surface = new Surface(canvas, (colours) => this.#draw(colours), () => [
+      range.value, depends?.value, state.range.value, state.generation.value, state.about.value,
+      state.progress.value.state, state.cursors.value,
+    ]);
   }
 
   get scale(): TimeScale | undefined {
@@ -77,11 +71,8 @@ export class PlotView {
     return `${low === high ? low : `${low} to ${high}`} at ${exactTimeText(time)}`;
   }
 
-  #draw(): void {
-    const { context, width, height } = this.surface;
-    const colours = paletteOf(state.shownTheme.value);
-    context.fillStyle = colours.ground;
-    context.fillRect(0, 0, width, height);
+  #draw(colours: Palette): void {
+    const { height } = this.surface;
     const { scale } = this;
     const range = this.range.value;
     if (scale === undefined || range === undefined) return;
@@ -194,13 +185,7 @@ function drawValues(
 }
 
 function nearest(times: Float64Array, sought: number): number {
-  let low = 0;
-  let high = times.length - 1;
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if ((times[middle] ?? 0) < sought) low = middle + 1;
-    else high = middle;
-  }
+  const low = firstWhere(times.length - 1, (i) => (times[i] ?? 0) >= sought);
   const before = Math.max(0, low - 1);
   const isBefore = sought - (times[before] ?? 0) < (times[low] ?? 0) - sought;
   return isBefore ? before : low;

@@ -135,13 +135,11 @@ function Figure({ spec, sourceOf, range, note = '', depends }: FigureProps) {
   useEffect(() => {
     const element = canvas.current;
     if (element === null) return undefined;
-    const plot: PlotView = new PlotView(element, spec, sourceOf(() => plot.surface.change()), range, setSummary);
+    const plot: PlotView = new PlotView(element, spec, sourceOf(() => plot.surface.change()), range, setSummary, depends);
     const stop = listenToPlot(element, plot, () => follows.value, (text) => { point.value = text; });
-    const stopDepends = depends?.subscribe(() => plot.surface.change());
     return () => {
-      stopDepends?.();
       stop();
-      plot.close();
+      plot.surface.close();
     };
   }, []);
   return (
@@ -159,14 +157,8 @@ function EyeFigure() {
   const canvas = useRef<HTMLCanvasElement>(null);
   useEffect(() => {
     if (canvas.current === null) return undefined;
-    const view = new EyeView(canvas.current);
-    const stop = eye.subscribe((found) => view.show(found));
-    const stopTheme = state.shownTheme.subscribe(() => view.surface.change());
-    return () => {
-      stop();
-      stopTheme();
-      view.close();
-    };
+    const { surface } = new EyeView(canvas.current, eye);
+    return () => surface.close();
   }, []);
   const text = eyeText(eye.value);
   return (

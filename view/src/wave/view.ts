@@ -1,5 +1,5 @@
 /** The picture of the waveform: what is asked of the core, and what is drawn. */
-import { effect } from '@preact/signals';
+import { firstWhere } from '../core/first_where';
 import * as state from '../state';
 import { rowClass, type Rows } from '../plots/row_classes';
 import { accessText, extentIn } from './accesses';
@@ -11,7 +11,7 @@ import { drawStrips } from './draw_strip';
 import { TrackPainter, type Hit } from './draw_tracks';
 import { layOut, type CycleLayout } from './layout';
 import { gutter, lanesOf, type Lanes } from './lanes';
-import { paletteOf, type Palette } from './palette';
+import type { Palette } from './palette';
 import { TimeScale } from './scale';
 import { Cycles, lineTile, Tile, type Shown } from './tiles';
 
@@ -30,7 +30,6 @@ export class WaveView {
   readonly #strip: Tile<'analyse.strip'>;
   readonly #cycles = new Cycles(() => this.surface.change());
   readonly #layouts = new WeakMap<object, CycleLayout>();
-  readonly #stop: () => void;
   #isClosed = false;
   // How many had ended when the rows were asked for.
   #accesses = 0;
@@ -40,18 +39,13 @@ export class WaveView {
       ({ from, to }) => ({ from, to, most: mostRows }), () => this.surface.change());
     this.#strip = new Tile('analyse.strip', 'wave.strip',
       ({ from, to, columns }) => ({ from, to, columns }), () => this.surface.change());
-    this.surface = new Surface(canvas, () => this.#draw());
-    this.#stop = effect(() => {
-      // What a picture depends on.
-      void [state.range.value, state.cursors.value, state.selectedRow.value, state.generation.value,
-        state.about.value, state.shownTheme.value];
-      this.surface.change();
-    });
+    this.surface = new Surface(canvas, (colours) => this.#draw(colours), () => [
+      state.range.value, state.cursors.value, state.selectedRow.value, state.generation.value, state.about.value,
+    ]);
   }
 
   close(): void {
     this.#isClosed = true;
-    this.#stop();
     this.surface.close();
   }
 
@@ -89,11 +83,8 @@ export class WaveView {
       ({ from, to, columns }) => ({ line, from, to, columns }), () => this.surface.change());
   }
 
-  #draw(): void {
-    const { context, width, height } = this.surface;
-    const colours = paletteOf(state.shownTheme.value);
-    context.fillStyle = colours.ground;
-    context.fillRect(0, 0, width, height);
+  #draw(colours: Palette): void {
+    const { context, height } = this.surface;
     this.hits = [];
     const lanes = lanesOf(height, (state.about.value?.accesses ?? 0) > 0);
     const { scale } = this;
@@ -241,15 +232,6 @@ function drawParts(lanes: Lanes, layout: CycleLayout, row: number, painter: Trac
 // Rows that are seen.
 function indicesIn(rows: Rows, { from, to }: state.Range): [number, number] {
   const { times } = rows;
-  const before = (time: bigint) => {
-    let low = 0;
-    let high = times.length;
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if ((times[middle] ?? 0n) < time) low = middle + 1;
-      else high = middle;
-    }
-    return low;
-  };
+  const before = (time: bigint) => firstWhere(times.length, (i) => (times[i] ?? 0n) >= time);
   return [Math.max(0, before(from + 1n) - 1), before(to)];
 }

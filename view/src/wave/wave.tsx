@@ -43,7 +43,7 @@ function useWave() {
     shownView = view;
     return () => {
       stopOverview();
-      whole.close();
+      whole.surface.close();
       input.close();
       view.close();
       shownView = undefined;
