@@ -6,6 +6,7 @@ import { core, startCore } from './core';
 import type { Opened, OpenedBehind, ReadingMessage } from './protocol';
 import type { Report } from './report';
 import { sizeOf, type ServedFile } from './source';
+import { messageOf } from './texts';
 import { setVerbFiles, endVerbs, type NamedContent } from './verbs';
 
 let files: NamedContent[] = [];
@@ -52,7 +53,7 @@ function endBehind(): void {
 
 // One that fails does not stop those after it.
 function inTurn(action: () => Promise<void> | undefined): Promise<void> {
-  turn = turn.then(action).catch((error: unknown) => fail(textOf(error)));
+  turn = turn.then(action).catch((error: unknown) => fail(messageOf(error)));
   return turn;
 }
 
@@ -163,7 +164,7 @@ async function read(): Promise<void> {
       rangeIsOpen = state.range.value === undefined;
     });
   } catch (error) {
-    fail(textOf(error));
+    fail(messageOf(error));
   }
 }
 
@@ -177,7 +178,7 @@ async function open<Answer extends Opened | OpenedBehind | undefined>(name: 'ope
     try {
       const opened = await core().ask(name, { args, anyLines: false, isWhole }) as Answer;
       // A scale was asked for; the velocity is an extra.
-      const refused = all.length > 2 && errors.length > 0 ? textOf(errors[0]) : '';
+      const refused = all.length > 2 && errors.length > 0 ? messageOf(errors[0]) : '';
       return withWarning(opened, refused);
     } catch (error) {
       errors.push(error);
@@ -186,7 +187,7 @@ async function open<Answer extends Opened | OpenedBehind | undefined>(name: 'ope
   const error = errors.at(-1);
   try {
     const opened = await core().ask(name, { args: all.at(-1)!, anyLines: true, isWhole }) as Answer;
-    return withWarning(opened, textOf(error));
+    return withWarning(opened, messageOf(error));
   } catch {
     throw error;
   }
@@ -196,10 +197,6 @@ function withWarning<Answer extends Opened | OpenedBehind | undefined>(answer: A
   const opened: Opened | undefined = answer !== undefined && 'opened' in answer ? answer.opened : answer;
   if (opened !== undefined) opened.messages = `${warning}${opened.messages}`;
   return answer;
-}
-
-function textOf(error: unknown): string {
-  return error instanceof Error ? error.message : String(error);
 }
 
 function fail(message: string): void {

@@ -2,6 +2,7 @@
 // capture of its own; its rows are found by their times.
 import type { Access, ColumnValues, Cycle, RunResult, Session } from 'biss';
 import { firstWhere } from './first_where';
+import { cellsOfCsv, objectsOf } from './texts';
 import type { Causes } from '../plots/causes_of';
 import type { Envelope, EnvelopeAsk } from '../plots/envelope';
 import type { Settings } from '../state';
@@ -80,7 +81,7 @@ export class PartSession implements Session {
 
   /** \param isWhole the settings are those of the report */
   constructor(private readonly part: Session, readonly report: Report, readonly isWhole: boolean) {
-    const [names = [], ...cells] = report.rows.trimEnd().split('\n').map((line) => line.split(','));
+    const [names = [], ...cells] = cellsOfCsv(report.rows);
     this.#names = names;
     this.#cells = cells;
     cells.forEach((_, place) => this.#places.set(picoseconds(this.#text(place, 'time_ns')), place));
@@ -120,8 +121,7 @@ export class PartSession implements Session {
 
   // Those of the part are broken off where cycles are missing.
   #accesses(): readonly Access[] {
-    this.#known ??= (this.report.verbs['registers']?.out ?? '').split('\n')
-      .filter((line) => line !== '').map((line) => JSON.parse(line) as Access);
+    this.#known ??= objectsOf<Access>(this.report.verbs['registers']?.out ?? '');
     return this.#known;
   }
 

@@ -90,9 +90,9 @@ export async function writeFile(name: string, content: Uint8Array): Promise<void
 
 /** Runs a verb that writes a file, and takes the file. @throws CoreError with its message */
 export async function runToFile(args: string[], name: string): Promise<Uint8Array> {
-  const core = await ready();
-  const { status, err } = await counted(() => core.ask('run', { args }));
+  const { status, err } = await runVerb(args);
   if (status !== 0) throw new CoreError(err, status);
+  const core = await ready();
   const bytes = await core.ask('readFile', { name });
   await core.ask('removeFile', { name });
   return bytes;
@@ -103,7 +103,7 @@ export async function runOnFile(file: NamedContent, args: string[]): Promise<Run
   const core = await ready();
   await core.ask('addFile', file);
   try {
-    return await counted(() => core.ask('run', { args }));
+    return await runVerb(args);
   } finally {
     await core.ask('removeFile', { name: file.name });
   }

@@ -7,6 +7,7 @@ import { Reader } from './reader';
 import { PartSession, wholeCauses, wholeEnvelope, type Report } from './report';
 import { rowFrom } from '../plots/row_times';
 import { measuredSource, type MeasuredSource } from './source';
+import { messageOf } from './texts';
 import { unpack } from './unpack';
 import type { AnswerMessage, Commands, Questions, RequestMessage } from './protocol';
 
@@ -132,11 +133,8 @@ async function answer({ id, name, ask }: RequestMessage): Promise<void> {
   try {
     message = { id, answer: await answerOf(name, ask) };
   } catch (error) {
-    const text = error instanceof Error ? error.message : String(error);
-    message = {
-      id, error: text, status: error instanceof BissError ? error.status : 3,
-      isClosed: error instanceof Closed,
-    };
+    const status = error instanceof BissError ? error.status : 3;
+    message = { id, error: messageOf(error), status, isClosed: error instanceof Closed };
   }
   self.postMessage(message, transferablesOf(message.answer));
 }

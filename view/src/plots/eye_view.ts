@@ -11,10 +11,6 @@ const foot = 20;
 // Changes within this share of a period of a sampling point are marginal, see docs/status.md.
 const marginalShare = 0.05;
 
-function sum(counts: Uint32Array): number {
-  return counts.reduce((total, count) => total + count, 0);
-}
-
 /** The figures of an eye, in words. */
 export function eyeText(eye: Eye | undefined): string {
   if (eye === undefined) return 'Eye diagram: not measured yet.';
@@ -103,7 +99,7 @@ export class EyeView {
       const height = Math.max(2, (count / most) * (bottom - top));
       context.fillRect(gutter + (bin * width) / bins, bottom - height, Math.max(1, width / bins), height);
     });
-    if (sum(counts) === 0) context.fillText('no change of SLO', gutter + 8, (top + bottom) / 2);
+    if (counts.every((count) => count === 0)) context.fillText('no change of SLO', gutter + 8, (top + bottom) / 2);
   }
 
   #drawAxis(eye: Eye, width: number, height: number, colours: Palette): void {

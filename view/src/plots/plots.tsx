@@ -99,25 +99,18 @@ function ColumnFigure({ plot }: { plot: ColumnPlot }) {
 const marginSpec: PlotSpec = { id: 'margin', title: 'Margin', quantity: 'time', unit: '', dots: true };
 
 function MarginFigure() {
-  const sourceOf = (): Source => () => (eye.value === undefined ? undefined : marginsOf(eye.value));
+  const sourceOf = (): Source => () => margins.value;
   const found = eye.value;
   const isSample = found !== undefined && found.rows.length < found.of;
   const note = isSample ? `${found.rows.length} of ${found.of} cycles` : '';
   return <Figure spec={marginSpec} sourceOf={sourceOf} range={shown} note={note} depends={eye} />;
 }
 
-const margins = new WeakMap<Eye, Envelope>();
-
 // The same object for the same eye, so that it is drawn once.
-function marginsOf(found: Eye): Envelope {
-  let values = margins.get(found);
-  if (values === undefined) {
-    const { from, times } = found;
-    values = { from, times, low: found.margins, high: found.margins, rows: 1 };
-    margins.set(found, values);
-  }
-  return values;
-}
+const margins = computed<Envelope | undefined>(() => {
+  const found = eye.value;
+  return found && { from: found.from, times: found.times, low: found.margins, high: found.margins, rows: 1 };
+});
 
 interface FigureProps {
   spec: PlotSpec;

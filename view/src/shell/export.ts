@@ -1,5 +1,6 @@
 // Export of what is seen: rows as CSV, lines as VCD, the waveform as PNG.
 import { core } from '../core/core';
+import { messageOf } from '../core/texts';
 import * as state from '../state';
 import { announce } from './announce';
 import { saveFile } from './files';
@@ -20,7 +21,7 @@ async function attempt(action: () => Promise<void>): Promise<void> {
   try {
     await action();
   } catch (error) {
-    state.messages.value = error instanceof Error ? error.message : String(error);
+    state.messages.value = messageOf(error);
   }
 }
 

@@ -4,11 +4,8 @@ import { selectRow } from '../selection';
 import * as state from '../state';
 import { carriedView, openCarried } from './carried';
 import { openSimulated } from './examples';
+import { panels } from './panels';
 import { play } from './simulate';
-
-const panels: readonly state.Panel[] = [
-  'cycle', 'plots', 'summary', 'identify', 'check', 'explain', 'eds',
-];
 
 /** The view as text. A capture of the user is named, not contained. */
 export function linkText(): string {
@@ -100,7 +97,7 @@ export async function followLink(): Promise<void> {
   };
   state.search.value = link.get('search') ?? '';
   state.filter.value = link.get('filter') ?? '';
-  state.panel.value = oneOf(link.get('panel'), panels, 'cycle');
+  state.panel.value = oneOf(link.get('panel'), panels.map(({ id }) => id), 'cycle');
   state.theme.value = oneOf(link.get('theme'), ['system', 'light', 'dark'], 'system');
   const simulate = link.get('simulate');
   const file = link.get('file');

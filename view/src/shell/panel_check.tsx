@@ -2,7 +2,7 @@
 import { signal } from '@preact/signals';
 import * as state from '../state';
 import { encoders } from './encoders';
-import { CycleLink, textOf, useVerb, VerbView, verbArguments, zoomToCycle } from './verb';
+import { CycleLink, textOf, useVerb, VerbView, verbArguments } from './verb';
 
 const against = signal('biss-c');
 const judgedOnly = signal(true);
@@ -67,7 +67,7 @@ function Rule({ row }: { row: Record<string, unknown> }) {
       <td class="number">{textOf(row['worst'])}</td>
       <td class="number">{textOf(row['margin'])}</td>
       <td>{textOf(row['unit'])}</td>
-      <td><CycleLink cycle={row['cycle']} go={(cycle) => void zoomToCycle(cycle)} /></td>
+      <td><CycleLink cycle={row['cycle']} /></td>
       <td class="number">{textOf(row['cases'])}</td>
       <td class="quiet">{textOf(row['source'])}</td>
       <td>{textOf(row['note'])}</td>

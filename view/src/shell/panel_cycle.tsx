@@ -1,33 +1,17 @@
 // The cycle that is selected, bit by bit: what `biss explain --cycle` prints, its fields and checks.
-import { useEffect, useState } from 'preact/hooks';
-import type { Cycle, CycleBit, CycleCheck } from 'biss';
-import { Superseded } from '../core/client';
-import { core } from '../core/core';
+import type { CycleBit, CycleCheck } from 'biss';
 import { harmlessStatuses, statuses } from '../core/statuses';
 import * as state from '../state';
-
-function useCycle(row: number | undefined): Cycle | 'none' | undefined {
-  const [cycle, setCycle] = useState<Cycle | 'none' | undefined>(undefined);
-  const generation = state.generation.value;
-  const known = row !== undefined && row < state.rowCount.value;
-  useEffect(() => {
-    if (!known) {
-      setCycle(undefined);
-      return;
-    }
-    core().ask('cycle', { row }, { lane: 'cycle' })
-      .then((found) => setCycle(found ?? 'none'))
-      .catch((error: Error) => { if (!(error instanceof Superseded)) setCycle('none'); });
-  }, [row, generation, known]);
-  return cycle;
-}
+import { useAnswer } from './use_answer';
 
 export function CyclePanel() {
   const row = state.selectedRow.value;
-  const cycle = useCycle(row);
+  const isKnown = row !== undefined && row < state.rowCount.value;
+  const found = useAnswer('cycle', isKnown ? { row } : undefined, [row, state.generation.value, isKnown]);
   if (row === undefined) return <p class="quiet">Select a row of the table, or a cycle of the waveform.</p>;
-  if (cycle === undefined) return <p class="quiet">Row {row} has not been read yet.</p>;
-  if (cycle === 'none') return <p class="quiet">The edges of row {row} do not show it alone.</p>;
+  if (found === undefined) return <p class="quiet">Row {row} has not been read yet.</p>;
+  const cycle = found.answer;
+  if (cycle === undefined) return <p class="quiet">The edges of row {row} do not show it alone.</p>;
   const harmless = harmlessStatuses.has(cycle.status);
   return (
     <>

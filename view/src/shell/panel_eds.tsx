@@ -2,9 +2,10 @@
 import { signal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
 import type { RunResult } from 'biss';
+import { cellsOfCsv, decoded } from '../core/texts';
 import { runOnFile, runVerb } from '../core/verbs';
 import * as state from '../state';
-import { CycleLink, textOf, useVerb, VerbView, verbArguments, zoomToCycle } from './verb';
+import { CycleLink, textOf, useVerb, VerbView, verbArguments } from './verb';
 
 interface Sheet {
   of: string;
@@ -21,20 +22,9 @@ let shownFor = '';
 // What the accesses of a capture show, as a file of the core.
 const dumpName = 'registers_seen.hex';
 
-function textOut(result: RunResult): string {
-  return new TextDecoder().decode(result.out);
-}
-
-// A cell with a comma or a quote stands in quotes.
-function cellsOfCsv(line: string): string[] {
-  return [...line.matchAll(/("(?:[^"]|"")*"|[^,]*)(?:,|$)/g)].slice(0, -1)
-    .map(([, cell = '']) => (cell.startsWith('"') ? cell.slice(1, -1).replaceAll('""', '"') : cell));
-}
-
 // `show` is CSV and has the fields; `table` has the words, in its summary.
 function sheetOf(of: string, key: string, show: RunResult, table: RunResult, check: RunResult): Sheet {
-  const fields = textOut(show).split('\n').filter((line) => line !== '').map(cellsOfCsv);
-  return { of, key, fields, words: show.status === 0 ? table.err : show.err, check: `${textOut(check)}${check.err}` };
+  return { of, key, fields: cellsOfCsv(decoded(show.out)), words: show.status === 0 ? table.err : show.err, check: `${decoded(check.out)}${check.err}` };
 }
 
 async function showFile(file: File): Promise<void> {
@@ -117,7 +107,7 @@ function Accesses({ rows }: { rows: Record<string, unknown>[] }) {
         <tbody>
           {rows.slice(0, mostAccesses).map((row, i) => (
             <tr key={i}>
-              <td><CycleLink cycle={row['cycle']} go={(cycle) => void zoomToCycle(cycle)} /></td>
+              <td><CycleLink cycle={row['cycle']} /></td>
               {keys.map((key) => <td key={key}>{textOf(row[key])}</td>)}
             </tr>
           ))}

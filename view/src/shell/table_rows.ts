@@ -3,6 +3,7 @@ import { effect, signal } from '@preact/signals';
 import { Superseded } from '../core/client';
 import { core } from '../core/core';
 import { firstWhere } from '../core/first_where';
+import { messageOf } from '../core/texts';
 import * as state from '../state';
 
 /** Rows for which the filter is true; undefined where the table shows all. */
@@ -122,6 +123,6 @@ async function refilter(): Promise<void> {
   } catch (error) {
     if (error instanceof Superseded) return;
     filtered.value = undefined;
-    filterError.value = error instanceof Error ? error.message : String(error);
+    filterError.value = messageOf(error);
   }
 }

@@ -23,11 +23,9 @@ export async function vcdOf({ from, to }: state.Range): Promise<string[]> {
     `$var wire 1 ! ${nameOf(about?.ma, 'MA')} $end\n$var wire 1 " ${nameOf(about?.slo, 'SLO')} $end\n`,
     `$upscope $end\n$enddefinitions $end\n`,
   ];
-  const [ma, slo] = await Promise.all(lines.map(([line]) => changesOf(line, from, to)));
-  const all = [
-    ...ma!.map((change) => ({ ...change, sign: '!' })),
-    ...slo!.map((change) => ({ ...change, sign: '"' })),
-  ].sort((a, b) => (a.time < b.time ? -1 : a.time > b.time ? 1 : 0));
+  const both = await Promise.all(lines.map(async ([line, sign]) =>
+    (await changesOf(line, from, to)).map((change) => ({ ...change, sign }))));
+  const all = both.flat().sort((a, b) => (a.time < b.time ? -1 : a.time > b.time ? 1 : 0));
   let last: bigint | undefined;
   for (const { time, level, sign } of all) {
     if (time !== last) parts.push(`#${time}\n`);

@@ -7,30 +7,22 @@ import type { TimeScale } from './scale';
 
 type Context = CanvasRenderingContext2D;
 
-interface Sums {
-  all: Uint32Array;
-  failed: Uint32Array;
-  flagged: Uint32Array;
-}
+type Sums = Pick<Strip, 'all' | 'failed' | 'flagged'>;
 
 // The columns of the strip added up by pixel.
 function byPixel(strip: Strip, scale: TimeScale): Sums {
   const width = Math.ceil(scale.width);
-  const sums = {
-    all: new Uint32Array(width),
-    failed: new Uint32Array(width),
-    flagged: new Uint32Array(width),
-  };
   const each = Number(strip.to - strip.from) / strip.all.length;
   const begin = Number(strip.from - scale.from);
-  for (let i = 0; i < strip.all.length; i += 1) {
-    const x = Math.floor((begin + (i + 0.5) * each) * scale.pixelsPerPs);
-    if (x < 0 || x >= width) continue;
-    sums.all[x] = (sums.all[x] ?? 0) + (strip.all[i] ?? 0);
-    sums.failed[x] = (sums.failed[x] ?? 0) + (strip.failed[i] ?? 0);
-    sums.flagged[x] = (sums.flagged[x] ?? 0) + (strip.flagged[i] ?? 0);
-  }
-  return sums;
+  const sumsOf = (counts: Uint32Array) => {
+    const sums = new Uint32Array(width);
+    counts.forEach((count, i) => {
+      const x = Math.floor((begin + (i + 0.5) * each) * scale.pixelsPerPs);
+      if (x >= 0 && x < width) sums[x] = (sums[x] ?? 0) + count;
+    });
+    return sums;
+  };
+  return { all: sumsOf(strip.all), failed: sumsOf(strip.failed), flagged: sumsOf(strip.flagged) };
 }
 
 /** Bars of a share of the lane, a pixel each; what is not 0 can be seen. */
@@ -55,10 +47,6 @@ function most(counts: Uint32Array): number {
   return counts.reduce((found, count) => Math.max(found, count), 1);
 }
 
-function total(counts: Uint32Array): number {
-  return counts.reduce((sum, count) => sum + count, 0);
-}
-
 /** Three lanes: all cycles, the failed ones, those with a flag. Returns their numbers in words. */
 export function drawStrips(
   context: Context,
@@ -76,19 +64,16 @@ export function drawStrips(
   context.font = numberFont;
   context.fillStyle = colours.soft;
   context.textBaseline = 'middle';
-  const text = numbersText(total(sums.all), total(sums.failed), total(sums.flagged));
+  const text = stripText(sums);
   const advice = `${text} in this picture. Zoom in for the fields.`;
   context.fillText(advice, left + 4, lanes.notes.top + lanes.notes.height / 2, scale.width - 8);
   return text;
 }
 
-function numbersText(all: number, failed: number, flagged: number): string {
-  return `${all} cycles, ${failed} failed, ${flagged} flagged`;
-}
-
 /** The numbers of a strip, in words. */
-export function stripText(strip: Strip): string {
-  return numbersText(total(strip.all), total(strip.failed), total(strip.flagged));
+export function stripText(sums: Sums): string {
+  const total = (counts: Uint32Array) => counts.reduce((sum, count) => sum + count, 0);
+  return `${total(sums.all)} cycles, ${total(sums.failed)} failed, ${total(sums.flagged)} flagged`;
 }
 
 /** All in one lane, for the overview. */

@@ -1,10 +1,11 @@
 /** What the screen shows of a line, of rows and of cycles, asked of the core and kept. */
-import type { Cycle, LineView } from 'biss';
+import type { LineView } from 'biss';
 import { Superseded, CoreError } from '../core/client';
 import { core } from '../core/core';
 import type { Requests } from '../core/protocol';
 import * as state from '../state';
 import type { Range } from '../state';
+import { layOut, type CycleLayout } from './layout';
 
 /** What was asked of a stretch of time. */
 interface Asked extends Range {
@@ -149,16 +150,16 @@ function offsetsOf(times: BigInt64Array, from: bigint): Float64Array {
 const mostKept = 600;
 const mostAtOnce = 4;
 
-/** Cycles bit by bit, the newest kept. */
+/** Cycles as they are drawn, the newest kept. */
 export class Cycles {
-  readonly #kept = new Map<number, Cycle | undefined>();
+  readonly #kept = new Map<number, CycleLayout | undefined>();
   readonly #asked = new Set<number>();
   #generation = -1;
 
   constructor(private readonly onAnswer: () => void) {}
 
   /** Undefined where it is not there yet, or cannot be. */
-  get(row: number): Cycle | undefined {
+  get(row: number): CycleLayout | undefined {
     return this.#kept.get(row);
   }
 
@@ -181,7 +182,7 @@ export class Cycles {
       (cycle) => {
         if (generation !== this.#generation) return;
         this.#asked.delete(row);
-        if (cycle !== undefined || !more) this.#kept.set(row, cycle);
+        if (cycle !== undefined || !more) this.#kept.set(row, cycle && layOut(cycle));
         const oldest = this.#kept.keys().next().value;
         if (this.#kept.size > mostKept && oldest !== undefined) this.#kept.delete(oldest);
         this.onAnswer();

@@ -9,11 +9,11 @@ import { cyclesText } from './describe';
 import { changeBeside, drawAxis, drawLine, drawNames, nearestChange } from './draw_lines';
 import { drawStrips } from './draw_strip';
 import { TrackPainter, type Hit } from './draw_tracks';
-import { layOut, type CycleLayout } from './layout';
+import type { CycleLayout } from './layout';
 import { gutter, lanesOf, type Lanes } from './lanes';
 import type { Palette } from './palette';
 import { TimeScale } from './scale';
-import { Cycles, lineTile, Tile, type Shown } from './tiles';
+import { Cycles, lineTile, Tile, type LineTile, type Shown } from './tiles';
 
 // Single cycles are drawn where they have this many pixels, and their parts with this many.
 const cyclePixels = 4;
@@ -29,7 +29,6 @@ export class WaveView {
   readonly #rows: Tile<'analyse.rows'>;
   readonly #strip: Tile<'analyse.strip'>;
   readonly #cycles = new Cycles(() => this.surface.change());
-  readonly #layouts = new WeakMap<object, CycleLayout>();
   #isClosed = false;
   // How many had ended when the rows were asked for.
   #accesses = 0;
@@ -61,21 +60,19 @@ export class WaveView {
     if (scale === undefined) return undefined;
     const time = scale.time(x - gutter);
     const near = 6 / scale.pixelsPerPs;
-    const changes = [this.#ma, this.#slo].flatMap((tile) => {
-      const line = lineTile(tile);
-      return line === undefined ? [] : nearestChange(line, time, near) ?? [];
-    });
+    const changes = this.#lines().flatMap((line) => nearestChange(line, time, near) ?? []);
     const distance = (at: bigint) => Math.abs(Number(at - time));
     return changes.sort((a, b) => distance(a) - distance(b))[0] ?? time;
   }
 
   /** The next change of MA or SLO after a time, or before it. */
   changeBeside(time: bigint, step: 1 | -1): bigint | undefined {
-    const changes = [this.#ma, this.#slo].flatMap((tile) => {
-      const line = lineTile(tile);
-      return line === undefined ? [] : changeBeside(line, time, step) ?? [];
-    });
+    const changes = this.#lines().flatMap((line) => changeBeside(line, time, step) ?? []);
     return changes.sort((a, b) => step * Number(a - b))[0];
+  }
+
+  #lines(): LineTile[] {
+    return [this.#ma, this.#slo].flatMap((tile) => lineTile(tile) ?? []);
   }
 
   #lineTile(line: 'ma' | 'slo'): Tile<'view'> {
@@ -168,7 +165,7 @@ export class WaveView {
       const length = Number((rows.ends[i] ?? rows.end) - (rows.times[i] ?? 0n));
       const isWide = length * scale.pixelsPerPs >= partPixels;
       if (isWide) wanted.push(row);
-      const layout = isWide ? this.#layoutOf(row) : undefined;
+      const layout = isWide ? this.#cycles.get(row) : undefined;
       if (layout !== undefined) drawParts(lanes, layout, row, painter);
       else if (isFailed(rows.classes[i])) painter.failure(rows.times[i] ?? 0n, rows.status[i] ?? '', row);
       this.#drawFlags(lanes, rows, i, painter);
@@ -192,17 +189,6 @@ export class WaveView {
       const texts = [text, text.replace(/( of \d+)?:.*/, '')];
       painter.label(lanes.access, extent.from, extent.to, texts, extent.row, access.outcome !== 'ok');
     }
-  }
-
-  #layoutOf(row: number): CycleLayout | undefined {
-    const cycle = this.#cycles.get(row);
-    if (cycle === undefined) return undefined;
-    let layout = this.#layouts.get(cycle);
-    if (layout === undefined) {
-      layout = layOut(cycle);
-      this.#layouts.set(cycle, layout);
-    }
-    return layout;
   }
 
   #drawFlags(lanes: Lanes, rows: Rows, i: number, painter: TrackPainter): void {
