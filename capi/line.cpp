@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <exception>
 #include <iterator>
-#include <limits>
 #include <new>
 #include <optional>
 #include <string_view>
@@ -89,11 +88,10 @@ std::optional<sim::MotionKind> find_motion(const char* name) {
 }
 
 bool is_possible(const biss_line_setup& setup) {
-  for (const std::int64_t duration :
-       {setup.interval_ps, setup.ma_delay_ps, setup.slo_delay_ps, setup.internal_delay_ps,
-        setup.ma_filter_ps, setup.ma_jitter_ps, setup.slo_jitter_ps, setup.ready_min_ps,
-        setup.ready_max_ps}) {
-    if (!is_duration(duration)) return false;
+  if (!are_durations({setup.interval_ps, setup.ma_delay_ps, setup.slo_delay_ps,
+                      setup.internal_delay_ps, setup.ma_filter_ps, setup.ma_jitter_ps,
+                      setup.slo_jitter_ps, setup.ready_min_ps, setup.ready_max_ps})) {
+    return false;
   }
   const std::int64_t delay =
       setup.ma_delay_ps + setup.slo_delay_ps + setup.internal_delay_ps + setup.ma_filter_ps;
@@ -103,7 +101,7 @@ bool is_possible(const biss_line_setup& setup) {
          setup.slo_jitter_ps <= setup.slo_delay_ps + setup.internal_delay_ps &&
          setup.ready_min_ps <= setup.ready_max_ps && setup.counter_first <= 1 &&
          setup.counter_start >= setup.counter_first && setup.counter_start <= 63 &&
-         setup.register_busy_frames <= std::numeric_limits<std::uint16_t>::max() &&
+         all_fit<std::uint16_t>({setup.register_busy_frames}) &&
          !(setup.foreign_encoder && (setup.registers || setup.position != nullptr)) &&
          find_motion(setup.motion);
 }
@@ -175,8 +173,6 @@ unsigned position_bits_of(const FrameFormat& format) {
 }  // namespace biss::capi
 
 struct biss_line {
-  static constexpr auto kind = biss::capi::HandleKind::line;
-
   biss_line(const biss::sim::FarEndSetup& setup, const biss_line_setup& from)
       : far(setup),
         position(from.position),
@@ -246,10 +242,7 @@ biss_line_request request_of(const sim::FarEndCycle& cycle) {
   request.sampled = cycle.sampled.has_value();
   request.sampled_ps = cycle.sampled.value_or(Picoseconds{}).count;
   for (biss_channel& channel : request.channels) channel.nE = channel.nW = true;
-  request.channel_count = cycle.sent.channel_count;
-  for (std::size_t k = 0; k < cycle.sent.channel_count; ++k) {
-    request.channels[k] = biss::capi::as_c(cycle.sent.channel_list[k]);
-  }
+  request.channel_count = put_channels(cycle.sent, request.channels);
   request.faults = cycle.faults;
   request.place_count = static_cast<std::uint32_t>(cycle.injected.size());
   const std::size_t shown = std::min(cycle.injected.size(), std::size(request.places));
