@@ -8,6 +8,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -16,6 +17,12 @@
 namespace biss::python {
 
 namespace py = pybind11;
+
+/// A text that need not be UTF-8, as the name of a file.
+inline py::object text_object(std::string_view text) {
+  return py::reinterpret_steal<py::object>(
+      PyUnicode_DecodeUTF8(text.data(), static_cast<py::ssize_t>(text.size()), "surrogateescape"));
+}
 
 /// The elements of a one-dimensional array of exactly this type, where they lie.
 /// Raises TypeError for another type, UsageError for another shape or a gap between elements.

@@ -19,11 +19,6 @@ namespace {
 
 using report::Kind;
 
-py::object text_object(std::string_view text) {
-  return py::reinterpret_steal<py::object>(
-      PyUnicode_DecodeUTF8(text.data(), static_cast<py::ssize_t>(text.size()), "surrogateescape"));
-}
-
 template <class T>
 std::string_view bytes_of(const py::array& array) {
   const std::span<const T> samples = elements_of<T>(array, "samples");
