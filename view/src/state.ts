@@ -106,8 +106,8 @@ export const wholeRange = computed<Range>(() => ({
   to: endTime.value > beginTime.value ? endTime.value : beginTime.value + 1n,
 }));
 
-// No picture shows less than this.
-const shortest = 1_000n;
+/** No picture shows less than this: an edge alone. */
+export const shortest = 1_000n;
 
 /** Shows this stretch, cut to the capture, keeping its length where it can. */
 export function showRange(from: bigint, to: bigint): void {

@@ -40,7 +40,7 @@ export interface Commands {
    * Opens a capture that goes on from the one that is open, and reads it to its end before it takes
    * its place: the answer comes then, undefined where something else has been opened meanwhile.
    */
-  openBehind: { ask: { args: string[]; anyLines: boolean; isWhole: boolean }; answer: OpenedBehind | undefined };
+  openBehind: { ask: { args: string[]; anyLines: boolean; isWhole: boolean }; answer: Required<Opened> | undefined };
   endBehind: { ask: Record<string, never>; answer: void };
   close: { ask: Record<string, never>; answer: void };
 }
@@ -49,11 +49,8 @@ export interface Opened {
   generation: number;
   columns: readonly Column[];
   messages: string;
-}
-
-export interface OpenedBehind {
-  opened: Opened;
-  reading: ReadingMessage['reading'];
+  /** Of one that has been read to its end. */
+  reading?: ReadingMessage['reading'];
 }
 
 export type Requests = Questions & Commands & {

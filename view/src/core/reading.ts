@@ -3,7 +3,7 @@ import { batch } from '@preact/signals';
 import * as state from '../state';
 import { decodeArguments } from './arguments';
 import { core, startCore } from './core';
-import type { Opened, OpenedBehind, ReadingMessage } from './protocol';
+import type { Opened, ReadingMessage } from './protocol';
 import type { Report } from './report';
 import { sizeOf, type ServedFile } from './source';
 import { messageOf } from './texts';
@@ -117,18 +117,19 @@ async function replaceGrown(file: NamedContent): Promise<void> {
   files = [file];
   await core().ask('addFile', file);
   behind = true;
-  const grown = await open<OpenedBehind | undefined>('openBehind').finally(() => { behind = false; });
-  if (grown === undefined) return;
+  const grown = await open('openBehind').finally(() => { behind = false; });
+  if (grown?.reading === undefined) return;
+  const { reading } = grown;
   setVerbFiles(files);
   batch(() => {
-    session = grown.reading.generation;
+    session = reading.generation;
     state.generation.value = session;
-    openMessages = grown.opened.messages;
+    openMessages = grown.messages;
     state.messages.value = openMessages;
     if (state.file.value !== undefined) {
       state.file.value = { ...state.file.value, bytes: sizeOf(file.content) };
     }
-    take(grown.reading);
+    take(reading);
     goWithTheEnd(before);
   });
 }
@@ -150,7 +151,7 @@ async function read(): Promise<void> {
   if (files.length === 0) return;
   state.progress.value = { state: 'loading', done: 0 };
   try {
-    const opened = await open<Opened>('open');
+    const opened = (await open('open'))!;
     endVerbs();
     batch(() => {
       session = opened.generation;
@@ -170,13 +171,13 @@ async function read(): Promise<void> {
 
 // With the scale and the velocity where the format allows them; where no lines look like MA and
 // SLO, the busiest ones are shown, with the message of the command.
-async function open<Answer extends Opened | OpenedBehind | undefined>(name: 'open' | 'openBehind'): Promise<Answer> {
+async function open(name: 'open' | 'openBehind'): Promise<Opened | undefined> {
   const all = decodeArguments(fileNames(), state.settings.value);
   const errors: unknown[] = [];
   const isWhole = state.isWhole.value;
   for (const args of all) {
     try {
-      const opened = await core().ask(name, { args, anyLines: false, isWhole }) as Answer;
+      const opened = await core().ask(name, { args, anyLines: false, isWhole });
       // A scale was asked for; the velocity is an extra.
       const refused = all.length > 2 && errors.length > 0 ? messageOf(errors[0]) : '';
       return withWarning(opened, refused);
@@ -186,17 +187,15 @@ async function open<Answer extends Opened | OpenedBehind | undefined>(name: 'ope
   }
   const error = errors.at(-1);
   try {
-    const opened = await core().ask(name, { args: all.at(-1)!, anyLines: true, isWhole }) as Answer;
+    const opened = await core().ask(name, { args: all.at(-1)!, anyLines: true, isWhole });
     return withWarning(opened, messageOf(error));
   } catch {
     throw error;
   }
 }
 
-function withWarning<Answer extends Opened | OpenedBehind | undefined>(answer: Answer, warning: string): Answer {
-  const opened: Opened | undefined = answer !== undefined && 'opened' in answer ? answer.opened : answer;
-  if (opened !== undefined) opened.messages = `${warning}${opened.messages}`;
-  return answer;
+function withWarning(opened: Opened | undefined, warning: string): Opened | undefined {
+  return opened && { ...opened, messages: `${warning}${opened.messages}` };
 }
 
 function fail(message: string): void {

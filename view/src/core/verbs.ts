@@ -3,7 +3,7 @@
 import type { RunResult } from 'biss';
 import { Client, CoreError } from './client';
 import type { Content } from './source';
-import { newWorker } from './start';
+import { newWorker } from './core';
 
 export interface NamedContent {
   name: string;

@@ -67,7 +67,7 @@ const handlers: Handlers<Commands & Questions> = {
     reader?.close();
     reader = own;
     behind = undefined;
-    return { opened, reading };
+    return { ...opened, reading };
   },
   endBehind() {
     behind?.close();

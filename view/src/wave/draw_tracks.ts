@@ -10,6 +10,14 @@ import type { TimeScale } from './scale';
 // Bits have their names where a clock has this many pixels.
 const nameClock = 56;
 
+// The look of a cycle, by its class; without a fill it has a dashed frame.
+const looks = {
+  [rowClass.good]: { sign: '✓', fill: 'crc', text: 'text' },
+  [rowClass.cut]: { sign: '…', fill: undefined, text: 'soft' },
+  [rowClass.flagged]: { sign: '!', fill: 'warn', text: 'warn' },
+  [rowClass.failed]: { sign: '✕', fill: 'wrong', text: 'bad' },
+} as const;
+
 /** What is under the pointer says this. */
 export interface Hit {
   left: number;
@@ -47,15 +55,15 @@ export class TrackPainter {
     if (to <= from) return;
     const row = rows.first + i;
     const status = rows.status[i] ?? '';
-    const found = rows.classes[i] ?? 0;
+    const found = (rows.classes[i] ?? rowClass.good) as keyof typeof looks;
+    const { sign, fill, text: colour } = looks[found];
     const notes = rows.notes[i] ?? '';
     const position = rows.position[i] ?? '';
-    this.#box(lane, from, to, this.#fillOf(found), found === rowClass.failed, selected);
-    const sign = signOf(found);
+    this.#box(lane, from, to, fill && this.colours.fill[fill], found === rowClass.failed, selected);
     const number = rows.numbers[i] ?? row;
     const head = `${sign} #${number} ${status}`;
     const full = [position, notes].reduce((text, more) => (more === '' ? text : `${text}  ${more}`), head);
-    this.context.fillStyle = this.#textOf(found);
+    this.context.fillStyle = this.colours[colour];
     this.#text(lane, from, to, [full, `${head}  ${position}`, head, `${sign} #${number}`, `#${number}`, sign]);
     this.#hit(lane, from, to, `cycle ${full.slice(sign.length).trim()}`, row);
   }
@@ -149,19 +157,6 @@ export class TrackPainter {
     });
   }
 
-  #fillOf(found: number): string | undefined {
-    const { fill } = this.colours;
-    if (found === rowClass.failed) return fill.wrong;
-    if (found === rowClass.flagged) return fill.warn;
-    return found === rowClass.cut ? undefined : fill.crc;
-  }
-
-  #textOf(found: number): string {
-    if (found === rowClass.failed) return this.colours.bad;
-    if (found === rowClass.flagged) return this.colours.warn;
-    return found === rowClass.cut ? this.colours.soft : this.colours.text;
-  }
-
   #box(lane: Lane, from: number, to: number, fill: string | undefined, bad: boolean, selected: boolean): void {
     const { context, colours } = this;
     const width = to - from > 3 ? to - from - 1 : to - from;
@@ -203,10 +198,4 @@ export class TrackPainter {
   #hit(lane: Lane, left: number, right: number, text: string, row: number): void {
     this.hits.push({ left, right, top: lane.top, bottom: lane.top + lane.height, text, row });
   }
-}
-
-function signOf(found: number): string {
-  if (found === rowClass.failed) return '✕';
-  if (found === rowClass.flagged) return '!';
-  return found === rowClass.cut ? '…' : '✓';
 }

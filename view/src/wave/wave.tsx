@@ -18,16 +18,6 @@ const all = signal('');
 const pointed = signal<Pointed | undefined>(undefined);
 let shownView: WaveView | undefined;
 
-function description(selected: number | undefined): string {
-  return waveText({
-    range: state.range.value,
-    cursors: state.cursors.value,
-    selected,
-    rows: state.rowCount.value,
-    seen: seen.value,
-  });
-}
-
 function useWave() {
   const wave = useRef<HTMLCanvasElement>(null);
   const overview = useRef<HTMLCanvasElement>(null);
@@ -72,7 +62,7 @@ export function Wave() {
       </div>
       <div class="wave-picture" data-keys="waveform" tabIndex={0} role="group"
         aria-label="Waveform. Arrow keys move and zoom, ? lists the keys.">
-        <canvas ref={wave} role="img" aria-label={description(selected)} />
+        <canvas ref={wave} role="img" aria-label={waveText(selected, seen.value)} />
       </div>
     </section>
   );
