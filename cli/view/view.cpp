@@ -115,21 +115,16 @@ ExitStatus run_view(const ViewOptions& options, Host& host) {
                               {"view", view}},
                              "");
   });
-  PageServer server(page, capture);
-  if (const std::string problem = server.listen(options.port); !problem.empty()) {
-    return host.fail(ExitStatus::io, problem);
-  }
-  page.set_port(server.port());
   Output output(host);
-  if (!output.open("") || !output.write(page.address() + "\n") || !output.finish()) {
-    return output.status();
-  }
-  if (!options.no_open) {
-    std::signal(SIGCHLD, SIG_IGN);
-    open_browser(page.address_to_open(), host);
-  }
-  server.run();
-  return ExitStatus::done;
+  const std::string problem = serve(page, capture, options.port, [&] {
+    if (!output.open("") || !output.write(page.address() + "\n") || !output.finish()) return false;
+    if (!options.no_open) {
+      std::signal(SIGCHLD, SIG_IGN);
+      open_browser(page.address_to_open(), host);
+    }
+    return true;
+  });
+  return problem.empty() ? output.status() : host.fail(ExitStatus::io, problem);
 }
 
 void add_page_options(Verb verb, ViewOptions& options) {

@@ -1,6 +1,9 @@
 /** The axis of time: where a time stands on the screen, and round marks with a unit that fits. */
 
-import { shortest, type Range } from '../state';
+import type { Range } from '../state';
+
+/** The shortest stretch that is shown: an edge alone. */
+export const shortestSpan = 1000n;
 
 /** Times to pixels. Numbers are offsets from `from`, so that no digit is lost in a long capture. */
 export class TimeScale {
@@ -30,7 +33,7 @@ export class TimeScale {
 /** `factor` below 1 shows less; the time at `share` of the width stays where it is. */
 export function zoomed(range: Range, factor: number, share: number): Range {
   const span = Number(range.to - range.from);
-  const next = Math.max(span * factor, Number(shortest));
+  const next = Math.max(span * factor, Number(shortestSpan));
   const from = range.from + BigInt(Math.round((span - next) * share));
   return { from, to: from + BigInt(Math.round(next)) };
 }
