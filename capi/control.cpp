@@ -75,8 +75,7 @@ static_assert(BISS_CDS_MISSING == static_cast<int>(CdsBit::missing));
 
 // Whether an access can begin; then nothing is read yet.
 biss_status begin(biss_control* control) {
-  if (control == nullptr) return BISS_NULL_ARGUMENT;
-  if (!is_open(control)) return BISS_BAD_HANDLE;
+  if (const auto wrong = check_call(control); wrong != BISS_OK) return wrong;
   if (!control->done()) return BISS_RUNNING;
   control->read_count = 0;
   control->queried = false;

@@ -217,10 +217,10 @@ struct biss_line {
 namespace biss::capi {
 namespace {
 
-biss_status usable(const biss_line* line) {
-  if (line == nullptr) return BISS_NULL_ARGUMENT;
-  if (!is_open(line)) return BISS_BAD_HANDLE;
-  return line->stepping ? BISS_REENTERED : BISS_OK;
+template <class... Pointers>
+biss_status usable(const biss_line* line, const Pointers*... needed) {
+  const biss_status wrong = check_call(line, needed...);
+  return wrong == BISS_OK && line->stepping ? BISS_REENTERED : wrong;
 }
 
 void put(biss::sim::EncoderRegisters& registers, std::uint32_t bank, std::uint32_t address,
@@ -302,8 +302,7 @@ size_t biss_line_fault_at(const biss_line_setup* setup) {
 
 biss_status biss_line_step(biss_line* line, int64_t now_ps, bool ma, bool encoder_slo,
                            biss_line_output* out) {
-  if (out == nullptr) return BISS_NULL_ARGUMENT;
-  if (const auto wrong = biss::capi::usable(line); wrong != BISS_OK) return wrong;
+  if (const auto wrong = biss::capi::usable(line, out); wrong != BISS_OK) return wrong;
   if (const auto wrong = line->clock.check(now_ps); wrong != BISS_OK) return wrong;
   if (line->broken) return BISS_NO_MEMORY;
   line->clock.set(now_ps);
@@ -326,8 +325,7 @@ biss_status biss_line_set_flags(biss_line* line, bool nE, bool nW) {
 }
 
 biss_status biss_line_request_of(const biss_line* line, biss_line_request* request) {
-  if (request == nullptr) return BISS_NULL_ARGUMENT;
-  if (const auto wrong = biss::capi::usable(line); wrong != BISS_OK) return wrong;
+  if (const auto wrong = biss::capi::usable(line, request); wrong != BISS_OK) return wrong;
   const biss::sim::FarEndCycle* cycle = line->far.cycle();
   if (cycle == nullptr) return BISS_NO_READING;
   *request = biss::capi::request_of(*cycle);
@@ -347,8 +345,7 @@ biss_status biss_line_put_register(biss_line* line, uint32_t bank, uint32_t addr
 }
 
 biss_status biss_line_register(biss_line* line, uint32_t bank, uint32_t address, uint8_t* value) {
-  if (value == nullptr) return BISS_NULL_ARGUMENT;
-  if (const auto wrong = biss::capi::usable(line); wrong != BISS_OK) return wrong;
+  if (const auto wrong = biss::capi::usable(line, value); wrong != BISS_OK) return wrong;
   if (!line->has_registers) return BISS_NO_REGISTER;
   auto& registers = line->far.registers();
   const std::uint8_t* found = line->register_at(registers, bank, address);
