@@ -1,13 +1,15 @@
 // Export of what is seen: rows as CSV, lines as VCD, the waveform as PNG.
+import { verbFurther } from '../core/arguments';
 import { core } from '../core/core';
+import { fileNames } from '../core/reading';
 import { messageOf } from '../core/texts';
+import { runToFile } from '../core/verbs';
 import * as state from '../state';
 import { announce } from './announce';
 import { saveFile } from './files';
 import type { Action } from './menu';
 import { pictureOf } from './picture';
 import { rowAtPlace, shownCount } from './table_rows';
-import { vcdOf } from './vcd';
 
 export const exportActions: readonly Action[] = [
   { name: 'CSV of the waveform', about: 'the rows of the cycles that it shows', run: () => void attempt(rowsOfRange) },
@@ -71,10 +73,18 @@ async function rowsOfTable(): Promise<void> {
   save('_rows.csv', parts, 'text/csv');
 }
 
+// Of the verbs, until it is saved.
+const linesName = 'lines_of_range.vcd';
+
 async function linesOfRange(): Promise<void> {
   const range = state.range.value;
   if (range === undefined) return;
-  save('_lines.vcd', await vcdOf(range), 'text/plain');
+  const { ma = '', slo = '' } = state.about.value ?? {};
+  const bytes = await runToFile([
+    'convert', ...fileNames(), ...verbFurther('convert', state.settings.value), '--line', ma, '--line', slo,
+    '--since', `${range.from}ps`, '--until', `${range.to}ps`, '-o', linesName,
+  ], linesName);
+  save('_lines.vcd', [new Uint8Array(bytes)], 'text/plain');
 }
 
 async function picture(part: string): Promise<void> {
