@@ -76,12 +76,20 @@ async function rowsOfTable(): Promise<void> {
 // Of the verbs, until it is saved.
 const linesName = 'lines_of_range.vcd';
 
+// As `convert` names a line: with its file only where another file has a line of this name.
+function nameOfLine(line: string): string {
+  const plain = (name: string) => (fileNames().length > 1 ? name.slice(name.indexOf(':') + 1) : name);
+  const same = state.about.value?.lines.filter((other) => plain(other) === plain(line)) ?? [];
+  return same.length > 1 ? line : plain(line);
+}
+
 async function linesOfRange(): Promise<void> {
   const range = state.range.value;
-  if (range === undefined) return;
-  const { ma = '', slo = '' } = state.about.value ?? {};
+  const { about } = state;
+  if (range === undefined || about.value === undefined) return;
+  const lines = [about.value.ma, about.value.slo].flatMap((line) => ['--line', nameOfLine(line)]);
   const bytes = await runToFile([
-    'convert', ...fileNames(), ...verbFurther('convert', state.settings.value), '--line', ma, '--line', slo,
+    'convert', ...fileNames(), ...verbFurther('convert', state.settings.value), ...lines,
     '--since', `${range.from}ps`, '--until', `${range.to}ps`, '-o', linesName,
   ], linesName);
   save('_lines.vcd', [new Uint8Array(bytes)], 'text/plain');
