@@ -3,14 +3,14 @@ import './plots.css';
 import { computed, signal, type ReadonlySignal } from '@preact/signals';
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { defineKeys } from '../shell/keys';
+import { useAnswer } from '../shell/use_answer';
 import * as state from '../state';
 import * as actions from '../wave/actions';
 import { steadyEnd, steadyRows, Tile } from '../wave/tiles';
-import { Causes } from './causes';
+import { Causes, pause } from './causes';
 import type { Envelope } from './envelope';
 import type { Eye } from './eye_of';
 import { EyeView, eyeText } from './eye_view';
-import { Latest } from './latest';
 import { columnPlots, type ColumnPlot } from './plot_list';
 import { listenToPlot } from './plot_input';
 import { PlotView, type PlotSpec, type Source } from './plot_view';
@@ -28,14 +28,6 @@ function wholeCapture(): state.Range | undefined {
 }
 
 const eye = signal<Eye | undefined>(undefined);
-const eyeLatest = new Latest('analyse.eye', 'plots.eye', () => { eye.value = eyeLatest.answer; });
-
-function wantEye(range: state.Range | undefined): void {
-  if (range === undefined || state.rowCount.value === 0) return;
-  const stretch = follows.value ? `${range.from} ${range.to}` : 'all';
-  const key = [state.generation.value, steadyRows(), stretch].join(' ');
-  eyeLatest.want(key, { ...range, cycles: eyeCycles, bins: eyeBins });
-}
 
 defineKeys('plots', [
   {
@@ -53,8 +45,10 @@ export function Plots() {
   const range = shown.value;
   const rows = steadyRows();
   const generation = state.generation.value;
-  useEffect(() => { wantEye(range); }, [range?.from, range?.to, rows, generation]);
-  useEffect(() => () => eyeLatest.close(), []);
+  const stretch = follows.value ? [range?.from, range?.to] : ['all', ''];
+  const ask = range && rows > 0 ? { ...range, cycles: eyeCycles, bins: eyeBins } : undefined;
+  const found = useAnswer('analyse.eye', ask, [generation, rows, ...stretch], pause)?.answer;
+  useEffect(() => { if (found !== undefined) eye.value = found; }, [found]);
   const plots = columnPlots(state.columns.value);
   return (
     <section class="plots" aria-label="Plots" data-keys="plots">

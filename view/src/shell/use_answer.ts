@@ -12,24 +12,26 @@ interface Found<K extends RequestName> {
 }
 
 /**
- * Asks when `parts` change, unless there is nothing to `ask`. Undefined before the first answer; then
- * the newest answer.
+ * Asks when `parts` have changed and not changed again for `pause` milliseconds, unless there is nothing
+ * to `ask`. Undefined before the first answer; then the newest answer.
  */
 export function useAnswer<K extends RequestName>(
-  name: K, ask: Requests[K]['ask'] | undefined, parts: unknown[],
+  name: K, ask: Requests[K]['ask'] | undefined, parts: unknown[], pause = 0,
 ): Found<K> | undefined {
   const [found, setFound] = useState<Found<K>>();
   useEffect(() => {
     if (ask === undefined) {
       setFound(undefined);
-      return;
+      return undefined;
     }
-    core().ask(name, ask, { lane: `use.${name}` }).then(
+    const send = () => core().ask(name, ask, { lane: `use.${name}` }).then(
       (answer) => setFound({ answer, error: '' }),
       (error: unknown) => {
         if (!(error instanceof Superseded)) setFound({ answer: undefined, error: messageOf(error) });
       },
     );
+    const timer = pause === 0 ? void send() : setTimeout(send, pause);
+    return () => clearTimeout(timer);
   }, parts);
   return found;
 }
