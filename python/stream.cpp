@@ -80,9 +80,9 @@ class Stream::Rows final : public report::TableWriter {
 
 Stream::Stream(const verbs::GivenOptions& options, const StreamSetup& setup)
     : setup_(setup), writer_(std::make_unique<Rows>()) {
-  source_.set_period(setup.sample_period);
+  queue_.set_period(setup.sample_period);
   host_.give(capture_name,
-             {[this](const auto&) -> capture::Opened { return borrowed(source_); }, false});
+             {[this](const auto&) -> capture::Opened { return queue_.source(); }, false});
   verbs::Command command(host_);
   const verbs::Verb verb = command.add_verb(verbs::decode_text(), [&](verbs::Host& host) {
     if (options_.to != report::Format::table || !options_.output.empty() ||
@@ -152,7 +152,7 @@ void Stream::put_row(std::uint64_t number, const decode::Cycle& cycle) {
 }
 
 bool Stream::waits() const {
-  return failure_ || ended_ || source_.queued().size() < (begun_ ? few_edges : setup_.beginning);
+  return failure_ || ended_ || queue_.size() < (begun_ ? few_edges : setup_.beginning);
 }
 
 void Stream::decode(bool few) {
@@ -176,7 +176,7 @@ void Stream::read() {
 
 void Stream::finish(Picoseconds end) {
   if (ended_) return;
-  source_.set_end(end);
+  queue_.set_end(end);
   if (!failure_ && !begun_) begin();
   read();
   ended_ = true;

@@ -61,7 +61,7 @@ class Stream {
   const std::optional<verbs::VerbError>& failure() const { return failure_; }
 
   /// \pre time is not before the last one, and not ended()
-  void push(Picoseconds time, bool ma, bool slo) { source_.push(time, ma, slo); }
+  void push(Picoseconds time, bool ma, bool slo) { queue_.push(time, ma, slo); }
   /// Decodes what was pushed, unless it may belong to the beginning; few edges wait for more.
   void decode(bool few = false);
   /// decode() has nothing to do.
@@ -94,7 +94,7 @@ class Stream {
   StreamSetup setup_;
   verbs::MemoryHost host_;
   verbs::DecodeOptions options_;
-  PushedEdges source_;
+  EdgeQueue queue_;
   std::optional<verbs::DecodeRun> run_;
   // With fields: reads the cycles in place of the capture's own decoder.
   std::optional<decode::CycleEdgeReader> edges_;

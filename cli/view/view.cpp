@@ -78,17 +78,11 @@ ExitStatus check_options(const ViewOptions& options, Host& host) {
   }
   const FormatArguments& device = options.capture.device;
   const bool named = !device.format.empty() && device.format != "none";
-  const std::string wrong = named ? [&] {
-    const auto chosen = choose_device(device);
-    return chosen ? std::string{} : chosen.error();
-  }() : [&] {
-    const auto timing = override_timing(device, DeviceTiming{});
-    return timing ? std::string{} : timing.error();
-  }();
+  const auto error_of = [](const auto& read) { return read ? std::string{} : read.error(); };
+  std::string wrong =
+      named ? error_of(choose_device(device)) : error_of(override_timing(device, DeviceTiming{}));
+  if (wrong.empty()) wrong = options.motion.wrong_usage();
   if (!wrong.empty()) return host.fail(ExitStatus::usage, wrong);
-  if (const std::string motion = options.motion.wrong_usage(); !motion.empty()) {
-    return host.fail(ExitStatus::usage, motion);
-  }
   return ExitStatus::done;
 }
 

@@ -7,7 +7,7 @@ import { useAnswer } from './use_answer';
 export function CyclePanel() {
   const row = state.selectedRow.value;
   const isKnown = row !== undefined && row < state.rowCount.value;
-  const found = useAnswer('cycle', isKnown ? { row } : undefined, [row, state.generation.value, isKnown]);
+  const found = useAnswer('cycle', isKnown ? { row } : undefined, [row, state.generation.value]);
   if (row === undefined) return <p class="quiet">Select a row of the table, or a cycle of the waveform.</p>;
   if (found === undefined) return <p class="quiet">Row {row} has not been read yet.</p>;
   const cycle = found.answer;

@@ -32,6 +32,6 @@ export function useAnswer<K extends RequestName>(
     );
     const timer = pause === 0 ? void send() : setTimeout(send, pause);
     return () => clearTimeout(timer);
-  }, parts);
+  }, [...parts, ask === undefined]);
   return found;
 }

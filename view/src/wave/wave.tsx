@@ -47,7 +47,7 @@ function useSelectedCycle(): number | undefined {
   const row = state.selectedRow.value;
   const isKnown = row !== undefined && row < state.rowCount.value;
   const ask = isKnown ? { name: 'cycle', from: row, to: row + 1 } : undefined;
-  const value = useAnswer('column', ask, [row, isKnown, state.generation.value])?.answer?.values[0];
+  const value = useAnswer('column', ask, [row, state.generation.value])?.answer?.values[0];
   return value === undefined ? undefined : Number(value);
 }
 
