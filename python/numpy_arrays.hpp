@@ -24,6 +24,14 @@ inline py::object text_object(std::string_view text) {
       PyUnicode_DecodeUTF8(text.data(), static_cast<py::ssize_t>(text.size()), "surrogateescape"));
 }
 
+/// Raises UsageError unless the array has one dimension and no gap between its elements.
+inline void check_shape(const py::array& array, const char* name) {
+  if (array.ndim() != 1) throw UsageError(std::string(name) + ": not one-dimensional");
+  if (array.size() > 1 && array.strides(0) != array.itemsize()) {
+    throw UsageError(std::string(name) + ": not contiguous; use numpy.ascontiguousarray()");
+  }
+}
+
 /// The elements of a one-dimensional array of exactly this type, where they lie.
 /// Raises TypeError for another type, UsageError for another shape or a gap between elements.
 template <class T>
@@ -33,10 +41,7 @@ std::span<const T> elements_of(const py::array& array, const char* name) {
                          py::str(array.dtype()).cast<std::string>() + "; " +
                          py::str(py::dtype::of<T>()).cast<std::string>() + " is needed");
   }
-  if (array.ndim() != 1) throw UsageError(std::string(name) + ": not one-dimensional");
-  if (array.size() > 1 && array.strides(0) != static_cast<py::ssize_t>(sizeof(T))) {
-    throw UsageError(std::string(name) + ": not contiguous; use numpy.ascontiguousarray()");
-  }
+  check_shape(array, name);
   return {static_cast<const T*>(array.data()), static_cast<std::size_t>(array.size())};
 }
 
