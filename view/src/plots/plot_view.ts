@@ -2,7 +2,7 @@
 import type { ReadonlySignal } from '@preact/signals';
 import { firstWhere } from '../core/first_where';
 import * as state from '../state';
-import { fitting, Layer, numberFont, Surface, textWidth, verticalLine } from '../wave/canvas';
+import { fitting, Layer, numberFont, Surface, textWidth, verticalLine, type Pen } from '../wave/canvas';
 import type { Palette } from '../wave/palette';
 import { exactTimeText, TimeScale, timeMarks } from '../wave/scale';
 import { drawEnvelope } from './draw_envelope';
@@ -24,8 +24,6 @@ export type Source = (shown: state.Range, width: number) => Envelope | undefined
 export const gutter = 84;
 const foot = 20;
 const rightEdge = 10;
-
-type Context = CanvasRenderingContext2D;
 
 interface Bounds {
   low: number;
@@ -80,22 +78,23 @@ export class PlotView {
     const values = this.#values;
     const seen = values === undefined ? undefined : boundsOf(values, scale);
     this.#drawWindow(scale, range, height, colours);
-    this.#curve.put(this.surface, [values, range.from, range.to, colours], (layer) => {
-      drawTimes(layer, scale, height, colours);
-      if (values === undefined || seen === undefined) drawEmpty(layer, scale, height, colours);
-      else this.#drawCurve(layer, values, padded(seen), scale, colours);
+    this.#curve.put(this.surface, [values, range.from, range.to, colours], (context) => {
+      const pen = { context, left: gutter, scale, colours };
+      drawTimes(pen, height);
+      if (values === undefined || seen === undefined) drawEmpty(pen, height);
+      else this.#drawCurve(pen, values, padded(seen));
     });
     this.#drawCursors(scale, height, colours);
     this.#say(seen, range);
   }
 
-  #drawCurve(context: Context, values: Envelope, bounds: Bounds, scale: TimeScale, colours: Palette): void {
-    const { height, width } = this.surface;
-    drawValues(context, bounds, this.spec.quantity, width, height, colours);
-    context.beginPath();
-    context.rect(gutter, 0, scale.width, height - foot);
-    context.clip();
-    drawEnvelope(context, values, gutter, scale, (value) => yOf(value, bounds, height), this.spec.dots, colours);
+  #drawCurve(pen: Pen, values: Envelope, bounds: Bounds): void {
+    const { height } = this.surface;
+    drawValues(pen, bounds, this.spec.quantity, height);
+    pen.context.beginPath();
+    pen.context.rect(gutter, 0, pen.scale.width, height - foot);
+    pen.context.clip();
+    drawEnvelope(pen, values, (value) => yOf(value, bounds, height), this.spec.dots);
   }
 
   #say(seen: Bounds | undefined, range: state.Range): void {
@@ -134,13 +133,13 @@ export class PlotView {
   }
 }
 
-function drawEmpty(context: Context, scale: TimeScale, height: number, colours: Palette): void {
+function drawEmpty({ context, scale, colours }: Pen, height: number): void {
   context.font = numberFont;
   context.fillStyle = colours.soft;
   context.fillText('no values here', gutter + scale.width / 2 - 45, (height - foot) / 2);
 }
 
-function drawTimes(context: Context, scale: TimeScale, height: number, colours: Palette): void {
+function drawTimes({ context, scale, colours }: Pen, height: number): void {
   const { marks, base } = timeMarks(scale, 80);
   context.font = numberFont;
   context.textBaseline = 'middle';
@@ -159,14 +158,7 @@ function drawTimes(context: Context, scale: TimeScale, height: number, colours: 
   }
 }
 
-function drawValues(
-  context: Context,
-  bounds: Bounds,
-  quantity: Quantity,
-  width: number,
-  height: number,
-  colours: Palette,
-): void {
+function drawValues({ context, scale, colours }: Pen, bounds: Bounds, quantity: Quantity, height: number): void {
   const { values, text } = ticksOf(bounds.low, bounds.high, (height - foot) / 28, quantity);
   context.font = numberFont;
   context.textBaseline = 'middle';
@@ -175,7 +167,7 @@ function drawValues(
     context.strokeStyle = colours.grid;
     context.beginPath();
     context.moveTo(gutter - 4, y);
-    context.lineTo(width - rightEdge, y);
+    context.lineTo(gutter + scale.width, y);
     context.stroke();
     context.fillStyle = colours.soft;
     if (y < 6 || y > height - foot - 4) continue;

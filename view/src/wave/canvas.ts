@@ -2,6 +2,7 @@
 import { effect } from '@preact/signals';
 import { shownTheme } from '../state';
 import { paletteOf, type Palette } from './palette';
+import type { TimeScale } from './scale';
 
 export const font = "12px system-ui, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif";
 export const numberFont = "12px ui-monospace, SFMono-Regular, Menlo, Consolas, 'DejaVu Sans Mono', monospace";
@@ -90,6 +91,15 @@ export class Layer {
     }
     context.drawImage(this.#canvas, 0, 0, width, height);
   }
+}
+
+/** What a picture against time is drawn with. */
+export interface Pen {
+  context: CanvasRenderingContext2D;
+  /** Where the scale begins. */
+  left: number;
+  scale: TimeScale;
+  colours: Palette;
 }
 
 const widths = new Map<string, number>();

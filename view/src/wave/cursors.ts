@@ -1,19 +1,11 @@
 /** The cursors of the waveform: lines with a flag. */
 import type { Cursors } from '../state';
-import { boldFont, verticalLine } from './canvas';
-import type { Palette } from './palette';
+import { boldFont, verticalLine, type Pen } from './canvas';
 import type { TimeScale } from './scale';
 
 export const flag = { width: 16, height: 16 };
 
-export function drawCursors(
-  context: CanvasRenderingContext2D,
-  cursors: Cursors,
-  left: number,
-  height: number,
-  scale: TimeScale,
-  colours: Palette,
-): void {
+export function drawCursors({ context, left, scale, colours }: Pen, cursors: Cursors, height: number): void {
   const both = [
     { name: 'A', time: cursors.a, colour: colours.cursorA },
     { name: 'B', time: cursors.b, colour: colours.cursorB },

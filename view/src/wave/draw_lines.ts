@@ -1,22 +1,14 @@
 /** The axis of time and the lines MA and SLO. */
 import { firstWhere } from '../core/first_where';
-import { font, hatch, numberFont, textWidth, verticalLine } from './canvas';
+import { font, hatch, numberFont, textWidth, verticalLine, type Pen } from './canvas';
 import type { Lane } from './lanes';
-import type { Palette } from './palette';
 import { timeMarks, type TimeScale } from './scale';
 import type { LineTile } from './tiles';
 
 type Context = CanvasRenderingContext2D;
 
 /** Marks of the time, with lines through all lanes. */
-export function drawAxis(
-  context: Context,
-  lane: Lane,
-  left: number,
-  bottom: number,
-  scale: TimeScale,
-  colours: Palette,
-): void {
+export function drawAxis({ context, left, scale, colours }: Pen, lane: Lane, bottom: number): void {
   const { marks, base } = timeMarks(scale, 110);
   const middle = lane.top + lane.height / 2;
   context.font = numberFont;
@@ -42,14 +34,7 @@ export function drawAxis(
 const leastPixels = 2;
 
 /** A line; several changes within a few pixels are a filled stretch. */
-export function drawLine(
-  context: Context,
-  lane: Lane,
-  left: number,
-  tile: LineTile,
-  scale: TimeScale,
-  colour: string,
-): void {
+export function drawLine({ context, left, scale }: Pen, lane: Lane, tile: LineTile, colour: string): void {
   const pieces = piecesOf(left, tile, scale);
   context.save();
   context.beginPath();
@@ -158,21 +143,19 @@ export function changeBeside(tile: LineTile, time: bigint, step: 1 | -1): bigint
 
 /** The names at the left. */
 export function drawNames(
-  context: Context,
+  { context, left, colours }: Omit<Pen, 'scale'>,
   lanes: readonly Lane[],
   far: boolean,
   names: ReadonlyMap<string, string>,
-  width: number,
   height: number,
-  colours: Palette,
 ): void {
   context.fillStyle = colours.raised;
-  context.fillRect(0, 0, width - 4, height);
+  context.fillRect(0, 0, left - 4, height);
   context.fillStyle = colours.text;
   context.font = `600 ${font}`;
   context.textBaseline = 'middle';
   for (const lane of lanes) {
     const name = far ? lane.farName : lane.name;
-    context.fillText(names.get(name) ?? name, 10, lane.top + lane.height / 2, width - 18);
+    context.fillText(names.get(name) ?? name, 10, lane.top + lane.height / 2, left - 18);
   }
 }

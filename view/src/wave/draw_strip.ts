@@ -1,11 +1,8 @@
 /** Many cycles at once: how many there are, how many failed and how many have a flag. */
 import type { Strip } from '../plots/row_classes';
-import { numberFont } from './canvas';
-import type { Lane } from './lanes';
-import type { Palette } from './palette';
+import { numberFont, type Pen } from './canvas';
+import type { Lane, Lanes } from './lanes';
 import type { TimeScale } from './scale';
-
-type Context = CanvasRenderingContext2D;
 
 type Sums = Pick<Strip, 'all' | 'failed' | 'flagged'>;
 
@@ -26,14 +23,7 @@ function byPixel(strip: Strip, scale: TimeScale): Sums {
 }
 
 /** Bars of a share of the lane, a pixel each; what is not 0 can be seen. */
-function bars(
-  context: Context,
-  lane: Lane,
-  left: number,
-  counts: Uint32Array,
-  most: number,
-  colour: string,
-): void {
+function bars({ context, left }: Pen, lane: Lane, counts: Uint32Array, most: number, colour: string): void {
   context.fillStyle = colour;
   for (let x = 0; x < counts.length; x += 1) {
     const count = counts[x] ?? 0;
@@ -47,26 +37,20 @@ function most(counts: Uint32Array): number {
   return counts.reduce((found, count) => Math.max(found, count), 1);
 }
 
-/** Three lanes: all cycles, the failed ones, those with a flag. Returns their numbers in words. */
-export function drawStrips(
-  context: Context,
-  lanes: { all: Lane; failed: Lane; flagged: Lane; notes: Lane },
-  left: number,
-  strip: Strip,
-  scale: TimeScale,
-  colours: Palette,
-): string {
+/** All cycles, the failed ones and those with a flag, as the far names of lanes say. Returns their numbers in words. */
+export function drawStrips(pen: Pen, lanes: Lanes, strip: Strip): string {
+  const { context, left, scale, colours } = pen;
   const sums = byPixel(strip, scale);
   const highest = most(sums.all);
-  bars(context, lanes.all, left, sums.all, highest, colours.good);
-  bars(context, lanes.failed, left, sums.failed, highest, colours.bad);
-  bars(context, lanes.flagged, left, sums.flagged, highest, colours.warn);
+  bars(pen, lanes.cycle, sums.all, highest, colours.good);
+  bars(pen, lanes.frame, sums.failed, highest, colours.bad);
+  bars(pen, lanes.cdm, sums.flagged, highest, colours.warn);
   context.font = numberFont;
   context.fillStyle = colours.soft;
   context.textBaseline = 'middle';
   const text = stripText(sums);
   const advice = `${text} in this picture. Zoom in for the fields.`;
-  context.fillText(advice, left + 4, lanes.notes.top + lanes.notes.height / 2, scale.width - 8);
+  context.fillText(advice, left + 4, lanes.flags.top + lanes.flags.height / 2, scale.width - 8);
   return text;
 }
 
@@ -77,18 +61,13 @@ export function stripText(sums: Sums): string {
 }
 
 /** All in one lane, for the overview. */
-export function drawOverview(
-  context: Context,
-  lane: Lane,
-  strip: Strip,
-  scale: TimeScale,
-  colours: Palette,
-): void {
+export function drawOverview(pen: Pen, lane: Lane, strip: Strip): void {
+  const { context, scale, colours } = pen;
   const sums = byPixel(strip, scale);
   const highest = most(sums.all);
   context.globalAlpha = 0.5;
-  bars(context, lane, 0, sums.all, highest, colours.soft);
+  bars(pen, lane, sums.all, highest, colours.soft);
   context.globalAlpha = 1;
-  bars(context, lane, 0, sums.flagged, highest, colours.warn);
-  bars(context, lane, 0, sums.failed, highest, colours.bad);
+  bars(pen, lane, sums.flagged, highest, colours.warn);
+  bars(pen, lane, sums.failed, highest, colours.bad);
 }

@@ -1,11 +1,9 @@
 /** The decoded tracks below the lines: cycles, their parts, bits and failures. */
 import type { Rows } from '../plots/row_classes';
 import { rowClass } from '../plots/row_classes';
-import { fitting, font, hatch, numberFont, textWidth } from './canvas';
+import { fitting, font, hatch, numberFont, textWidth, type Pen } from './canvas';
 import { partText, type CycleLayout, type Part } from './layout';
 import type { Lane } from './lanes';
-import type { Palette } from './palette';
-import type { TimeScale } from './scale';
 
 // Bits have their names where a clock has this many pixels.
 const nameClock = 56;
@@ -33,21 +31,16 @@ export class TrackPainter {
   readonly hits: Hit[] = [];
   readonly #failures: { x: number; text: string; row: number }[] = [];
 
-  constructor(
-    private readonly context: CanvasRenderingContext2D,
-    private readonly left: number,
-    private readonly scale: TimeScale,
-    private readonly colours: Palette,
-  ) {}
+  constructor(private readonly pen: Pen) {}
 
   #x(time: bigint): number {
-    return this.left + this.scale.x(time);
+    return this.pen.left + this.pen.scale.x(time);
   }
 
   // Within what is shown.
   #bounds(from: bigint, to: bigint): [number, number] {
-    const right = this.left + this.scale.width;
-    return [Math.max(this.left, this.#x(from)), Math.min(right, this.#x(to))];
+    const right = this.pen.left + this.pen.scale.width;
+    return [Math.max(this.pen.left, this.#x(from)), Math.min(right, this.#x(to))];
   }
 
   cycle(lane: Lane, rows: Rows, i: number, selected: boolean): void {
@@ -59,11 +52,11 @@ export class TrackPainter {
     const { sign, fill, text: colour } = looks[found];
     const notes = rows.notes[i] ?? '';
     const position = rows.position[i] ?? '';
-    this.#box(lane, from, to, fill && this.colours.fill[fill], found === rowClass.failed, selected);
+    this.#box(lane, from, to, fill && this.pen.colours.fill[fill], found === rowClass.failed, selected);
     const number = rows.numbers[i] ?? row;
     const head = `${sign} #${number} ${status}`;
     const full = [position, notes].reduce((text, more) => (more === '' ? text : `${text}  ${more}`), head);
-    this.context.fillStyle = this.colours[colour];
+    this.pen.context.fillStyle = this.pen.colours[colour];
     this.#text(lane, from, to, [full, `${head}  ${position}`, head, `${sign} #${number}`, `#${number}`, sign]);
     this.#hit(lane, from, to, `cycle ${full.slice(sign.length).trim()}`, row);
   }
@@ -71,8 +64,9 @@ export class TrackPainter {
   part(lane: Lane, part: Part, row: number): void {
     const [from, to] = this.#bounds(part.from, part.to);
     if (to - from < 0.5) return;
-    this.#box(lane, from, to, part.wrong ? this.colours.fill.wrong : this.colours.fill[part.kind], part.wrong, false);
-    this.context.fillStyle = part.wrong ? this.colours.bad : this.colours.text;
+    const { context, colours } = this.pen;
+    this.#box(lane, from, to, colours.fill[part.wrong ? 'wrong' : part.kind], part.wrong, false);
+    context.fillStyle = part.wrong ? colours.bad : colours.text;
     const texts = part.wrong ? part.texts.flatMap((text) => [`✕ ${text}`, text]) : part.texts;
     this.#text(lane, from, to, texts);
     this.#hit(lane, from, to, partText(part), row);
@@ -82,21 +76,21 @@ export class TrackPainter {
   label(lane: Lane, from: bigint, to: bigint, texts: string[], row: number, bad = false): void {
     const [begin, end] = this.#bounds(from, to);
     if (end - begin < 0.5) return;
-    this.#box(lane, begin, end, bad ? this.colours.fill.warn : this.colours.fill.frame, false, false);
-    this.context.fillStyle = bad ? this.colours.warn : this.colours.text;
+    this.#box(lane, begin, end, bad ? this.pen.colours.fill.warn : this.pen.colours.fill.frame, false, false);
+    this.pen.context.fillStyle = bad ? this.pen.colours.warn : this.pen.colours.text;
     this.#text(lane, begin, end, texts);
     this.#hit(lane, begin, end, texts[0] ?? '', row);
   }
 
   /** Sampling points on SLO, and below them the bits. */
   samples(slo: Lane, lane: Lane, layout: CycleLayout, row: number): void {
-    const { context, colours } = this;
-    const clock = Number(layout.period) * this.scale.pixelsPerPs;
+    const { context, colours } = this.pen;
+    const clock = Number(layout.period) * this.pen.scale.pixelsPerPs;
     if (clock < 6) return;
     context.textBaseline = 'middle';
     for (const sample of layout.samples) {
       const x = this.#x(sample.at);
-      if (x < this.left || x > this.left + this.scale.width) continue;
+      if (x < this.pen.left || x > this.pen.left + this.pen.scale.width) continue;
       const bad = sample.wrong || sample.mends;
       context.fillStyle = sample.wrong ? colours.bad : sample.mends ? colours.warn : colours.slo;
       const level = sample.level ?? 0.5;
@@ -112,7 +106,7 @@ export class TrackPainter {
   }
 
   #bit(lane: Lane, x: number, clock: number, name: string, level: number | undefined, bad: boolean): void {
-    const { context, colours } = this;
+    const { context, colours } = this.pen;
     context.font = bad ? `bold ${numberFont}` : numberFont;
     const value = level === undefined ? '?' : String(level);
     const marked = bad ? `✕${value}` : value;
@@ -125,17 +119,17 @@ export class TrackPainter {
   /** Where a cycle fails, and why. */
   failure(at: bigint, text: string, row: number): void {
     const x = this.#x(at);
-    if (x >= this.left && x <= this.left + this.scale.width) this.#failures.push({ x, text, row });
+    if (x >= this.pen.left && x <= this.pen.left + this.pen.scale.width) this.#failures.push({ x, text, row });
   }
 
   /** Draws the failures; a text for which there is no room is left to the pointer. */
   failures(lane: Lane): void {
-    const { context } = this;
-    const right = this.left + this.scale.width;
-    context.fillStyle = this.colours.bad;
+    const { context } = this.pen;
+    const right = this.pen.left + this.pen.scale.width;
+    context.fillStyle = this.pen.colours.bad;
     context.font = font;
     context.textBaseline = 'middle';
-    let written = this.left;
+    let written = this.pen.left;
     this.#failures.forEach(({ x, text, row }, i) => {
       context.beginPath();
       context.moveTo(x, lane.top + 3);
@@ -158,7 +152,7 @@ export class TrackPainter {
   }
 
   #box(lane: Lane, from: number, to: number, fill: string | undefined, bad: boolean, selected: boolean): void {
-    const { context, colours } = this;
+    const { context, colours } = this.pen;
     const width = to - from > 3 ? to - from - 1 : to - from;
     if (fill !== undefined) {
       context.fillStyle = fill;
@@ -186,7 +180,7 @@ export class TrackPainter {
   }
 
   #text(lane: Lane, from: number, to: number, texts: readonly string[]): void {
-    const { context } = this;
+    const { context } = this.pen;
     context.font = font;
     context.textBaseline = 'middle';
     const text = fitting(context, texts, to - from - 7);

@@ -41,7 +41,7 @@ export class Overview {
     if (answer !== undefined) {
       this.onSummary(stripText(answer));
       this.#bars.put(this.surface, [answer, scale.from, scale.span, colours],
-        (layer) => drawOverview(layer, lane, answer, scale, colours));
+        (layer) => drawOverview({ context: layer, left: 0, scale, colours }, lane, answer));
     }
     const from = scale.x(range.from);
     const length = Math.max(3, scale.x(range.to) - from);

@@ -3,7 +3,7 @@ import { firstWhere } from '../core/first_where';
 import * as state from '../state';
 import { rowClass, type Rows } from '../plots/row_classes';
 import { accessText, extentIn } from './accesses';
-import { Surface } from './canvas';
+import { Surface, type Pen } from './canvas';
 import { drawCursors } from './cursors';
 import { cyclesText } from './describe';
 import { changeBeside, drawAxis, drawLine, drawNames, nearestChange } from './draw_lines';
@@ -86,19 +86,20 @@ export class WaveView {
     const lanes = lanesOf(height, (state.about.value?.accesses ?? 0) > 0);
     const { scale } = this;
     const range = state.range.value;
-    const far = scale !== undefined && range !== undefined && this.#drawAll(lanes, range, scale, colours);
+    const pen = scale && { context, left: gutter, scale, colours };
+    const far = pen !== undefined && range !== undefined && this.#drawAll(lanes, range, pen);
     const { about } = state;
     const names = new Map([
       ['MA', about.value?.maInverted === true ? 'MA inv.' : 'MA'],
       ['SLO', about.value?.sloInverted === true ? 'SLO inv.' : 'SLO'],
     ]);
-    drawNames(context, Object.values(lanes), far, names, gutter, height, colours);
-    if (scale !== undefined) drawCursors(context, state.cursors.value, gutter, height, scale, colours);
+    drawNames({ context, left: gutter, colours }, Object.values(lanes), far, names, height);
+    if (pen !== undefined) drawCursors(pen, state.cursors.value, height);
   }
 
   // Returns whether cycles are counted and not drawn one by one.
-  #drawAll(lanes: Lanes, range: state.Range, scale: TimeScale, colours: Palette): boolean {
-    const { context } = this.surface;
+  #drawAll(lanes: Lanes, range: state.Range, pen: Pen): boolean {
+    const { context, scale, colours } = pen;
     const bottom = lanes.flags.top + lanes.flags.height;
     const shown: Shown = {
       ...range,
@@ -119,13 +120,13 @@ export class WaveView {
       context.fillRect(selected.left, lanes.axis.height, selected.right - selected.left, bottom);
       context.globalAlpha = 1;
     }
-    drawAxis(context, lanes.axis, gutter, bottom, scale, colours);
+    drawAxis(pen, lanes.axis, bottom);
     const ma = lineTile(this.#ma);
     const slo = lineTile(this.#slo);
-    if (ma !== undefined) drawLine(context, lanes.ma, gutter, ma, scale, colours.ma);
-    if (slo !== undefined) drawLine(context, lanes.slo, gutter, slo, scale, colours.slo);
-    if (far) this.#drawFar(lanes, shown, scale, colours);
-    else if (rows !== undefined) this.#drawRows(lanes, rows, range, scale, colours);
+    if (ma !== undefined) drawLine(pen, lanes.ma, ma, colours.ma);
+    if (slo !== undefined) drawLine(pen, lanes.slo, slo, colours.slo);
+    if (far) this.#drawFar(lanes, shown, pen);
+    else if (rows !== undefined) this.#drawRows(lanes, rows, range, pen);
     return far;
   }
 
@@ -147,23 +148,21 @@ export class WaveView {
     return { left, right: Math.max(left, gutter + scale.x(rows.ends[i] ?? rows.end)) };
   }
 
-  #drawFar(lanes: Lanes, shown: Shown, scale: TimeScale, colours: Palette): void {
+  #drawFar(lanes: Lanes, shown: Shown, pen: Pen): void {
     this.#strip.want(shown);
     if (this.#strip.answer === undefined) return;
-    const { cycle: all, frame: failed, cdm: flagged, flags: notes } = lanes;
-    this.onSeen(drawStrips(this.surface.context, { all, failed, flagged, notes }, gutter, this.#strip.answer,
-      scale, colours));
+    this.onSeen(drawStrips(pen, lanes, this.#strip.answer));
   }
 
-  #drawRows(lanes: Lanes, rows: Rows, range: state.Range, scale: TimeScale, colours: Palette): void {
-    const painter = new TrackPainter(this.surface.context, gutter, scale, colours);
+  #drawRows(lanes: Lanes, rows: Rows, range: state.Range, pen: Pen): void {
+    const painter = new TrackPainter(pen);
     const [begin, end] = indicesIn(rows, range);
     const wanted: number[] = [];
     for (let i = begin; i < end; i += 1) {
       const row = rows.first + i;
       painter.cycle(lanes.cycle, rows, i, state.selectedRow.value === row);
       const length = Number((rows.ends[i] ?? rows.end) - (rows.times[i] ?? 0n));
-      const isWide = length * scale.pixelsPerPs >= partPixels;
+      const isWide = length * pen.scale.pixelsPerPs >= partPixels;
       if (isWide) wanted.push(row);
       const layout = isWide ? this.#cycles.get(row) : undefined;
       if (layout !== undefined) drawParts(lanes, layout, row, painter);
