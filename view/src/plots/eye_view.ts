@@ -105,7 +105,6 @@ export class EyeView {
   #drawAxis(eye: Eye, width: number, height: number, colours: Palette): void {
     const { context } = this.surface;
     context.font = numberFont;
-    context.textBaseline = 'middle';
     context.strokeStyle = colours.grid;
     context.fillStyle = colours.soft;
     for (let quarter = -4; quarter <= 4; quarter += 2) {

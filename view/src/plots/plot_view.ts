@@ -3,6 +3,7 @@ import type { ReadonlySignal } from '@preact/signals';
 import { firstWhere } from '../core/first_where';
 import * as state from '../state';
 import { fitting, Layer, numberFont, Surface, textWidth, verticalLine, type Pen } from '../wave/canvas';
+import { shownCursors } from '../wave/cursors';
 import type { Palette } from '../wave/palette';
 import { exactTimeText, TimeScale, timeMarks } from '../wave/scale';
 import { drawEnvelope } from './draw_envelope';
@@ -70,7 +71,7 @@ export class PlotView {
   }
 
   #draw(colours: Palette): void {
-    const { height } = this.surface;
+    const { context, height } = this.surface;
     const { scale } = this;
     const range = this.range.value;
     if (scale === undefined || range === undefined) return;
@@ -78,13 +79,13 @@ export class PlotView {
     const values = this.#values;
     const seen = values === undefined ? undefined : boundsOf(values, scale);
     this.#drawWindow(scale, range, height, colours);
-    this.#curve.put(this.surface, [values, range.from, range.to, colours], (context) => {
-      const pen = { context, left: gutter, scale, colours };
+    this.#curve.put(this.surface, [values, range.from, range.to, colours], (layer) => {
+      const pen = { context: layer, left: gutter, scale, colours };
       drawTimes(pen, height);
       if (values === undefined || seen === undefined) drawEmpty(pen, height);
       else this.#drawCurve(pen, values, padded(seen));
     });
-    this.#drawCursors(scale, height, colours);
+    this.#drawCursors({ context, left: gutter, scale, colours }, height);
     this.#say(seen, range);
   }
 
@@ -120,15 +121,10 @@ export class PlotView {
     context.globalAlpha = 1;
   }
 
-  #drawCursors(scale: TimeScale, height: number, colours: Palette): void {
-    const { context } = this.surface;
-    const { a, b } = state.cursors.value;
-    for (const [time, colour] of [[a, colours.cursorA], [b, colours.cursorB]] as const) {
-      if (time === undefined) continue;
-      const x = scale.x(time);
-      if (x < 0 || x > scale.width) continue;
-      context.strokeStyle = colour;
-      verticalLine(context, gutter + x, 0, height - foot);
+  #drawCursors(pen: Pen, height: number): void {
+    for (const { x, colour } of shownCursors(pen, state.cursors.value)) {
+      pen.context.strokeStyle = colour;
+      verticalLine(pen.context, x, 0, height - foot);
     }
   }
 }
@@ -142,7 +138,6 @@ function drawEmpty({ context, scale, colours }: Pen, height: number): void {
 function drawTimes({ context, scale, colours }: Pen, height: number): void {
   const { marks, base } = timeMarks(scale, 80);
   context.font = numberFont;
-  context.textBaseline = 'middle';
   context.strokeStyle = colours.grid;
   context.lineWidth = 1;
   context.fillStyle = colours.soft;
@@ -161,7 +156,6 @@ function drawTimes({ context, scale, colours }: Pen, height: number): void {
 function drawValues({ context, scale, colours }: Pen, bounds: Bounds, quantity: Quantity, height: number): void {
   const { values, text } = ticksOf(bounds.low, bounds.high, (height - foot) / 28, quantity);
   context.font = numberFont;
-  context.textBaseline = 'middle';
   for (const value of values) {
     const y = Math.round(yOf(value, bounds, height)) + 0.5;
     context.strokeStyle = colours.grid;

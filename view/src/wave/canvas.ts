@@ -67,6 +67,7 @@ export class Surface {
     this.width = clientWidth;
     this.height = clientHeight;
     this.context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    this.context.textBaseline = 'middle';
     this.change();
   }
 }
@@ -87,6 +88,7 @@ export class Layer {
       const own = this.#canvas.getContext('2d');
       if (own === null) return;
       own.scale(canvas.width / width, canvas.height / height);
+      own.textBaseline = 'middle';
       draw(own);
     }
     context.drawImage(this.#canvas, 0, 0, width, height);

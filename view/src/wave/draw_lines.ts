@@ -12,7 +12,6 @@ export function drawAxis({ context, left, scale, colours }: Pen, lane: Lane, bot
   const { marks, base } = timeMarks(scale, 110);
   const middle = lane.top + lane.height / 2;
   context.font = numberFont;
-  context.textBaseline = 'middle';
   context.strokeStyle = colours.grid;
   context.lineWidth = 1;
   for (const mark of marks) verticalLine(context, left + mark.x, lane.top + lane.height, bottom);
@@ -153,7 +152,6 @@ export function drawNames(
   context.fillRect(0, 0, left - 4, height);
   context.fillStyle = colours.text;
   context.font = `600 ${font}`;
-  context.textBaseline = 'middle';
   for (const lane of lanes) {
     const name = far ? lane.farName : lane.name;
     context.fillText(names.get(name) ?? name, 10, lane.top + lane.height / 2, left - 18);

@@ -47,7 +47,6 @@ export function drawStrips(pen: Pen, lanes: Lanes, strip: Strip): string {
   bars(pen, lanes.cdm, sums.flagged, highest, colours.warn);
   context.font = numberFont;
   context.fillStyle = colours.soft;
-  context.textBaseline = 'middle';
   const text = stripText(sums);
   const advice = `${text} in this picture. Zoom in for the fields.`;
   context.fillText(advice, left + 4, lanes.flags.top + lanes.flags.height / 2, scale.width - 8);

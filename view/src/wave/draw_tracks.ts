@@ -87,7 +87,6 @@ export class TrackPainter {
     const { context, colours } = this.pen;
     const clock = Number(layout.period) * this.pen.scale.pixelsPerPs;
     if (clock < 6) return;
-    context.textBaseline = 'middle';
     for (const sample of layout.samples) {
       const x = this.#x(sample.at);
       if (x < this.pen.left || x > this.pen.left + this.pen.scale.width) continue;
@@ -128,7 +127,6 @@ export class TrackPainter {
     const right = this.pen.left + this.pen.scale.width;
     context.fillStyle = this.pen.colours.bad;
     context.font = font;
-    context.textBaseline = 'middle';
     let written = this.pen.left;
     this.#failures.forEach(({ x, text, row }, i) => {
       context.beginPath();
@@ -182,7 +180,6 @@ export class TrackPainter {
   #text(lane: Lane, from: number, to: number, texts: readonly string[]): void {
     const { context } = this.pen;
     context.font = font;
-    context.textBaseline = 'middle';
     const text = fitting(context, texts, to - from - 7);
     if (text === undefined) return;
     const middle = (from + to) / 2 - textWidth(context, text) / 2;
