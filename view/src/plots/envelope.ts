@@ -41,7 +41,8 @@ function groupsOf(values: Float64Array, each: number): Float64Array[] {
     values.subarray(i * each, (i + 1) * each));
 }
 
-function extremes(values: Iterable<number>): Extremes {
+/** The lowest and the highest one; NaN without a number. */
+export function extremes(values: Iterable<number>): Extremes {
   let low = NaN;
   let high = NaN;
   for (const value of values) {

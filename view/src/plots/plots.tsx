@@ -6,11 +6,12 @@ import { defineKeys } from '../shell/keys';
 import { useAnswer } from '../shell/use_answer';
 import * as state from '../state';
 import * as actions from '../wave/actions';
+import { Surface } from '../wave/canvas';
 import { steadyEnd, steadyRows, Tile } from '../wave/tiles';
 import { Causes, pause } from './causes';
 import type { Envelope } from './envelope';
 import type { Eye } from './eye_of';
-import { EyeView, eyeText } from './eye_view';
+import { drawEye, eyeText } from './eye_view';
 import { columnPlots, type ColumnPlot } from './plot_list';
 import { listenToPlot } from './plot_input';
 import { PlotView, type PlotSpec, type Source } from './plot_view';
@@ -144,7 +145,7 @@ function EyeFigure() {
   const canvas = useRef<HTMLCanvasElement>(null);
   useEffect(() => {
     if (canvas.current === null) return undefined;
-    const { surface } = new EyeView(canvas.current, eye);
+    const surface: Surface = new Surface(canvas.current, (colours) => drawEye(surface, eye.value, colours), () => eye.value);
     return () => surface.close();
   }, []);
   const text = eyeText(eye.value);
