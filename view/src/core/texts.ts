@@ -15,7 +15,7 @@ export function objectsOf<T = Record<string, unknown>>(text: string): T[] {
 
 /** The cells of lines of CSV, the header first. A cell with a comma or a quote stands in quotes. */
 export function cellsOfCsv(text: string): string[][] {
-  return linesOf(text).map((line) => [...line.matchAll(/("(?:[^"]|"")*"|[^,]*)(?:,|$)/g)].slice(0, -1)
+  return linesOf(text).map((line) => [...`,${line}`.matchAll(/,("(?:[^"]|"")*"|[^,]*)/g)]
     .map(([, cell = '']) => (cell.startsWith('"') ? cell.slice(1, -1).replaceAll('""', '"') : cell)));
 }
 
