@@ -13,7 +13,6 @@ let files: NamedContent[] = [];
 let loaded: Promise<void> | undefined;
 // The first rows of a new capture choose what is shown.
 let rangeIsOpen = false;
-let session = 0;
 // What the command said when it opened the capture.
 let openMessages = '';
 
@@ -122,8 +121,7 @@ async function replaceGrown(file: NamedContent): Promise<void> {
   const { reading } = grown;
   setVerbFiles(files);
   batch(() => {
-    session = reading.generation;
-    state.generation.value = session;
+    state.generation.value = reading.generation;
     openMessages = grown.messages;
     state.messages.value = openMessages;
     if (state.file.value !== undefined) {
@@ -154,7 +152,6 @@ async function read(): Promise<void> {
     const opened = (await open('open'))!;
     endVerbs();
     batch(() => {
-      session = opened.generation;
       state.columns.value = opened.columns;
       state.rowCount.value = 0;
       state.about.value = undefined;
@@ -206,7 +203,7 @@ function fail(message: string): void {
 }
 
 function take(reading: ReadingMessage['reading']): void {
-  if (reading.generation !== session) return;
+  if (reading.generation !== state.generation.value) return;
   batch(() => {
     state.about.value = reading.about;
     state.columns.value = reading.columns;

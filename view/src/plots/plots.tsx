@@ -84,7 +84,7 @@ function ColumnFigure({ plot }: { plot: ColumnPlot }) {
     const tile = new Tile('analyse.envelope', `plots.${plot.column}`,
       ({ from, to, columns }) => ({ column: plot.column, from, to, points: columns }), change);
     return (range, width) => {
-      tile.want({ ...range, width, generation: state.generation.value, end: steadyEnd() });
+      tile.want({ ...range, width, end: steadyEnd() });
       return tile.answer;
     };
   };

@@ -30,12 +30,7 @@ export class Overview {
     const range = state.range.value;
     if (range === undefined) return;
     const { scale } = this;
-    this.#strip.want({
-      ...state.wholeRange.value,
-      width,
-      generation: state.generation.value,
-      end: steadyEnd(),
-    });
+    this.#strip.want({ ...state.wholeRange.value, width, end: steadyEnd() });
     const lane = { top: inset, height: height - 2 * inset, name: '', farName: '' };
     const { answer } = this.#strip;
     if (answer !== undefined) {

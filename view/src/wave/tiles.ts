@@ -19,7 +19,6 @@ interface Asked extends Range {
 export interface Shown extends Range {
   /** Width of the picture in pixels. */
   width: number;
-  generation: number;
   end: bigint;
 }
 
@@ -56,7 +55,7 @@ export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse
 
   /** Asks for what is shown, unless it is there. */
   want(shown: Shown): void {
-    if (this.asked?.generation !== shown.generation) this.drop();
+    if (this.asked?.generation !== state.generation.value) this.drop();
     if (!this.#isOld && (serves(this.asked, shown) || serves(this.#pending, shown))) return;
     this.#isOld = false;
     const span = shown.to - shown.from;
@@ -64,7 +63,7 @@ export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse
       from: shown.from - span,
       to: shown.to + span,
       columns: Math.max(3, Math.round(3 * shown.width)),
-      generation: shown.generation,
+      generation: state.generation.value,
       end: shown.end,
     };
     this.#pending = asked;
@@ -101,7 +100,7 @@ export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse
 
 // As fine as the picture, or nearly, and up to date where the capture has grown.
 function serves(asked: Asked | undefined, shown: Shown): boolean {
-  if (asked === undefined || asked.generation !== shown.generation) return false;
+  if (asked === undefined || asked.generation !== state.generation.value) return false;
   const stale = asked.end < shown.end && asked.end < asked.to && asked.end < shown.to;
   if (stale) return false;
   if (asked.from > shown.from || asked.to < shown.to) return false;
@@ -163,8 +162,9 @@ export class Cycles {
     return this.#kept.get(row);
   }
 
-  /** Asks for what is missing of these rows. `more`: what is not there now may come. */
-  want(rows: readonly number[], generation: number, more: boolean): void {
+  /** Asks for what is missing of these rows. */
+  want(rows: readonly number[]): void {
+    const generation = state.generation.value;
     if (generation !== this.#generation) {
       this.#kept.clear();
       this.#asked.clear();
@@ -172,11 +172,13 @@ export class Cycles {
     }
     for (const row of rows) {
       if (this.#asked.size >= mostAtOnce) return;
-      if (!this.#kept.has(row) && !this.#asked.has(row)) this.#ask(row, generation, more);
+      if (!this.#kept.has(row) && !this.#asked.has(row)) this.#ask(row, generation);
     }
   }
 
-  #ask(row: number, generation: number, more: boolean): void {
+  #ask(row: number, generation: number): void {
+    // What is not there now may come.
+    const more = state.progress.value.state === 'reading';
     this.#asked.add(row);
     core().ask('cycle', { row }).then(
       (cycle) => {

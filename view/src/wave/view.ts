@@ -101,12 +101,7 @@ export class WaveView {
   #drawAll(lanes: Lanes, range: state.Range, pen: Pen): boolean {
     const { context, scale, colours } = pen;
     const bottom = lanes.flags.top + lanes.flags.height;
-    const shown: Shown = {
-      ...range,
-      width: scale.width,
-      generation: state.generation.value,
-      end: state.endTime.value,
-    };
+    const shown: Shown = { ...range, width: scale.width, end: state.endTime.value };
     const accesses = state.about.value?.accesses ?? 0;
     if (accesses !== this.#accesses) this.#rows.renew();
     this.#accesses = accesses;
@@ -174,8 +169,7 @@ export class WaveView {
     const seen = rows.status.slice(begin, end)
       .map((status, i) => ({ number: rows.numbers[begin + i] ?? 0, status }));
     this.onSeen(cyclesText(seen));
-    const more = state.progress.value.state === 'reading';
-    if (!this.#isClosed) this.#cycles.want(wanted, state.generation.value, more);
+    if (!this.#isClosed) this.#cycles.want(wanted);
     this.hits = painter.hits;
   }
 
