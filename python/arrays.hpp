@@ -46,8 +46,8 @@ class EdgeQueue {
   Picoseconds end_time() const { return end_; }
   Picoseconds sample_period() const { return period_; }
 
-  /// The capture, which this must outlive. Where no edges are left, next_block() and the pieces of
-  /// pairs() are empty; that is the end only where the caller says so.
+  /// The capture, which this must outlive. If no edges are left, next_block() and the pieces of pairs()
+  /// are empty; the caller decides whether that is the end.
   std::unique_ptr<capture::EdgeSource> source();
 
  private:

@@ -20,7 +20,7 @@ export function numbersOf(values: BigUint64Array | BigInt64Array | Float64Array)
   return numbers;
 }
 
-/** The values of a column as numbers, NaN where a cell is empty, and what they stand for. */
+/** The values of a column as numbers, NaN for an empty cell, and the texts that they are indices of. */
 export function cellsOf(session: Session, column: string, from: number, to: number) {
   const { present, values, texts } = session.column(column, from, to);
   const numbers = numbersOf(values);
@@ -34,8 +34,8 @@ export function timesOf(session: Session, from: number, to: number): BigInt64Arr
 }
 
 /**
- * What `blocksIn` gives for each whole block, once for each session: it is called for the blocks that
- * have come since, with their first row and the row after their last one.
+ * Keeps a result for each whole block of a session. `blocksIn` makes the results of the blocks that have
+ * been read since the last call, from their first row to before `end`.
  */
 export function keptByBlock<T>(blocksIn: (session: Session, first: number, end: number) => T[]) {
   const kept = new WeakMap<Session, T[]>();

@@ -22,28 +22,29 @@ let shownFor = '';
 // What the accesses of a capture show, as a file of the core.
 const dumpName = 'registers_seen.hex';
 
-// `show` is CSV and has the fields; `table` has the words, in its summary.
-function sheetOf(of: string, key: string, show: RunResult, table: RunResult, check: RunResult): Sheet {
-  return { of, key, fields: cellsOfCsv(decoded(show.out)), words: show.status === 0 ? table.err : show.err, check: `${decoded(check.out)}${check.err}` };
+// Reads the data sheet in a dump: the fields from CSV, the words from the summary of the table. Of the
+// registers of a capture it is shown only if there is one and no other capture has been opened.
+async function readSheet(of: string, key: string, dump: string, run: (args: string[]) => Promise<RunResult>): Promise<void> {
+  const show = await run(['eds', 'show', dump, '--to', 'csv']);
+  const table = await run(['eds', 'show', dump]);
+  const check = await run(['eds', 'check', dump]);
+  if (key !== '' && (shownFor !== key || show.status >= 2)) return;
+  sheet.value = {
+    of, key, fields: cellsOfCsv(decoded(show.out)),
+    words: show.status === 0 ? table.err : show.err,
+    check: `${decoded(check.out)}${check.err}`,
+  };
 }
 
 async function showFile(file: File): Promise<void> {
   const given = { name: `dump_${file.name.replace(/[/\0]/g, '_')}`, content: file };
-  const show = await runOnFile(given, ['eds', 'show', given.name, '--to', 'csv']);
-  const table = await runOnFile(given, ['eds', 'show', given.name]);
-  const check = await runOnFile(given, ['eds', 'check', given.name]);
-  sheet.value = sheetOf(file.name, '', show, table, check);
+  await readSheet(file.name, '', given.name, (args) => runOnFile(given, args));
 }
 
 async function showCapture(key: string): Promise<void> {
   shownFor = key;
   const dump = await runVerb(verbArguments(['registers'], ['--dump', dumpName]));
-  if (dump.status !== 0) return;
-  const show = await runVerb(['eds', 'show', dumpName, '--to', 'csv']);
-  const table = await runVerb(['eds', 'show', dumpName]);
-  const check = await runVerb(['eds', 'check', dumpName]);
-  if (shownFor !== key || show.status >= 2) return;
-  sheet.value = sheetOf('the registers of the capture', key, show, table, check);
+  if (dump.status === 0) await readSheet('the registers of the capture', key, dumpName, runVerb);
 }
 
 export function EdsPanel() {

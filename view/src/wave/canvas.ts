@@ -95,7 +95,7 @@ export class Layer {
   }
 }
 
-/** What a picture against time is drawn with. */
+/** Tools to draw a picture against time. */
 export interface Pen {
   context: CanvasRenderingContext2D;
   /** Where the scale begins. */
