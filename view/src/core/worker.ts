@@ -69,10 +69,7 @@ const handlers: Handlers<Commands & Questions> = {
     behind = undefined;
     return { ...opened, reading };
   },
-  endBehind() {
-    behind?.close();
-    behind = undefined;
-  },
+  endBehind,
   close() {
     closeAll();
     reader = undefined;
@@ -103,9 +100,13 @@ function openSession({ args, anyLines, isWhole }: Commands['open']['ask']) {
   return { session: report === undefined ? session : new PartSession(session, report, isWhole), messages };
 }
 
-function closeAll(): void {
+function endBehind(): void {
   behind?.close();
   behind = undefined;
+}
+
+function closeAll(): void {
+  endBehind();
   reader?.close();
 }
 

@@ -26,7 +26,7 @@ export function CyclePanel() {
   );
 }
 
-function hex(value: number): string {
+function hex(value: number | bigint): string {
   return `0x${value.toString(16).toUpperCase()}`;
 }
 
@@ -62,13 +62,9 @@ function fieldsOf(bits: readonly CycleBit[]): Field[] {
   return fields;
 }
 
-function valueOf(bits: string): string {
-  if (!/^[01]+$/.test(bits)) return '–';
-  return BigInt(`0b${bits}`).toString();
-}
-
-function hexOf(bits: string): string {
-  return /^[01]+$/.test(bits) && bits.length > 1 ? `0x${BigInt(`0b${bits}`).toString(16).toUpperCase()}` : '';
+// The number that bits make; undefined if one was not received.
+function valueOf(bits: string): bigint | undefined {
+  return /^[01]+$/.test(bits) ? BigInt(`0b${bits}`) : undefined;
 }
 
 function Fields({ bits }: { bits: readonly CycleBit[] }) {
@@ -79,14 +75,17 @@ function Fields({ bits }: { bits: readonly CycleBit[] }) {
       <caption class="sr">Fields as received</caption>
       <thead><tr><th>field</th><th class="number">received</th><th class="number">hex</th><th>bits</th></tr></thead>
       <tbody>
-        {fields.map((field, i) => (
-          <tr key={i}>
-            <th scope="row">{field.name}</th>
-            <td class="number">{valueOf(field.bits)}</td>
-            <td class="number">{hexOf(field.bits)}</td>
-            <td class="mono bits">{field.bits}</td>
-          </tr>
-        ))}
+        {fields.map(({ name, bits: received }, i) => {
+          const value = valueOf(received);
+          return (
+            <tr key={i}>
+              <th scope="row">{name}</th>
+              <td class="number">{value?.toString() ?? '–'}</td>
+              <td class="number">{value === undefined || received.length === 1 ? '' : hex(value)}</td>
+              <td class="mono bits">{received}</td>
+            </tr>
+          );
+        })}
       </tbody>
     </table>
   );
