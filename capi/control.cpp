@@ -16,8 +16,6 @@
 #include "capi/device.hpp"
 
 struct biss_control {
-  static constexpr auto kind = biss::capi::HandleKind::control;
-
   explicit biss_control(const biss::ControlOptions& options) : session(options) {}
 
   bool done() const { return session.done() && !querying; }
@@ -77,8 +75,7 @@ static_assert(BISS_CDS_MISSING == static_cast<int>(CdsBit::missing));
 
 // Whether an access can begin; then nothing is read yet.
 biss_status begin(biss_control* control) {
-  if (control == nullptr) return BISS_NULL_ARGUMENT;
-  if (!is_open(control)) return BISS_BAD_HANDLE;
+  if (const auto wrong = check_call(control); wrong != BISS_OK) return wrong;
   if (!control->done()) return BISS_RUNNING;
   control->read_count = 0;
   control->queried = false;
@@ -137,10 +134,9 @@ biss_status biss_control_open(const biss_control_setup* setup, biss_control** co
   const biss_control_setup chosen = setup == nullptr ? biss_control_defaults() : *setup;
   constexpr std::uint32_t most = std::numeric_limits<std::uint8_t>::max();
   if (!biss::capi::is_duration(chosen.busy_max_ps) || chosen.retries > most) return BISS_BAD_SETUP;
-  *control = biss::capi::make_handle<biss_control>(
-      biss::ControlOptions{.busy_max = biss::picoseconds(chosen.busy_max_ps),
-                           .retries = static_cast<std::uint8_t>(chosen.retries)});
-  return *control == nullptr ? BISS_NO_MEMORY : BISS_OK;
+  return biss::capi::open_handle(
+      *control, biss::ControlOptions{.busy_max = biss::picoseconds(chosen.busy_max_ps),
+                                     .retries = static_cast<std::uint8_t>(chosen.retries)});
 }
 
 void biss_control_close(biss_control* control) { biss::capi::destroy_handle(control); }
@@ -188,8 +184,7 @@ biss_status biss_control_broadcast(biss_control* control, biss_command command) 
 }
 
 biss_status biss_control_cancel(biss_control* control) {
-  if (control == nullptr) return BISS_NULL_ARGUMENT;
-  if (!biss::capi::is_open(control)) return BISS_BAD_HANDLE;
+  if (const auto wrong = biss::capi::check_call(control); wrong != BISS_OK) return wrong;
   control->session.cancel();
   while (control->querying && control->session.done()) {
     control->advance();
@@ -199,8 +194,7 @@ biss_status biss_control_cancel(biss_control* control) {
 }
 
 biss_status biss_control_step(biss_control* control, int64_t now_ps, biss_cds cds, bool* cdm) {
-  if (control == nullptr || cdm == nullptr) return BISS_NULL_ARGUMENT;
-  if (!biss::capi::is_open(control)) return BISS_BAD_HANDLE;
+  if (const auto wrong = biss::capi::check_call(control, cdm); wrong != BISS_OK) return wrong;
   if (cds < BISS_CDS_ZERO || cds > BISS_CDS_MISSING) return BISS_BAD_SETUP;
   if (const auto wrong = control->clock.check(now_ps); wrong != BISS_OK) return wrong;
   control->clock.set(now_ps);
@@ -213,8 +207,7 @@ bool biss_control_done(const biss_control* control) {
 }
 
 biss_status biss_control_outcome_of(const biss_control* control, biss_control_outcome* outcome) {
-  if (control == nullptr || outcome == nullptr) return BISS_NULL_ARGUMENT;
-  if (!biss::capi::is_open(control)) return BISS_BAD_HANDLE;
+  if (const auto wrong = biss::capi::check_call(control, outcome); wrong != BISS_OK) return wrong;
   const biss::ControlOutcome& from = control->session.outcome();
   *outcome = {.error = biss::capi::error_of(*control),
               .bytes_done = from.bytes_done,
@@ -228,8 +221,8 @@ biss_status biss_control_outcome_of(const biss_control* control, biss_control_ou
 
 biss_status biss_control_bytes(const biss_control* control, uint8_t* bytes, size_t room,
                                size_t* count) {
-  if (control == nullptr || bytes == nullptr || count == nullptr) return BISS_NULL_ARGUMENT;
-  if (!biss::capi::is_open(control)) return BISS_BAD_HANDLE;
+  if (const auto wrong = biss::capi::check_call(control, bytes, count); wrong != BISS_OK)
+    return wrong;
   *count = std::min<std::size_t>(control->read_count, control->session.outcome().bytes_done);
   if (*count > room) return BISS_NO_ROOM;
   std::copy_n(control->bytes.begin(), *count, bytes);
@@ -247,8 +240,7 @@ biss_status biss_control_query(biss_control* control, uint32_t id) {
 }
 
 biss_status biss_control_device(const biss_control* control, biss_device* device) {
-  if (control == nullptr || device == nullptr) return BISS_NULL_ARGUMENT;
-  if (!biss::capi::is_open(control)) return BISS_BAD_HANDLE;
+  if (const auto wrong = biss::capi::check_call(control, device); wrong != BISS_OK) return wrong;
   if (!control->done()) return BISS_RUNNING;
   if (!control->queried) return BISS_NO_READING;
   *device = biss::capi::device_of(control->query);

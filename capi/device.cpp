@@ -55,11 +55,10 @@ DeviceTiming from_c(const biss_timing& timing) {
 }
 
 bool is_possible(const biss_timing& timing) {
-  for (const std::int64_t duration :
-       {timing.start_min_ps, timing.ack_max_ps, timing.timeout_ps, timing.internal_delay_max_ps,
-        timing.cycle_min_ps, timing.sampling_min_ps, timing.sampling_typical_ps,
-        timing.sampling_max_ps}) {
-    if (!is_duration(duration)) return false;
+  if (!are_durations({timing.start_min_ps, timing.ack_max_ps, timing.timeout_ps,
+                      timing.internal_delay_max_ps, timing.cycle_min_ps, timing.sampling_min_ps,
+                      timing.sampling_typical_ps, timing.sampling_max_ps})) {
+    return false;
   }
   const std::uint32_t release = timing.release_half_periods;
   if (release != 0 && (release < biss_release_half_periods_min || release > UINT8_MAX)) {
@@ -88,6 +87,11 @@ bool override_timing(const biss_timing* timing, Device& device) {
 
 biss_channel as_c(const Channel& channel) {
   return {channel.position, channel.life_counter, channel.nE, channel.nW};
+}
+
+std::uint32_t put_channels(const Frame& frame, biss_channel* channels) {
+  for (const Channel& channel : frame.channels()) *channels++ = as_c(channel);
+  return frame.channel_count;
 }
 
 // One for each cause, in the order of FrameError.

@@ -1,7 +1,10 @@
 // What the handles of the C interface need: texts and numbers of C as the core's types.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <initializer_list>
+#include <limits>
 #include <optional>
 
 #include "biss/configure/named_device.hpp"
@@ -26,8 +29,20 @@ constexpr bool is_time(std::int64_t count) {
   return count >= -BISS_TIME_MAX && count <= BISS_TIME_MAX;
 }
 
-/// \pre the frame has room in a biss_frame
+constexpr bool are_durations(std::initializer_list<std::int64_t> counts) {
+  return std::all_of(counts.begin(), counts.end(), is_duration);
+}
+/// Whether each number has a place in an `Integer`.
+template <class Integer>
+constexpr bool all_fit(std::initializer_list<std::uint32_t> numbers) {
+  return std::all_of(numbers.begin(), numbers.end(), [](std::uint32_t number) {
+    return number <= std::numeric_limits<Integer>::max();
+  });
+}
+
 biss_channel as_c(const Channel& channel);
+/// The channels of a frame. \return their number \pre there is room for max_channels
+std::uint32_t put_channels(const Frame& frame, biss_channel* channels);
 /// 0: ok.
 biss_cause cause_of(const FrameFault& fault);
 

@@ -3,14 +3,12 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <string_view>
 
 #include "biss/eds/check.hpp"
 #include "biss/eds/device.hpp"
 #include "biss/eds/profile.hpp"
-#include "biss/frame/format_text.hpp"
 #include "capi/biss_c_control.h"
-#include "capi/device.hpp"
+#include "capi/frame.hpp"
 
 namespace biss::capi {
 namespace {
@@ -37,15 +35,6 @@ struct Parts {
   std::array<EdsBank, max_channels> channels{};
   EdsImage image;
 };
-
-biss_status put_text(const FrameFormat& format, char* text, std::size_t room) {
-  const FormatText whole = format_text(format);
-  const std::string_view view = whole.view();
-  if (room <= view.size()) return BISS_NO_ROOM;
-  std::copy(view.begin(), view.end(), text);
-  text[view.size()] = '\0';
-  return BISS_OK;
-}
 
 }  // namespace
 }  // namespace biss::capi

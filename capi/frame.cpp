@@ -48,14 +48,6 @@ bool is_possible(const biss_bounds& bounds) {
          bounds.late_max_clocks <= widest.lead_max_clocks;
 }
 
-FrameBounds from_c(const biss_bounds& bounds) {
-  return {.lead_min_clocks = static_cast<std::uint16_t>(bounds.lead_min_clocks),
-          .lead_max_clocks = static_cast<std::uint16_t>(bounds.lead_max_clocks),
-          .ack_min_clocks = static_cast<std::uint16_t>(bounds.ack_min_clocks),
-          .ack_max_clocks = static_cast<std::uint16_t>(bounds.ack_max_clocks),
-          .late_max_clocks = static_cast<std::uint16_t>(bounds.late_max_clocks)};
-}
-
 // \pre count and clocks are in range
 Frame from_c(const biss_frame& frame) {
   Frame result;
@@ -88,9 +80,27 @@ biss_status status_of(EncodeError error) {
 
 }  // namespace
 
+FrameBounds bounds_from_c(const biss_bounds& bounds) {
+  return {.lead_min_clocks = static_cast<std::uint16_t>(bounds.lead_min_clocks),
+          .lead_max_clocks = static_cast<std::uint16_t>(bounds.lead_max_clocks),
+          .ack_min_clocks = static_cast<std::uint16_t>(bounds.ack_min_clocks),
+          .ack_max_clocks = static_cast<std::uint16_t>(bounds.ack_max_clocks),
+          .late_max_clocks = static_cast<std::uint16_t>(bounds.late_max_clocks)};
+}
+
 biss_bounds as_c(const FrameBounds& bounds) {
   return {bounds.lead_min_clocks, bounds.lead_max_clocks, bounds.ack_min_clocks,
           bounds.ack_max_clocks, bounds.late_max_clocks};
+}
+
+biss_status put_text(const FrameFormat& format, char* text, std::size_t room, std::size_t* length) {
+  const FormatText whole = format_text(format);
+  const std::string_view view = whole.view();
+  if (length != nullptr) *length = view.size();
+  if (room <= view.size()) return BISS_NO_ROOM;
+  std::copy(view.begin(), view.end(), text);
+  text[view.size()] = '\0';
+  return BISS_OK;
 }
 
 biss_frame as_c(const Result<Frame, FrameFault>& from) {
@@ -100,10 +110,7 @@ biss_frame as_c(const Result<Frame, FrameFault>& from) {
     frame.cause_channel = from.error().channel;
     return frame;
   }
-  frame.channel_count = from->channel_count;
-  for (std::size_t k = 0; k < from->channel_count; ++k) {
-    frame.channels[k] = as_c(from->channel_list[k]);
-  }
+  frame.channel_count = put_channels(*from, frame.channels);
   frame.cds = from->cds;
   frame.stop_seen = from->stop_seen;
   frame.lead_clocks = from->lead_clocks;
@@ -121,15 +128,13 @@ biss_status biss_format_open(const char* text, biss_format** format) {
   if (text == nullptr) return BISS_NULL_ARGUMENT;
   const auto device = biss::capi::find_device(text);
   if (!device) return BISS_BAD_FORMAT;
-  *format = biss::capi::make_handle<biss_format>(*device);
-  return *format == nullptr ? BISS_NO_MEMORY : BISS_OK;
+  return biss::capi::open_handle(*format, *device);
 }
 
 void biss_format_close(biss_format* format) { biss::capi::destroy_handle(format); }
 
 biss_status biss_format_channel(const biss_format* format, size_t index, biss_channel_format* out) {
-  if (format == nullptr || out == nullptr) return BISS_NULL_ARGUMENT;
-  if (!biss::capi::is_open(format)) return BISS_BAD_HANDLE;
+  if (const auto wrong = biss::capi::check_call(format, out); wrong != BISS_OK) return wrong;
   const biss::FrameFormat& whole = format->codec.format();
   if (index >= whole.channel_count) return BISS_CHANNEL_COUNT;
   const biss::ChannelFormat& channel = whole.channel_list[index];
@@ -144,23 +149,15 @@ biss_status biss_format_channel(const biss_format* format, size_t index, biss_ch
 }
 
 biss_status biss_format_size_of(const biss_format* format, biss_format_size* size) {
-  if (format == nullptr || size == nullptr) return BISS_NULL_ARGUMENT;
-  if (!biss::capi::is_open(format)) return BISS_BAD_HANDLE;
+  if (const auto wrong = biss::capi::check_call(format, size); wrong != BISS_OK) return wrong;
   const biss::FrameFormat& whole = format->codec.format();
   *size = {whole.channel_count, whole.payload_bits(), whole.cds0};
   return BISS_OK;
 }
 
 biss_status biss_format_text(const biss_format* format, char* text, size_t room, size_t* length) {
-  if (format == nullptr || text == nullptr) return BISS_NULL_ARGUMENT;
-  if (!biss::capi::is_open(format)) return BISS_BAD_HANDLE;
-  const biss::FormatText whole = biss::format_text(format->codec.format());
-  const std::string_view view = whole.view();
-  if (length != nullptr) *length = view.size();
-  if (room <= view.size()) return BISS_NO_ROOM;
-  std::copy(view.begin(), view.end(), text);
-  text[view.size()] = '\0';
-  return BISS_OK;
+  if (const auto wrong = biss::capi::check_call(format, text); wrong != BISS_OK) return wrong;
+  return biss::capi::put_text(format->codec.format(), text, room, length);
 }
 
 bool biss_frame_trusted(const biss_frame* frame) {
@@ -176,14 +173,12 @@ biss_bounds biss_bounds_defaults(void) { return biss::capi::as_c(biss::FrameBoun
 biss_status biss_frame_decode(const biss_format* format, const uint8_t* bytes, size_t byte_count,
                               size_t first_bit, size_t bit_count, const biss_bounds* bounds,
                               biss_frame* frame) {
-  if (format == nullptr || frame == nullptr || (bytes == nullptr && byte_count != 0)) {
-    return BISS_NULL_ARGUMENT;
-  }
-  if (!biss::capi::is_open(format)) return BISS_BAD_HANDLE;
+  const auto wrong = biss::capi::check_call(format, frame, biss::capi::given(bytes, byte_count));
+  if (wrong != BISS_OK) return wrong;
   if (bounds != nullptr && !biss::capi::is_possible(*bounds)) return BISS_BAD_SETUP;
   if (format->codec.format().needs_previous()) return BISS_BAD_FORMAT;
   const biss::FrameBounds within =
-      bounds == nullptr ? biss::FrameBounds{} : biss::capi::from_c(*bounds);
+      bounds == nullptr ? biss::FrameBounds{} : biss::capi::bounds_from_c(*bounds);
   const biss::BitView bits(std::span(bytes, byte_count), first_bit, bit_count);
   *frame = biss::capi::as_c(biss::decode_frame(bits, format->codec, within));
   if (frame->cause != BISS_CAUSE_OK) return BISS_OK;
@@ -195,8 +190,7 @@ biss_status biss_frame_decode(const biss_format* format, const uint8_t* bytes, s
 }
 
 biss_status biss_frame_defaults(const biss_format* format, biss_frame* frame) {
-  if (format == nullptr || frame == nullptr) return BISS_NULL_ARGUMENT;
-  if (!biss::capi::is_open(format)) return BISS_BAD_HANDLE;
+  if (const auto wrong = biss::capi::check_call(format, frame); wrong != BISS_OK) return wrong;
   *frame = {};
   frame->channel_count = format->codec.format().channel_count;
   for (biss_channel& channel : frame->channels) channel.nE = channel.nW = true;
@@ -206,11 +200,9 @@ biss_status biss_frame_defaults(const biss_format* format, biss_frame* frame) {
 
 biss_status biss_frame_encode(const biss_format* format, const biss_frame* frame, uint8_t* bytes,
                               size_t byte_count, size_t* bit_count) {
-  if (format == nullptr || frame == nullptr || bit_count == nullptr ||
-      (bytes == nullptr && byte_count != 0)) {
-    return BISS_NULL_ARGUMENT;
-  }
-  if (!biss::capi::is_open(format)) return BISS_BAD_HANDLE;
+  const auto wrong =
+      biss::capi::check_call(format, frame, bit_count, biss::capi::given(bytes, byte_count));
+  if (wrong != BISS_OK) return wrong;
   if (frame->channel_count != format->codec.format().channel_count) return BISS_CHANNEL_COUNT;
   constexpr biss::FrameBounds widest;
   if (frame->lead_clocks > widest.lead_max_clocks || frame->ack_clocks > widest.ack_max_clocks) {

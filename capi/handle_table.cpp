@@ -62,7 +62,7 @@ bool add_handle(HandleAddress address, HandleKind kind) {
 void remove_handle(HandleAddress address) {
   Place* place = address == 0 ? nullptr : place_of(address);
   if (place == nullptr) return;
-  place->kind.store(HandleKind::none, std::memory_order_relaxed);
+  place->kind.store(nullptr, std::memory_order_relaxed);
   place->handle.store(0, std::memory_order_release);
 }
 

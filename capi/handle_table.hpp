@@ -1,25 +1,22 @@
 // The handles that are open, by address: a closed or foreign one is found without reading from it.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <new>
 
+#include "capi/biss_c.h"
+
 namespace biss::capi {
 
-enum class HandleKind : std::uint8_t {
-  none,
-  slave,
-  master,
-  format,
-  spi,
-  control,
-  eds,
-  safety,
-  line,
-  simulation,
-  vcd,
-};
+/// The type of a handle, as the address of a variable of its own; null: none.
+using HandleKind = const void*;
+
+template <class Handle>
+inline constexpr char kind_variable{};
+template <class Handle>
+constexpr HandleKind kind_of = &kind_variable<Handle>;
 
 /// A handle is only compared, never read: its address is enough.
 using HandleAddress = std::uintptr_t;
@@ -38,11 +35,10 @@ bool is_open(HandleAddress address, HandleKind kind);
 
 template <class Handle>
 bool is_open(const Handle* handle) {
-  return is_open(address_of(handle), Handle::kind);
+  return is_open(address_of(handle), kind_of<Handle>);
 }
 
-/// On the C heap, so that C programs link without the C++ library. Null: no memory. Each type of
-/// handle has a `kind`.
+/// On the C heap, so that C programs link without the C++ library. Null: no memory.
 template <class Handle, class... Arguments>
 Handle* make_handle(const Arguments&... arguments) {
   struct Memory {
@@ -52,12 +48,32 @@ Handle* make_handle(const Arguments&... arguments) {
   Memory memory{std::malloc(sizeof(Handle))};
   if (memory.at == nullptr) return nullptr;
   auto* handle = new (memory.at) Handle(arguments...);
-  if (!add_handle(address_of(handle), Handle::kind)) {
+  if (!add_handle(address_of(handle), kind_of<Handle>)) {
     handle->~Handle();
     return nullptr;
   }
   memory.at = nullptr;
   return handle;
+}
+
+/// make_handle() as the last step of a function that opens one.
+template <class Handle, class... Arguments>
+biss_status open_handle(Handle*& handle, const Arguments&... arguments) {
+  handle = make_handle<Handle>(arguments...);
+  return handle == nullptr ? BISS_NO_MEMORY : BISS_OK;
+}
+
+/// Why a function cannot use this handle: a pointer that it needs is null, or the handle is not open.
+template <class Handle, class... Pointers>
+biss_status check_call(const Handle* handle, const Pointers*... needed) {
+  if (handle == nullptr || (... || (needed == nullptr))) return BISS_NULL_ARGUMENT;
+  return is_open(handle) ? BISS_OK : BISS_BAD_HANDLE;
+}
+
+/// For check_call(): null only where there are bytes.
+inline const void* given(const std::uint8_t* bytes, std::size_t count) {
+  static constexpr char none{};
+  return count == 0 ? &none : static_cast<const void*>(bytes);
 }
 
 /// Nothing where it is not open.

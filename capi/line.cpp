@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <exception>
 #include <iterator>
-#include <limits>
 #include <new>
 #include <optional>
 #include <string_view>
@@ -89,11 +88,10 @@ std::optional<sim::MotionKind> find_motion(const char* name) {
 }
 
 bool is_possible(const biss_line_setup& setup) {
-  for (const std::int64_t duration :
-       {setup.interval_ps, setup.ma_delay_ps, setup.slo_delay_ps, setup.internal_delay_ps,
-        setup.ma_filter_ps, setup.ma_jitter_ps, setup.slo_jitter_ps, setup.ready_min_ps,
-        setup.ready_max_ps}) {
-    if (!is_duration(duration)) return false;
+  if (!are_durations({setup.interval_ps, setup.ma_delay_ps, setup.slo_delay_ps,
+                      setup.internal_delay_ps, setup.ma_filter_ps, setup.ma_jitter_ps,
+                      setup.slo_jitter_ps, setup.ready_min_ps, setup.ready_max_ps})) {
+    return false;
   }
   const std::int64_t delay =
       setup.ma_delay_ps + setup.slo_delay_ps + setup.internal_delay_ps + setup.ma_filter_ps;
@@ -103,7 +101,7 @@ bool is_possible(const biss_line_setup& setup) {
          setup.slo_jitter_ps <= setup.slo_delay_ps + setup.internal_delay_ps &&
          setup.ready_min_ps <= setup.ready_max_ps && setup.counter_first <= 1 &&
          setup.counter_start >= setup.counter_first && setup.counter_start <= 63 &&
-         setup.register_busy_frames <= std::numeric_limits<std::uint16_t>::max() &&
+         all_fit<std::uint16_t>({setup.register_busy_frames}) &&
          !(setup.foreign_encoder && (setup.registers || setup.position != nullptr)) &&
          find_motion(setup.motion);
 }
@@ -175,8 +173,6 @@ unsigned position_bits_of(const FrameFormat& format) {
 }  // namespace biss::capi
 
 struct biss_line {
-  static constexpr auto kind = biss::capi::HandleKind::line;
-
   biss_line(const biss::sim::FarEndSetup& setup, const biss_line_setup& from)
       : far(setup),
         position(from.position),
@@ -221,10 +217,10 @@ struct biss_line {
 namespace biss::capi {
 namespace {
 
-biss_status usable(const biss_line* line) {
-  if (line == nullptr) return BISS_NULL_ARGUMENT;
-  if (!is_open(line)) return BISS_BAD_HANDLE;
-  return line->stepping ? BISS_REENTERED : BISS_OK;
+template <class... Pointers>
+biss_status usable(const biss_line* line, const Pointers*... needed) {
+  const biss_status wrong = check_call(line, needed...);
+  return wrong == BISS_OK && line->stepping ? BISS_REENTERED : wrong;
 }
 
 void put(biss::sim::EncoderRegisters& registers, std::uint32_t bank, std::uint32_t address,
@@ -246,10 +242,7 @@ biss_line_request request_of(const sim::FarEndCycle& cycle) {
   request.sampled = cycle.sampled.has_value();
   request.sampled_ps = cycle.sampled.value_or(Picoseconds{}).count;
   for (biss_channel& channel : request.channels) channel.nE = channel.nW = true;
-  request.channel_count = cycle.sent.channel_count;
-  for (std::size_t k = 0; k < cycle.sent.channel_count; ++k) {
-    request.channels[k] = biss::capi::as_c(cycle.sent.channel_list[k]);
-  }
+  request.channel_count = put_channels(cycle.sent, request.channels);
   request.faults = cycle.faults;
   request.place_count = static_cast<std::uint32_t>(cycle.injected.size());
   const std::size_t shown = std::min(cycle.injected.size(), std::size(request.places));
@@ -309,8 +302,7 @@ size_t biss_line_fault_at(const biss_line_setup* setup) {
 
 biss_status biss_line_step(biss_line* line, int64_t now_ps, bool ma, bool encoder_slo,
                            biss_line_output* out) {
-  if (out == nullptr) return BISS_NULL_ARGUMENT;
-  if (const auto wrong = biss::capi::usable(line); wrong != BISS_OK) return wrong;
+  if (const auto wrong = biss::capi::usable(line, out); wrong != BISS_OK) return wrong;
   if (const auto wrong = line->clock.check(now_ps); wrong != BISS_OK) return wrong;
   if (line->broken) return BISS_NO_MEMORY;
   line->clock.set(now_ps);
@@ -333,8 +325,7 @@ biss_status biss_line_set_flags(biss_line* line, bool nE, bool nW) {
 }
 
 biss_status biss_line_request_of(const biss_line* line, biss_line_request* request) {
-  if (request == nullptr) return BISS_NULL_ARGUMENT;
-  if (const auto wrong = biss::capi::usable(line); wrong != BISS_OK) return wrong;
+  if (const auto wrong = biss::capi::usable(line, request); wrong != BISS_OK) return wrong;
   const biss::sim::FarEndCycle* cycle = line->far.cycle();
   if (cycle == nullptr) return BISS_NO_READING;
   *request = biss::capi::request_of(*cycle);
@@ -354,8 +345,7 @@ biss_status biss_line_put_register(biss_line* line, uint32_t bank, uint32_t addr
 }
 
 biss_status biss_line_register(biss_line* line, uint32_t bank, uint32_t address, uint8_t* value) {
-  if (value == nullptr) return BISS_NULL_ARGUMENT;
-  if (const auto wrong = biss::capi::usable(line); wrong != BISS_OK) return wrong;
+  if (const auto wrong = biss::capi::usable(line, value); wrong != BISS_OK) return wrong;
   if (!line->has_registers) return BISS_NO_REGISTER;
   auto& registers = line->far.registers();
   const std::uint8_t* found = line->register_at(registers, bank, address);

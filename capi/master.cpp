@@ -1,7 +1,6 @@
 // biss_master: a handle of the core's RequestCycle.
 #include <algorithm>
 #include <cstdint>
-#include <limits>
 
 #include "biss/frame/codec.hpp"
 #include "biss/master/request.hpp"
@@ -18,16 +17,12 @@ using Request = RequestCycle<FrameCodec<>>;
 constexpr std::int64_t period_min_ps = 32;
 
 bool is_possible(const biss_master_setup& setup) {
-  for (const std::int64_t duration :
-       {setup.period_ps, setup.low_time_ps, setup.sample_step_ps, setup.line_delay_max_ps,
-        setup.reset_time_ps, setup.idle_min_ps}) {
-    if (!is_duration(duration)) return false;
-  }
   const std::int64_t half = setup.period_ps / 2;
-  return setup.period_ps >= period_min_ps && setup.low_time_ps < setup.period_ps &&
+  return are_durations({setup.period_ps, setup.low_time_ps, setup.sample_step_ps,
+                        setup.line_delay_max_ps, setup.reset_time_ps, setup.idle_min_ps}) &&
+         setup.period_ps >= period_min_ps && setup.low_time_ps < setup.period_ps &&
          setup.sample_shift_ps >= -half && setup.sample_shift_ps <= half && setup.slaves >= 1 &&
-         setup.slaves <= max_channels &&
-         setup.extra_clocks <= std::numeric_limits<std::uint16_t>::max();
+         setup.slaves <= max_channels && all_fit<std::uint16_t>({setup.extra_clocks});
 }
 
 MasterSetup from_c(const Device& device, const biss_master_setup& setup) {
@@ -56,10 +51,7 @@ biss_status status_of(Refusal refusal) {
 biss_reading reading_of(const Request::Reading& from) {
   biss_reading reading{};
   if (from.frame.ok()) {
-    reading.channel_count = from.frame->channel_count;
-    for (std::size_t k = 0; k < reading.channel_count; ++k) {
-      reading.channels[k] = as_c(from.frame->channel_list[k]);
-    }
+    reading.channel_count = put_channels(*from.frame, reading.channels);
     reading.cds = from.frame->cds;
   } else {
     reading.cause = cause_of(from.frame.error());
@@ -80,8 +72,6 @@ biss_reading reading_of(const Request::Reading& from) {
 }  // namespace biss::capi
 
 struct biss_master {
-  static constexpr auto kind = biss::capi::HandleKind::master;
-
   biss_master(const biss::Device& device, const biss_master_setup& setup)
       : request(biss::FrameCodec<>(device.format), biss::capi::from_c(device, setup)),
         control(setup.control) {}
@@ -132,14 +122,12 @@ biss_status biss_master_open(const biss_master_setup* setup, biss_master** maste
                                       .unchecked = setup->unchecked});
   if (refused != BISS_OK) return refused;
   if (setup->control != nullptr && !biss::capi::is_control(setup->control)) return BISS_BAD_HANDLE;
-  *master = biss::capi::make_handle<biss_master>(*device, *setup);
-  return *master == nullptr ? BISS_NO_MEMORY : BISS_OK;
+  return biss::capi::open_handle(*master, *device, *setup);
 }
 
 biss_status biss_master_begin(biss_master* master, int64_t now_ps, bool slo, bool cdm,
                               biss_output* out) {
-  if (master == nullptr || out == nullptr) return BISS_NULL_ARGUMENT;
-  if (!biss::capi::is_open(master)) return BISS_BAD_HANDLE;
+  if (const auto wrong = biss::capi::check_call(master, out); wrong != BISS_OK) return wrong;
   if (const biss_status wrong = master->clock.check(now_ps); wrong != BISS_OK) return wrong;
   if (!master->request.done()) return BISS_RUNNING;
   master->clock.set(now_ps);
@@ -152,8 +140,7 @@ biss_status biss_master_begin(biss_master* master, int64_t now_ps, bool slo, boo
 }
 
 biss_status biss_master_step(biss_master* master, int64_t now_ps, bool slo, biss_output* out) {
-  if (master == nullptr || out == nullptr) return BISS_NULL_ARGUMENT;
-  if (!biss::capi::is_open(master)) return BISS_BAD_HANDLE;
+  if (const auto wrong = biss::capi::check_call(master, out); wrong != BISS_OK) return wrong;
   if (const biss_status wrong = master->clock.check(now_ps); wrong != BISS_OK) return wrong;
   master->clock.set(now_ps);
   const biss::StepOutput output = master->request.step(biss::picoseconds(now_ps), slo);
@@ -167,8 +154,7 @@ bool biss_master_done(const biss_master* master) {
 }
 
 biss_status biss_master_reading(const biss_master* master, biss_reading* reading) {
-  if (master == nullptr || reading == nullptr) return BISS_NULL_ARGUMENT;
-  if (!biss::capi::is_open(master)) return BISS_BAD_HANDLE;
+  if (const auto wrong = biss::capi::check_call(master, reading); wrong != BISS_OK) return wrong;
   if (!master->request.done()) return BISS_RUNNING;
   if (!master->has_reading) return BISS_NO_READING;
   *reading = biss::capi::reading_of(master->request.reading());

@@ -3,8 +3,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <initializer_list>
-#include <limits>
 #include <optional>
 #include <span>
 
@@ -27,12 +25,6 @@ static_assert(index_of(SafetyVerdict::watchdog) == BISS_VERDICT_WATCHDOG);
 static_assert(index_of(SafetyVerdict::comparison) == BISS_VERDICT_COMPARISON);
 static_assert(BISS_COUNT_LEARNED == static_cast<int>(CounterMode::learned));
 static_assert(BISS_ANY_COUNTER == any_first_value);
-
-std::optional<FrameFormat> format_of(const char* text) {
-  const auto device = find_device(text);
-  if (!device) return std::nullopt;
-  return device->format;
-}
 
 biss_safety_setup as_setup(const char* format, const SafetySetup& from) {
   return {.format = format,
@@ -66,18 +58,14 @@ biss_safety_setup as_setup(const char* format, const SafetySetup& from) {
 
 // check_safety() judges the values; here only that each fits its field.
 bool is_possible(const biss_safety_setup& setup) {
-  constexpr std::uint32_t most = std::numeric_limits<std::uint8_t>::max();
-  for (const std::uint32_t number :
-       {setup.cpw, setup.spw, setup.start_frames, setup.compare_bits, setup.tolerance_lsb,
-        setup.near_frames, setup.learn_rollovers, setup.counter_first, setup.still_requests,
-        setup.budget_faults}) {
-    if (number > most) return false;
-  }
-  constexpr std::uint32_t clocks = std::numeric_limits<std::uint16_t>::max();
-  for (const std::uint32_t number :
-       {setup.bounds.lead_min_clocks, setup.bounds.lead_max_clocks, setup.bounds.ack_min_clocks,
-        setup.bounds.ack_max_clocks, setup.bounds.late_max_clocks}) {
-    if (number > clocks) return false;
+  const biss_bounds& bounds = setup.bounds;
+  if (!all_fit<std::uint8_t>({setup.cpw, setup.spw, setup.start_frames, setup.compare_bits,
+                              setup.tolerance_lsb, setup.near_frames, setup.learn_rollovers,
+                              setup.counter_first, setup.still_requests, setup.budget_faults}) ||
+      !all_fit<std::uint16_t>({bounds.lead_min_clocks, bounds.lead_max_clocks,
+                               bounds.ack_min_clocks, bounds.ack_max_clocks,
+                               bounds.late_max_clocks})) {
+    return false;
   }
   return setup.counter >= BISS_COUNT_1_63 && setup.counter <= BISS_COUNT_LEARNED;
 }
@@ -101,11 +89,7 @@ SafetySetup from_c(const biss_safety_setup& from) {
   setup.clocks = {picoseconds(from.clock_tolerance_ps), byte(from.still_requests),
                   picoseconds(from.bit_period_ps)};
   setup.budget = {byte(from.budget_faults), picoseconds(from.budget_window_ps)};
-  setup.bounds = {.lead_min_clocks = static_cast<std::uint16_t>(from.bounds.lead_min_clocks),
-                  .lead_max_clocks = static_cast<std::uint16_t>(from.bounds.lead_max_clocks),
-                  .ack_min_clocks = static_cast<std::uint16_t>(from.bounds.ack_min_clocks),
-                  .ack_max_clocks = static_cast<std::uint16_t>(from.bounds.ack_max_clocks),
-                  .late_max_clocks = static_cast<std::uint16_t>(from.bounds.late_max_clocks)};
+  setup.bounds = bounds_from_c(from.bounds);
   setup.residual_max_e15 = from.residual_max_e15;
   setup.rating = {from.rating_words, from.rating_residual_e24, from.rating_check};
   return setup;
@@ -120,10 +104,10 @@ struct Wanted {
 
 Wanted read_setup(const biss_safety_setup* setup) {
   if (setup == nullptr || setup->format == nullptr) return {.status = BISS_NULL_ARGUMENT};
-  const auto format = format_of(setup->format);
-  if (!format) return {.status = BISS_BAD_FORMAT};
+  const auto device = find_device(setup->format);
+  if (!device) return {.status = BISS_BAD_FORMAT};
   if (!is_possible(*setup)) return {.status = BISS_BAD_SETUP};
-  Wanted wanted{.format = *format, .setup = from_c(*setup)};
+  Wanted wanted{.format = device->format, .setup = from_c(*setup)};
   wanted.mistake = setup->unrated ? check_safety(wanted.format, UnratedSafetySetup(wanted.setup))
                                   : check_safety(wanted.format, wanted.setup);
   return wanted;
@@ -170,24 +154,11 @@ Plan plan_of(const Wanted& wanted, bool unrated) {
 }  // namespace biss::capi
 
 struct biss_safety {
-  static constexpr auto kind = biss::capi::HandleKind::safety;
-
   biss_safety(const biss::capi::Wanted& wanted, bool unrated)
       : monitor(biss::capi::plan_of(wanted, unrated)) {}
 
   biss::capi::Monitor monitor;
 };
-
-namespace biss::capi {
-namespace {
-
-biss_status usable(const biss_safety* safety) {
-  if (safety == nullptr) return BISS_NULL_ARGUMENT;
-  return is_open(safety) ? BISS_OK : BISS_BAD_HANDLE;
-}
-
-}  // namespace
-}  // namespace biss::capi
 
 extern "C" {
 
@@ -213,8 +184,7 @@ biss_status biss_safety_open(const biss_safety_setup* setup, biss_safety** safet
   const auto wanted = biss::capi::read_setup(setup);
   if (wanted.status != BISS_OK) return wanted.status;
   if (wanted.mistake) return BISS_BAD_SAFETY;
-  *safety = biss::capi::make_handle<biss_safety>(wanted, setup->unrated);
-  return *safety == nullptr ? BISS_NO_MEMORY : BISS_OK;
+  return biss::capi::open_handle(*safety, wanted, setup->unrated);
 }
 
 void biss_safety_close(biss_safety* safety) { biss::capi::destroy_handle(safety); }
@@ -223,7 +193,7 @@ biss_status biss_safety_self_test(biss_safety* safety, const biss_safety_setup* 
                                   bool* passed) {
   if (passed == nullptr) return BISS_NULL_ARGUMENT;
   *passed = false;
-  if (const auto wrong = biss::capi::usable(safety); wrong != BISS_OK) return wrong;
+  if (const auto wrong = biss::capi::check_call(safety); wrong != BISS_OK) return wrong;
   const auto wanted = biss::capi::read_setup(expected);
   if (wanted.status != BISS_OK) return wanted.status;
   if (wanted.mistake) return BISS_BAD_SAFETY;
@@ -241,10 +211,9 @@ const char* biss_verdict_name(biss_verdict verdict) {
 biss_status biss_safety_step(biss_safety* safety, const biss_safety_time* time,
                              const uint8_t* bytes, size_t byte_count, size_t first_bit,
                              size_t bit_count, biss_judgement* judgement) {
-  if (time == nullptr || judgement == nullptr || (bytes == nullptr && byte_count != 0)) {
-    return BISS_NULL_ARGUMENT;
-  }
-  if (const auto wrong = biss::capi::usable(safety); wrong != BISS_OK) return wrong;
+  const auto wrong =
+      biss::capi::check_call(safety, time, judgement, biss::capi::given(bytes, byte_count));
+  if (wrong != BISS_OK) return wrong;
   const biss::BitView bits(std::span(bytes, byte_count), first_bit, bit_count);
   *judgement = biss::capi::as_judgement(safety->monitor,
                                         safety->monitor.step(biss::capi::from_c(*time), bits));
@@ -253,8 +222,8 @@ biss_status biss_safety_step(biss_safety* safety, const biss_safety_time* time,
 
 biss_status biss_safety_watch(biss_safety* safety, const biss_safety_time* time,
                               biss_judgement* judgement) {
-  if (time == nullptr || judgement == nullptr) return BISS_NULL_ARGUMENT;
-  if (const auto wrong = biss::capi::usable(safety); wrong != BISS_OK) return wrong;
+  if (const auto wrong = biss::capi::check_call(safety, time, judgement); wrong != BISS_OK)
+    return wrong;
   *judgement =
       biss::capi::as_judgement(safety->monitor, safety->monitor.watch(biss::capi::from_c(*time)));
   return BISS_OK;
@@ -262,8 +231,8 @@ biss_status biss_safety_watch(biss_safety* safety, const biss_safety_time* time,
 
 biss_status biss_safety_deadline(const biss_safety* safety, bool* is_expected,
                                  int64_t* deadline_ps) {
-  if (is_expected == nullptr || deadline_ps == nullptr) return BISS_NULL_ARGUMENT;
-  if (const auto wrong = biss::capi::usable(safety); wrong != BISS_OK) return wrong;
+  if (const auto wrong = biss::capi::check_call(safety, is_expected, deadline_ps); wrong != BISS_OK)
+    return wrong;
   const auto deadline = safety->monitor.deadline();
   *is_expected = deadline.has_value();
   *deadline_ps = deadline ? deadline->count : BISS_NEVER;
@@ -271,21 +240,20 @@ biss_status biss_safety_deadline(const biss_safety* safety, bool* is_expected,
 }
 
 biss_status biss_safety_expect(biss_safety* safety, uint64_t low, uint64_t high) {
-  if (const auto wrong = biss::capi::usable(safety); wrong != BISS_OK) return wrong;
+  if (const auto wrong = biss::capi::check_call(safety); wrong != BISS_OK) return wrong;
   safety->monitor.expect_position(low, high);
   return BISS_OK;
 }
 
 biss_status biss_safety_acknowledge(biss_safety* safety, biss_verdict cause) {
-  if (const auto wrong = biss::capi::usable(safety); wrong != BISS_OK) return wrong;
+  if (const auto wrong = biss::capi::check_call(safety); wrong != BISS_OK) return wrong;
   if (cause < BISS_VERDICT_SAFE || cause >= BISS_VERDICT_INVALID) return BISS_NO_READING;
   const auto verdict = biss::verdict_of(static_cast<std::size_t>(cause));
   return safety->monitor.acknowledge(verdict) ? BISS_OK : BISS_NO_READING;
 }
 
 biss_status biss_safety_cause(const biss_safety* safety, biss_verdict* cause) {
-  if (cause == nullptr) return BISS_NULL_ARGUMENT;
-  if (const auto wrong = biss::capi::usable(safety); wrong != BISS_OK) return wrong;
+  if (const auto wrong = biss::capi::check_call(safety, cause); wrong != BISS_OK) return wrong;
   const biss::SafetyState state = safety->monitor.state();
   if (state != biss::SafetyState::latched && state != biss::SafetyState::failed) {
     return BISS_NO_READING;
@@ -295,7 +263,7 @@ biss_status biss_safety_cause(const biss_safety* safety, biss_verdict* cause) {
 }
 
 biss_status biss_safety_encoder_restarted(biss_safety* safety) {
-  if (const auto wrong = biss::capi::usable(safety); wrong != BISS_OK) return wrong;
+  if (const auto wrong = biss::capi::check_call(safety); wrong != BISS_OK) return wrong;
   safety->monitor.encoder_restarted();
   return BISS_OK;
 }

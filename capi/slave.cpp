@@ -134,8 +134,6 @@ SlaveTiming timing_of(const Device& device, const biss_slave_setup& setup) {
 }  // namespace biss::capi
 
 struct biss_slave {
-  static constexpr auto kind = biss::capi::HandleKind::slave;
-
   biss_slave(const biss::Device& device, const biss_slave_setup& setup)
       : slave(biss::FrameCodec<>(device.format), biss::capi::timing_of(device, setup),
               biss::capi::CallbackSource(setup, device.format)) {}
@@ -165,14 +163,12 @@ biss_status biss_slave_open(const biss_slave_setup* setup, biss_slave** slave) {
   if (!biss::capi::is_duration(setup->ready_ps)) return BISS_BAD_SETUP;
   const auto wrong = biss::capi::check_registers(*setup, device->format);
   if (wrong != BISS_OK) return wrong;
-  *slave = biss::capi::make_handle<biss_slave>(*device, *setup);
-  return *slave == nullptr ? BISS_NO_MEMORY : BISS_OK;
+  return biss::capi::open_handle(*slave, *device, *setup);
 }
 
 biss_status biss_slave_step(biss_slave* slave, int64_t now_ps, bool ma, bool sli,
                             biss_output* out) {
-  if (slave == nullptr || out == nullptr) return BISS_NULL_ARGUMENT;
-  if (!biss::capi::is_open(slave)) return BISS_BAD_HANDLE;
+  if (const auto wrong = biss::capi::check_call(slave, out); wrong != BISS_OK) return wrong;
   if (slave->stepping) return BISS_REENTERED;
   if (const biss_status wrong = slave->clock.check(now_ps); wrong != BISS_OK) return wrong;
   slave->clock.set(now_ps);

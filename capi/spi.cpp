@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <span>
 
 #include "biss/master/spi_read.hpp"
@@ -15,10 +14,10 @@ namespace {
 constexpr std::int64_t spi_period_min_ps = 32;
 
 bool is_possible(const biss_spi_setup& setup) {
-  return is_duration(setup.period_ps) && setup.period_ps >= spi_period_min_ps &&
-         is_duration(setup.line_delay_min_ps) && is_duration(setup.line_delay_max_ps) &&
+  return are_durations({setup.period_ps, setup.line_delay_min_ps, setup.line_delay_max_ps}) &&
+         setup.period_ps >= spi_period_min_ps &&
          setup.line_delay_min_ps <= setup.line_delay_max_ps &&
-         setup.first_bit <= std::numeric_limits<std::uint16_t>::max();
+         all_fit<std::uint16_t>({setup.first_bit});
 }
 
 SpiSetup from_c(const biss_spi_setup& setup) {
@@ -56,8 +55,6 @@ biss_status check_spi(const Device& device, const SpiSetup& setup) {
 }  // namespace biss::capi
 
 struct biss_spi {
-  static constexpr auto kind = biss::capi::HandleKind::spi;
-
   biss_spi(const biss::FrameCodec<>& codec, const biss::SpiSetup& chosen,
            const biss::DeviceTiming& timing)
       : setup(chosen), reader(codec, chosen, timing) {}
@@ -87,35 +84,29 @@ biss_status biss_spi_open(const biss_spi_setup* setup, biss_spi** spi) {
   const biss::SpiSetup chosen = biss::capi::from_c(*setup);
   const biss_status refused = biss::capi::check_spi(device, chosen);
   if (refused != BISS_OK) return refused;
-  *spi = biss::capi::make_handle<biss_spi>(setup->format->codec, chosen, device.timing);
-  return *spi == nullptr ? BISS_NO_MEMORY : BISS_OK;
+  return biss::capi::open_handle(*spi, setup->format->codec, chosen, device.timing);
 }
 
 void biss_spi_close(biss_spi* spi) { biss::capi::destroy_handle(spi); }
 
 biss_status biss_spi_size_of(const biss_spi* spi, biss_spi_size* size) {
-  if (spi == nullptr || size == nullptr) return BISS_NULL_ARGUMENT;
-  if (!biss::capi::is_open(spi)) return BISS_BAD_HANDLE;
+  if (const auto wrong = biss::capi::check_call(spi, size); wrong != BISS_OK) return wrong;
   *size = {spi->reader.clocks(), spi->reader.bytes(), biss::capi::as_c(spi->reader.bounds())};
   return BISS_OK;
 }
 
 biss_status biss_spi_read(const biss_spi* spi, const uint8_t* bytes, size_t byte_count,
                           size_t clocks, biss_frame* frame) {
-  if (spi == nullptr || frame == nullptr || (bytes == nullptr && byte_count != 0)) {
-    return BISS_NULL_ARGUMENT;
-  }
-  if (!biss::capi::is_open(spi)) return BISS_BAD_HANDLE;
+  const auto wrong = biss::capi::check_call(spi, frame, biss::capi::given(bytes, byte_count));
+  if (wrong != BISS_OK) return wrong;
   *frame = biss::capi::as_c(spi->reader.read(std::span(bytes, byte_count), clocks));
   return BISS_OK;
 }
 
 biss_status biss_spi_line_delay(const biss_spi* spi, const biss_frame* frame, int64_t* min_ps,
                                 int64_t* max_ps) {
-  if (spi == nullptr || frame == nullptr || min_ps == nullptr || max_ps == nullptr) {
-    return BISS_NULL_ARGUMENT;
-  }
-  if (!biss::capi::is_open(spi)) return BISS_BAD_HANDLE;
+  if (const auto wrong = biss::capi::check_call(spi, frame, min_ps, max_ps); wrong != BISS_OK)
+    return wrong;
   if (frame->cause != BISS_CAUSE_OK) return BISS_NO_READING;
   const biss::FrameBounds& bounds = spi->reader.bounds();
   if (frame->lead_clocks < bounds.lead_min_clocks || frame->lead_clocks > bounds.lead_max_clocks) {

@@ -12,8 +12,6 @@
 #include "capi/device.hpp"
 
 struct biss_vcd {
-  static constexpr auto kind = biss::capi::HandleKind::vcd;
-
   biss_vcd(std::FILE* to, std::size_t signals) : file(to), count(signals) { levels.fill(true); }
 
   std::FILE* file;
@@ -96,8 +94,7 @@ biss_status biss_vcd_open(const char* path, const char* const* names, size_t cou
 }
 
 biss_status biss_vcd_put(biss_vcd* vcd, int64_t time_ps, size_t signal, bool level) {
-  if (vcd == nullptr) return BISS_NULL_ARGUMENT;
-  if (!biss::capi::is_open(vcd)) return BISS_BAD_HANDLE;
+  if (const auto wrong = biss::capi::check_call(vcd); wrong != BISS_OK) return wrong;
   if (signal >= vcd->count) return BISS_BAD_SETUP;
   if (time_ps < 0 || time_ps > BISS_TIME_MAX) return BISS_TIME_RANGE;
   if (time_ps < vcd->last) return BISS_TIME_BACKWARDS;

@@ -182,42 +182,45 @@ class PushedPiece final : public PairPiece {
 
 class PushedPairs final : public PairSource {
  public:
-  PushedPairs(PushedEdges& source, wire::LineIndex ma, wire::LineIndex slo)
-      : source_(source), ma_(ma), slo_(slo) {}
+  PushedPairs(EdgeQueue& queue, wire::LineIndex ma, wire::LineIndex slo)
+      : queue_(queue), ma_(ma), slo_(slo) {}
 
   std::unique_ptr<PairPiece> fetch(std::unique_ptr<PairPiece> used) override {
-    if (source_.empty()) return nullptr;
+    if (queue_.empty()) return nullptr;
     if (!used) used = std::make_unique<PushedPiece>(ma_, slo_);
-    static_cast<PushedPiece&>(*used).edges = source_.take();
+    static_cast<PushedPiece&>(*used).edges = queue_.take();
     return used;
   }
   // No level is unknown.
   bool settle(PairPiece& /*piece*/, const OnEdges& /*on_edges*/) override { return true; }
-  Picoseconds end_time() const override { return source_.end_time(); }
+  Picoseconds end_time() const override { return queue_.end_time(); }
   const std::optional<CaptureError>& error() const override { return error_; }
 
  private:
-  PushedEdges& source_;
+  EdgeQueue& queue_;
   wire::LineIndex ma_;
   wire::LineIndex slo_;
   std::optional<CaptureError> error_;
 };
 
-class Borrowed final : public capture::EdgeSource {
+class PushedSource final : public capture::EdgeSource {
  public:
-  explicit Borrowed(PushedEdges& source) : source_(source) {}
-  const std::vector<std::string>& lines() const override { return source_.lines(); }
+  explicit PushedSource(EdgeQueue& queue) : queue_(queue) {}
+
+  const std::vector<std::string>& lines() const override { return line_names(); }
   Result<std::span<const wire::Edge>, CaptureError> next_block() override {
-    return source_.next_block();
+    delivered_ = queue_.take();
+    return std::span<const wire::Edge>(delivered_);
   }
-  Picoseconds end_time() const override { return source_.end_time(); }
-  Picoseconds sample_period() const override { return source_.sample_period(); }
+  Picoseconds end_time() const override { return queue_.end_time(); }
+  Picoseconds sample_period() const override { return queue_.sample_period(); }
   std::unique_ptr<PairSource> pairs(wire::LineIndex ma, wire::LineIndex slo) override {
-    return source_.pairs(ma, slo);
+    return std::make_unique<PushedPairs>(queue_, ma, slo);
   }
 
  private:
-  PushedEdges& source_;
+  EdgeQueue& queue_;
+  std::vector<wire::Edge> delivered_;
 };
 
 }  // namespace
@@ -227,33 +230,20 @@ capture::Opened open_arrays(const EdgeArrays& arrays) {
   return std::make_unique<ArraySource>(arrays);
 }
 
-void PushedEdges::push(Picoseconds time, bool ma, bool slo) {
+void EdgeQueue::push(Picoseconds time, bool ma, bool slo) {
   put(time, slo_line, slo, slo_);
   put(time, ma_line, ma, ma_);
   end_ = begun_ ? std::max(end_, time) : time;
   begun_ = true;
 }
 
-void PushedEdges::put(Picoseconds time, wire::LineIndex line, bool high, Level& last) {
+void EdgeQueue::put(Picoseconds time, wire::LineIndex line, bool high, Level& last) {
   const Level level = level_of(high);
-  if (std::exchange(last, level) != level) queued_.push_back({time, line, level});
+  if (std::exchange(last, level) != level) edges_.push_back({time, line, level});
 }
 
-std::vector<wire::Edge> PushedEdges::take() { return std::exchange(queued_, {}); }
-
-const std::vector<std::string>& PushedEdges::lines() const { return line_names(); }
-
-Result<std::span<const wire::Edge>, CaptureError> PushedEdges::next_block() {
-  delivered_ = take();
-  return std::span<const wire::Edge>(delivered_);
-}
-
-std::unique_ptr<PairSource> PushedEdges::pairs(wire::LineIndex ma, wire::LineIndex slo) {
-  return std::make_unique<PushedPairs>(*this, ma, slo);
-}
-
-std::unique_ptr<capture::EdgeSource> borrowed(PushedEdges& source) {
-  return std::make_unique<Borrowed>(source);
+std::unique_ptr<capture::EdgeSource> EdgeQueue::source() {
+  return std::make_unique<PushedSource>(*this);
 }
 
 }  // namespace biss::python

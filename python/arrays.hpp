@@ -7,6 +7,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "capture/edge_source.hpp"
@@ -31,38 +32,33 @@ struct EdgeArrays {
 /// Fails with `empty`; reading fails with `time_backwards`.
 capture::Opened open_arrays(const EdgeArrays& arrays);
 
-/// A capture whose edges come in while it is read. Where none are left, next_block() and the pieces of
-/// pairs() are empty; that is the end only where the caller says so.
-class PushedEdges final : public capture::EdgeSource {
+/// The edges of a capture that come in while it is read.
+class EdgeQueue {
  public:
   /// The levels of both lines from this time on. \pre time is not before the last one
   void push(Picoseconds time, bool ma, bool slo);
   void set_period(Picoseconds period) { period_ = period; }
   void set_end(Picoseconds end) { end_ = std::max(end_, end); }
-  bool empty() const { return queued_.empty(); }
-  std::span<const wire::Edge> queued() const { return queued_; }
+  bool empty() const { return edges_.empty(); }
+  std::size_t size() const { return edges_.size(); }
   /// What was queued goes to the reader.
-  std::vector<wire::Edge> take();
+  std::vector<wire::Edge> take() { return std::exchange(edges_, {}); }
+  Picoseconds end_time() const { return end_; }
+  Picoseconds sample_period() const { return period_; }
 
-  const std::vector<std::string>& lines() const override;
-  Result<std::span<const wire::Edge>, capture::CaptureError> next_block() override;
-  Picoseconds end_time() const override { return end_; }
-  Picoseconds sample_period() const override { return period_; }
-  std::unique_ptr<capture::PairSource> pairs(wire::LineIndex ma, wire::LineIndex slo) override;
+  /// The capture, which this must outlive. If no edges are left, next_block() and the pieces of pairs()
+  /// are empty; the caller decides whether that is the end.
+  std::unique_ptr<capture::EdgeSource> source();
 
  private:
   void put(Picoseconds time, wire::LineIndex line, bool high, wire::Level& last);
 
-  std::vector<wire::Edge> queued_;
-  std::vector<wire::Edge> delivered_;
+  std::vector<wire::Edge> edges_;
   wire::Level ma_ = wire::Level::unknown;
   wire::Level slo_ = wire::Level::unknown;
   bool begun_ = false;
   Picoseconds end_{};
   Picoseconds period_{};
 };
-
-/// Hands on everything to `source`, which must outlive it: for readers that own their source.
-std::unique_ptr<capture::EdgeSource> borrowed(PushedEdges& source);
 
 }  // namespace biss::python

@@ -26,22 +26,14 @@ using ChannelValues = std::tuple<std::uint64_t, std::uint32_t, bool, bool>;
 
 constexpr std::size_t most_frame_bytes = 65'536;
 
-std::string_view encode_text(EncodeError error) {
-  switch (error) {
-    case EncodeError::channel_count:
-      return "the format has another number of channels";
-    case EncodeError::position_too_large:
-      return "position: does not fit its channel";
-    case EncodeError::life_counter_too_large:
-      return "life_counter: does not fit its channel";
-    case EncodeError::ack_range:
-      return "ack_clocks: from 1 to 400";
-    case EncodeError::lead_range:
-      return "lead_clocks: from 0 to 402";
-    case EncodeError::needs_previous:
-      return "the CRC is that of the frame before (:previous)";
-  }
-  return "";
+// In the order of EncodeError.
+constexpr auto encode_texts = std::to_array<const char*>(
+    {"the format has another number of channels", "position: does not fit its channel",
+     "life_counter: does not fit its channel", "ack_clocks: from 1 to 400",
+     "lead_clocks: from 0 to 402", "the CRC is that of the frame before (:previous)"});
+
+UsageError usage_error(EncodeError error) {
+  return UsageError(encode_texts[static_cast<std::size_t>(error)]);
 }
 
 std::span<const std::uint8_t> bytes_of(const py::bytes& bytes) {
@@ -64,11 +56,6 @@ py::tuple tuple_of(const Result& result) {
                         result->ack_clocks);
 }
 
-py::object field_of(bool present, const std::string& name) {
-  if (!present) return py::none();
-  return py::str(name);
-}
-
 class FormatObject {
  public:
   FormatObject(const biss::Device& device) : device_(device), codec_(device.format) {}
@@ -87,9 +74,11 @@ class FormatObject {
       about["multiturn_bits"] = channel.multiturn.bits;
       about["singleturn_bits"] = channel.singleturn.bits;
       about["life_counter_bits"] = channel.life_counter.bits;
-      about["error"] = field_of(channel.error.present, channel.error.active_high ? "E" : "nE");
-      about["warning"] =
-          field_of(channel.warning.present, channel.warning.active_high ? "W" : "nW");
+      const char* const error = channel.error.active_high ? "E" : "nE";
+      const char* const warning = channel.warning.active_high ? "W" : "nW";
+      // Null is None.
+      about["error"] = channel.error.present ? error : nullptr;
+      about["warning"] = channel.warning.present ? warning : nullptr;
       about["crc_bits"] = channel.crc.width_bits;
       about["polynomial"] = channel.crc.polynomial;
       channels.append(about);
@@ -108,7 +97,7 @@ class FormatObject {
     frame.lead_clocks = lead_clocks;
     frame.ack_clocks = ack_clocks;
     const auto bits = encode_frame(frame, codec_);
-    if (!bits.ok()) throw UsageError(std::string(encode_text(bits.error())));
+    if (!bits.ok()) throw usage_error(bits.error());
     const BitView view = bits->view();
     std::string bytes;
     for (std::size_t at = 0; at < view.size_bits(); at += 8) {
@@ -120,9 +109,7 @@ class FormatObject {
 
   py::tuple decode(const py::bytes& buffer, std::size_t first_bit,
                    std::optional<std::size_t> bits) const {
-    if (device_.format.needs_previous()) {
-      throw UsageError(std::string(encode_text(EncodeError::needs_previous)));
-    }
+    if (device_.format.needs_previous()) throw usage_error(EncodeError::needs_previous);
     const auto bytes = bytes_of(buffer);
     if (bytes.size() > most_frame_bytes) throw UsageError("more than 64 KiB are no frame");
     const std::size_t all = 8 * bytes.size();
@@ -160,14 +147,9 @@ FormatObject format_of(const std::string& format, const std::string& ack_max,
 
 class SpiObject {
  public:
-  SpiObject(const FormatObject& format, std::int64_t period, bool falling, std::int64_t delay_min,
-            std::int64_t delay_max, std::uint16_t first_bit, bool tail_ignored, bool no_error_flag,
-            bool unchecked)
+  SpiObject(const FormatObject& format, const SpiSetup& setup)
       : channels_(format.codec().format().channel_count),
-        reader_(format.codec(),
-                setup_of(period, falling, delay_min, delay_max, first_bit, tail_ignored,
-                         no_error_flag, unchecked),
-                format.timing()) {
+        reader_(format.codec(), setup, format.timing()) {
     if (reader_.error()) throw UsageError(std::string(text_of(*reader_.error())));
   }
 
@@ -224,30 +206,28 @@ class SpiObject {
   }
 
  private:
-  static SpiSetup setup_of(std::int64_t period, bool falling, std::int64_t delay_min,
-                           std::int64_t delay_max, std::uint16_t first_bit, bool tail_ignored,
-                           bool no_error_flag, bool unchecked) {
-    // One clock in a second is slower than any device.
-    constexpr std::int64_t longest = picoseconds_per_second;
-    if (period < 32 || period > longest) {
-      throw UsageError("the clock is from 1 Hz to 31.25 GHz");
-    }
-    if (delay_min < 0 || delay_min > delay_max || delay_max > longest) {
-      throw UsageError("line delay: 0 <= min <= max <= 1 s");
-    }
-    SpiSetup setup{.period = picoseconds(period)};
-    setup.phase = falling ? SpiPhase::sample_on_falling : SpiPhase::sample_on_rising;
-    setup.line_delay = {picoseconds(delay_min), picoseconds(delay_max)};
-    setup.first_bit = first_bit;
-    setup.tail = tail_ignored ? SpiTail::ignored : SpiTail::must_stay_low;
-    setup.no_error_flag = no_error_flag;
-    setup.unchecked = unchecked;
-    return setup;
-  }
-
   std::size_t channels_;
   SpiReader<Codec> reader_;
 };
+
+SpiObject spi_of(const FormatObject& format, std::int64_t period, bool falling,
+                 std::int64_t delay_min, std::int64_t delay_max, std::uint16_t first_bit,
+                 bool tail_ignored, bool no_error_flag, bool unchecked) {
+  // One clock in a second is slower than any device.
+  constexpr std::int64_t longest = picoseconds_per_second;
+  if (period < 32 || period > longest) throw UsageError("the clock is from 1 Hz to 31.25 GHz");
+  if (delay_min < 0 || delay_min > delay_max || delay_max > longest) {
+    throw UsageError("line delay: 0 <= min <= max <= 1 s");
+  }
+  return {format,
+          {.period = picoseconds(period),
+           .phase = falling ? SpiPhase::sample_on_falling : SpiPhase::sample_on_rising,
+           .line_delay = {picoseconds(delay_min), picoseconds(delay_max)},
+           .first_bit = first_bit,
+           .tail = tail_ignored ? SpiTail::ignored : SpiTail::must_stay_low,
+           .no_error_flag = no_error_flag,
+           .unchecked = unchecked}};
+}
 
 unsigned crc_of(std::uint64_t data, unsigned bits, unsigned width, std::uint32_t polynomial,
                 std::uint16_t start, bool inverted) {
@@ -277,8 +257,7 @@ void add_frames(py::module_& module) {
       .def("decode", &FormatObject::decode)
       .def("crc", &FormatObject::crc);
   py::class_<SpiObject>(module, "Spi")
-      .def(py::init<const FormatObject&, std::int64_t, bool, std::int64_t, std::int64_t,
-                    std::uint16_t, bool, bool, bool>())
+      .def(py::init(&spi_of))
       .def_property_readonly("transfer_bytes", &SpiObject::bytes)
       .def_property_readonly("clocks", &SpiObject::clocks)
       .def("read", &SpiObject::read)

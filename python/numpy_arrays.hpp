@@ -8,6 +8,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -16,6 +17,20 @@
 namespace biss::python {
 
 namespace py = pybind11;
+
+/// A text that need not be UTF-8, as the name of a file.
+inline py::object text_object(std::string_view text) {
+  return py::reinterpret_steal<py::object>(
+      PyUnicode_DecodeUTF8(text.data(), static_cast<py::ssize_t>(text.size()), "surrogateescape"));
+}
+
+/// Raises UsageError unless the array has one dimension and no gap between its elements.
+inline void check_shape(const py::array& array, const char* name) {
+  if (array.ndim() != 1) throw UsageError(std::string(name) + ": not one-dimensional");
+  if (array.size() > 1 && array.strides(0) != array.itemsize()) {
+    throw UsageError(std::string(name) + ": not contiguous; use numpy.ascontiguousarray()");
+  }
+}
 
 /// The elements of a one-dimensional array of exactly this type, where they lie.
 /// Raises TypeError for another type, UsageError for another shape or a gap between elements.
@@ -26,10 +41,7 @@ std::span<const T> elements_of(const py::array& array, const char* name) {
                          py::str(array.dtype()).cast<std::string>() + "; " +
                          py::str(py::dtype::of<T>()).cast<std::string>() + " is needed");
   }
-  if (array.ndim() != 1) throw UsageError(std::string(name) + ": not one-dimensional");
-  if (array.size() > 1 && array.strides(0) != static_cast<py::ssize_t>(sizeof(T))) {
-    throw UsageError(std::string(name) + ": not contiguous; use numpy.ascontiguousarray()");
-  }
+  check_shape(array, name);
   return {static_cast<const T*>(array.data()), static_cast<std::size_t>(array.size())};
 }
 

@@ -80,9 +80,9 @@ class Stream::Rows final : public report::TableWriter {
 
 Stream::Stream(const verbs::GivenOptions& options, const StreamSetup& setup)
     : setup_(setup), writer_(std::make_unique<Rows>()) {
-  source_.set_period(setup.sample_period);
+  queue_.set_period(setup.sample_period);
   host_.give(capture_name,
-             {[this](const auto&) -> capture::Opened { return borrowed(source_); }, false});
+             {[this](const auto&) -> capture::Opened { return queue_.source(); }, false});
   verbs::Command command(host_);
   const verbs::Verb verb = command.add_verb(verbs::decode_text(), [&](verbs::Host& host) {
     if (options_.to != report::Format::table || !options_.output.empty() ||
@@ -111,23 +111,27 @@ void Stream::fail(verbs::ExitStatus status) {
 }
 
 verbs::ExitStatus Stream::open() {
-  const std::vector<wire::Edge> first(source_.queued().begin(), source_.queued().end());
   verbs::ExitStatus status = run_->next();
   if (status != verbs::ExitStatus::done) return status;
   columns_ = run_->columns();
   status = run_->begin_rows();
   if (status != verbs::ExitStatus::done) return status;
-  if (setup_.fields) {
-    const verbs::DecodedCapture& capture = run_->capture();
-    edges_.emplace(capture.reader(), capture.lines().lines,
-                   [this](const decode::CycleEdges& edges) { take_fields(edges); });
-    edges_->push(first);
-  }
-  if (const auto& format = run_->capture().format()) format_ = format_text(*format).view();
-  run_->capture().begin_steps([this](std::uint64_t number, const decode::Cycle& cycle) {
+  verbs::DecodedCapture& capture = run_->capture();
+  if (const auto& format = capture.format()) format_ = format_text(*format).view();
+  const auto put = [this](std::uint64_t number, const decode::Cycle& cycle) {
     put_row(number, cycle);
     return true;
-  });
+  };
+  if (setup_.fields) {
+    edges_.emplace(capture.reader(), capture.lines().lines,
+                   [this, &capture, put](const decode::CycleEdges& edges) {
+                     const std::size_t before = rows_.size();
+                     capture.follow(edges.number, edges.cycle, put);
+                     if (rows_.size() != before) rows_.back().fields = fields_of(edges, capture);
+                   });
+  } else {
+    capture.begin_steps(put);
+  }
   return verbs::ExitStatus::done;
 }
 
@@ -138,29 +142,17 @@ void Stream::begin() {
 }
 
 void Stream::put_row(std::uint64_t number, const decode::Cycle& cycle) {
-  cycles_ = number + 1;
   writer_->written = false;
   run_->take(number, cycle, *writer_);
   if (!writer_->written) return;
-  rows_.push_back({.number = number,
-                   .begin = cycle.time,
+  rows_.push_back({.begin = cycle.time,
                    .end = cycle.time + cycle.clocked,
                    .values = std::move(writer_->values),
                    .fields = {}});
 }
 
-void Stream::take_fields(const decode::CycleEdges& edges) {
-  described_ = edges.number + 1;
-  const bool comes = edges.number >= cycles_;
-  const bool waits = std::binary_search(
-      rows_.begin(), rows_.end(), StreamRow{.number = edges.number},
-      [](const StreamRow& a, const StreamRow& b) { return a.number < b.number; });
-  if (!comes && !waits) return;
-  descriptions_.push_back({edges.number, fields_of(edges, run_->capture())});
-}
-
 bool Stream::waits() const {
-  return failure_ || ended_ || source_.queued().size() < (begun_ ? few_edges : setup_.beginning);
+  return failure_ || ended_ || queue_.size() < (begun_ ? few_edges : setup_.beginning);
 }
 
 void Stream::decode(bool few) {
@@ -171,16 +163,20 @@ void Stream::decode(bool few) {
 
 void Stream::read() {
   if (failure_) return;
-  std::vector<wire::Edge> edges;
-  if (edges_) edges.assign(source_.queued().begin(), source_.queued().end());
-  while (run_->capture().step()) {
+  verbs::DecodedCapture& capture = run_->capture();
+  if (edges_) {
+    for (auto block = capture.input().next(); !block.empty(); block = capture.input().next()) {
+      edges_->push(block);
+    }
+    return;
   }
-  if (edges_) edges_->push(edges);
+  while (capture.step()) {
+  }
 }
 
 void Stream::finish(Picoseconds end) {
   if (ended_) return;
-  source_.set_end(end);
+  queue_.set_end(end);
   if (!failure_ && !begun_) begin();
   read();
   ended_ = true;
@@ -189,27 +185,13 @@ void Stream::finish(Picoseconds end) {
 
 void Stream::end() {
   verbs::RunMessages closing;
-  const bool read = run_->capture().end_steps();
-  if (edges_) edges_->finish(run_->capture().input().end_time());
+  verbs::DecodedCapture& capture = run_->capture();
+  if (edges_) edges_->finish(capture.input().end_time());
+  const bool read = edges_ ? capture.input().error().empty() : capture.end_steps();
   status_ = run_->end_rows(read, closing);
   closing.print(host_);
 }
 
-std::vector<StreamRow> Stream::take_rows() {
-  std::vector<StreamRow> taken;
-  while (!rows_.empty() && (!edges_ || ended_ || rows_.front().number < described_)) {
-    StreamRow& row = rows_.front();
-    while (!descriptions_.empty() && descriptions_.front().number < row.number) {
-      descriptions_.pop_front();
-    }
-    if (!descriptions_.empty() && descriptions_.front().number == row.number) {
-      row.fields = std::move(descriptions_.front().fields);
-      descriptions_.pop_front();
-    }
-    taken.push_back(std::move(row));
-    rows_.pop_front();
-  }
-  return taken;
-}
+std::vector<StreamRow> Stream::take_rows() { return std::exchange(rows_, {}); }
 
 }  // namespace biss::python

@@ -4,7 +4,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <memory>
 #include <optional>
 #include <string>
@@ -32,7 +31,6 @@ struct StreamField {
 
 /// A row of `biss decode`.
 struct StreamRow {
-  std::uint64_t number = 0;
   /// The first edge of MA and the last one.
   Picoseconds begin{};
   Picoseconds end{};
@@ -63,7 +61,7 @@ class Stream {
   const std::optional<verbs::VerbError>& failure() const { return failure_; }
 
   /// \pre time is not before the last one, and not ended()
-  void push(Picoseconds time, bool ma, bool slo) { source_.push(time, ma, slo); }
+  void push(Picoseconds time, bool ma, bool slo) { queue_.push(time, ma, slo); }
   /// Decodes what was pushed, unless it may belong to the beginning; few edges wait for more.
   void decode(bool few = false);
   /// decode() has nothing to do.
@@ -84,10 +82,6 @@ class Stream {
 
  private:
   class Rows;
-  struct Description {
-    std::uint64_t number = 0;
-    std::vector<StreamField> fields;
-  };
   static constexpr std::size_t few_edges = 512;
 
   void begin();
@@ -95,23 +89,18 @@ class Stream {
   void read();
   void end();
   void put_row(std::uint64_t number, const decode::Cycle& cycle);
-  void take_fields(const decode::CycleEdges& edges);
   void fail(verbs::ExitStatus status);
 
   StreamSetup setup_;
   verbs::MemoryHost host_;
   verbs::DecodeOptions options_;
-  PushedEdges source_;
+  EdgeQueue queue_;
   std::optional<verbs::DecodeRun> run_;
+  // With fields: reads the cycles in place of the capture's own decoder.
   std::optional<decode::CycleEdgeReader> edges_;
   std::unique_ptr<Rows> writer_;
   std::vector<report::Column> columns_;
-  std::deque<StreamRow> rows_;
-  // Cycles that the rows have come to, those that are not written too.
-  std::uint64_t cycles_ = 0;
-  // Their fields are read by another decoder, which may be ahead of the rows.
-  std::deque<Description> descriptions_;
-  std::uint64_t described_ = 0;
+  std::vector<StreamRow> rows_;
   bool begun_ = false;
   bool ended_ = false;
   std::optional<verbs::VerbError> failure_;

@@ -26,11 +26,7 @@ py::object object_of(const StreamValue& value) {
     py::object operator()(Picoseconds time) const {
       return py::float_(static_cast<double>(time.count) / 1000.0);
     }
-    // A name of a file need not be UTF-8.
-    py::object operator()(const std::string& text) const {
-      return py::reinterpret_steal<py::object>(PyUnicode_DecodeUTF8(
-          text.data(), static_cast<py::ssize_t>(text.size()), "surrogateescape"));
-    }
+    py::object operator()(const std::string& text) const { return text_object(text); }
   };
   return std::visit(Convert(), value);
 }
@@ -69,13 +65,6 @@ class StreamObject {
     if (sample_rate != 0) clock_.emplace(hertz(sample_rate));
   }
 
-  py::list edge(std::int64_t time, bool ma, bool slo) {
-    check_open();
-    check_time(picoseconds(time));
-    push(picoseconds(time), ma, slo);
-    return decoded();
-  }
-
   py::list edges(const py::array& times_array, const py::array& ma_array,
                  const py::array& slo_array) {
     const auto times = elements_of<std::int64_t>(times_array, "times");
@@ -108,18 +97,6 @@ class StreamObject {
       push(time_of(numbers[i]), ma[i] != 0, slo[i] != 0);
     }
     next_sample_ = static_cast<std::uint64_t>(last + 1);
-    return decoded();
-  }
-
-  py::list change(std::int64_t number, bool ma, bool slo) {
-    check_clock();
-    if (number < 0 || number + 1 < static_cast<std::int64_t>(next_sample_)) {
-      throw UsageError(backwards(0));
-    }
-    check_sample(number);
-    check_time(time_of(number));
-    push(time_of(number), ma, slo);
-    next_sample_ = static_cast<std::uint64_t>(number) + 1;
     return decoded();
   }
 
@@ -296,9 +273,7 @@ auto in_turn(Result (StreamObject::*method)() const) {
 void add_stream(py::module_& module) {
   py::class_<StreamObject>(module, "Stream")
       .def(py::init<const verbs::GivenOptions&, std::uint32_t, bool, std::size_t>())
-      .def("edge", in_turn(&StreamObject::edge))
       .def("edges", in_turn(&StreamObject::edges))
-      .def("change", in_turn(&StreamObject::change))
       .def("changes", in_turn(&StreamObject::changes))
       .def("samples", in_turn(&StreamObject::samples))
       .def("rows", in_turn(&StreamObject::rows))

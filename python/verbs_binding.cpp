@@ -1,7 +1,6 @@
 #include <pybind11/stl.h>
 
 #include <cstdint>
-#include <span>
 #include <string_view>
 
 #include "capture/bytes.hpp"
@@ -19,33 +18,10 @@ namespace {
 
 using report::Kind;
 
-py::object text_object(std::string_view text) {
-  return py::reinterpret_steal<py::object>(
-      PyUnicode_DecodeUTF8(text.data(), static_cast<py::ssize_t>(text.size()), "surrogateescape"));
-}
-
-template <class T>
-std::string_view bytes_of(const py::array& array) {
-  const std::span<const T> samples = elements_of<T>(array, "samples");
-  return {reinterpret_cast<const char*>(samples.data()), samples.size_bytes()};
-}
-
-// The bytes of samples of any width.
-std::string_view sample_bytes(const py::array& array) {
-  switch (array.itemsize()) {
-    case 2:
-      return bytes_of<std::uint16_t>(array);
-    case 4:
-      return bytes_of<std::uint32_t>(array);
-    case 8:
-      return bytes_of<std::uint64_t>(array);
-    default:
-      return bytes_of<std::uint8_t>(array);
-  }
-}
-
 verbs::GivenCapture samples_capture(const py::array& array, std::uint32_t rate) {
-  const std::string_view bytes = sample_bytes(array);
+  check_shape(array, "samples");
+  const std::string_view bytes(static_cast<const char*>(array.data()),
+                               static_cast<std::size_t>(array.nbytes()));
   const verbs::RawSamples raw{.rate = hertz(rate),
                               .bytes = static_cast<std::uint64_t>(array.itemsize())};
   return {[bytes, raw](const verbs::InputArguments& arguments) {

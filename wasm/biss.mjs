@@ -39,51 +39,48 @@ class Blocks {
   }
 }
 
-class Memory {
-  constructor(core) {
-    this.core = core;
+// The module, with its memory, and its standard output and error as files.
+class Core {
+  constructor(module) {
+    this.module = module;
+    for (const [descriptor, path] of [[1, '/out'], [2, '/err']]) {
+      module.FS.close(module.FS.getStream(descriptor));
+      module.FS.open(path, 'w');
+    }
   }
 
   // Calls `use` with the value as JSON.
   withJson(value, use) {
-    const { core } = this;
+    const { module } = this;
     const text = JSON.stringify(value);
-    const bytes = core.lengthBytesUTF8(text) + 1;
-    const at = core._malloc(bytes);
-    core.stringToUTF8(text, at, bytes);
+    const bytes = module.lengthBytesUTF8(text) + 1;
+    const at = module._malloc(bytes);
+    module.stringToUTF8(text, at, bytes);
     try {
       return use(at);
     } finally {
-      core._free(at);
+      module._free(at);
     }
   }
 
   text(at) {
-    return at === 0 ? undefined : this.core.UTF8ToString(at);
+    return at === 0 ? undefined : this.module.UTF8ToString(at);
+  }
+
+  object(at) {
+    return at === 0 ? undefined : JSON.parse(this.text(at));
   }
 
   // A copy: the memory of the core may move at any call.
   array(Type, at, count) {
-    return new Type(this.core.HEAPU8.buffer, at, count).slice();
-  }
-}
-
-// Standard output and error, as files.
-class Streams {
-  #fs;
-
-  constructor(fs) {
-    this.#fs = fs;
-    for (const [descriptor, path] of [[1, '/out'], [2, '/err']]) {
-      fs.close(fs.getStream(descriptor));
-      fs.open(path, 'w');
-    }
+    return new Type(this.module.HEAPU8.buffer, at, count).slice();
   }
 
   #take(descriptor, path) {
-    const bytes = this.#fs.readFile(path);
-    this.#fs.truncate(path, 0);
-    this.#fs.getStream(descriptor).position = 0;
+    const { FS } = this.module;
+    const bytes = FS.readFile(path);
+    FS.truncate(path, 0);
+    FS.getStream(descriptor).position = 0;
     return bytes;
   }
 
@@ -98,28 +95,28 @@ class Streams {
 
 class Session {
   #core;
-  #memory;
-  #streams;
   #session;
   #columns;
 
-  constructor(core, memory, streams, session) {
+  constructor(core, session) {
     this.#core = core;
-    this.#memory = memory;
-    this.#streams = streams;
     this.#session = session;
-    this.#columns = JSON.parse(memory.text(core._biss_columns(session)));
+    this.#columns = core.object(this.#call('columns'));
+  }
+
+  #call(name, ...args) {
+    return this.#core.module[`_biss_${name}`](this.#session, ...args);
   }
 
   advance(milliseconds) {
-    const more = this.#core._biss_advance(this.#session, milliseconds);
-    const messages = this.#streams.takeErr();
+    const more = this.#call('advance', milliseconds);
+    const messages = this.#core.takeErr();
     if (more < 0) throw new BissError(3, messages);
     return { more: more !== 0, messages };
   }
 
   about() {
-    return JSON.parse(this.#memory.text(this.#core._biss_about(this.#session)));
+    return this.#core.object(this.#call('about'));
   }
 
   get columns() {
@@ -127,7 +124,7 @@ class Session {
   }
 
   get rowCount() {
-    return this.#core._biss_row_count(this.#session);
+    return this.#call('row_count');
   }
 
   #range(from, to) {
@@ -136,8 +133,7 @@ class Session {
   }
 
   csv(from, to) {
-    const [begin, end] = this.#range(from, to);
-    return this.#memory.text(this.#core._biss_rows(this.#session, begin, end));
+    return this.#core.text(this.#call('rows', ...this.#range(from, to)));
   }
 
   // No cell of the command holds a comma, a quote or a line feed.
@@ -152,11 +148,11 @@ class Session {
     const [begin, end] = this.#range(from, to);
     const count = end - begin;
     const { kind } = this.#columns[index];
-    const at = this.#core._biss_column(this.#session, index, begin, end);
-    const present = this.#memory.array(Uint8Array, this.#core._biss_present(), count);
+    const at = this.#call('column', index, begin, end);
+    const present = this.#core.array(Uint8Array, this.#core.module._biss_present(), count);
     if (kind === 'bits') return { kind, present, values: new BigUint64Array(0), texts: [] };
     const Type = { real: Float64Array, time: BigInt64Array, signed: BigInt64Array }[kind];
-    const values = this.#memory.array(Type ?? BigUint64Array, at, count);
+    const values = this.#core.array(Type ?? BigUint64Array, at, count);
     const texts = kind === 'text' ? this.#texts(index) : kind === 'flag' ? ['0', '1'] : [];
     return { kind, present, values, texts };
   }
@@ -164,7 +160,7 @@ class Session {
   #texts(column) {
     const texts = [];
     for (;;) {
-      const text = this.#memory.text(this.#core._biss_column_text(this.#session, column, texts.length));
+      const text = this.#core.text(this.#call('column_text', column, texts.length));
       if (text === undefined) return texts;
       texts.push(text);
     }
@@ -172,31 +168,29 @@ class Session {
 
   view(line, from, to, columns) {
     if (to <= from || columns < 1) throw new RangeError('an empty view');
-    const core = this.#core;
-    const count = core._biss_view(this.#session, line === 'ma' ? 1 : 0, from, to, columns);
+    const count = this.#call('view', line === 'ma' ? 1 : 0, from, to, columns);
     return {
-      times: this.#memory.array(BigInt64Array, core._biss_view_times(), count),
-      levels: this.#memory.array(Uint8Array, core._biss_view_levels(), count),
+      times: this.#core.array(BigInt64Array, this.#core.module._biss_view_times(), count),
+      levels: this.#core.array(Uint8Array, this.#core.module._biss_view_levels(), count),
     };
   }
 
   accesses(from, to) {
-    const text = this.#memory.text(this.#core._biss_accesses(this.#session, from, Math.max(from, to)));
+    const text = this.#core.text(this.#call('accesses', from, Math.max(from, to)));
     return text.split('\n').filter((line) => line !== '').map((line) => JSON.parse(line));
   }
 
   summary() {
-    return this.#memory.text(this.#core._biss_summary(this.#session));
+    return this.#core.text(this.#call('summary'));
   }
 
   cycle(row, number = -1) {
     if (row < 0 || row >= this.rowCount) throw new RangeError(`no row ${row}`);
-    const text = this.#memory.text(this.#core._biss_cycle(this.#session, row, number));
-    return text === undefined ? undefined : JSON.parse(text);
+    return this.#core.object(this.#call('cycle', row, number));
   }
 
   close() {
-    if (this.#session !== 0) this.#core._biss_close(this.#session);
+    if (this.#session !== 0) this.#call('close');
     this.#session = 0;
   }
 }
@@ -227,19 +221,15 @@ function requestOf(command, args) {
 class Biss {
   #core;
   #verbs;
-  #memory;
-  #streams;
 
-  constructor(core) {
-    this.#core = core;
-    this.#memory = new Memory(core);
-    this.#streams = new Streams(core.FS);
-    core.FS.mkdir('/captures');
-    core.FS.chdir('/captures');
+  constructor(module) {
+    this.#core = new Core(module);
+    module.FS.mkdir('/captures');
+    module.FS.chdir('/captures');
   }
 
   addFile(name, source) {
-    const { FS } = this.#core;
+    const { FS } = this.#core.module;
     if (name.includes('/')) throw new RangeError(`a name without folder, not ${name}`);
     this.removeFile(name);
     if (source instanceof Uint8Array) {
@@ -266,45 +256,45 @@ class Biss {
   }
 
   removeFile(name) {
-    const { FS } = this.#core;
+    const { FS } = this.#core.module;
     const path = `/captures/${name}`;
     if (FS.analyzePath(path).exists) FS.unlink(path);
   }
 
   fileNames() {
-    const { FS } = this.#core;
+    const { FS } = this.#core.module;
     return FS.readdir('/captures').filter((name) => FS.isFile(FS.stat(`/captures/${name}`).mode));
   }
 
   readFile(name) {
-    return this.#core.FS.readFile(`/captures/${name}`);
+    return this.#core.module.FS.readFile(`/captures/${name}`);
   }
 
   words() {
-    return JSON.parse(this.#memory.text(this.#core._biss_words()));
+    return this.#core.object(this.#core.module._biss_words());
   }
 
   verbs() {
-    this.#verbs ??= JSON.parse(this.#memory.text(this.#core._biss_verbs()));
+    this.#verbs ??= this.#core.object(this.#core.module._biss_verbs());
     return this.#verbs;
   }
 
   run(args) {
-    const status = this.#memory.withJson(requestOf(this.verbs(), args), (request) =>
-      this.#core._biss_run(request));
-    return { status, out: this.#streams.takeOut(), err: this.#streams.takeErr() };
+    const status = this.#core.withJson(requestOf(this.verbs(), args), (request) =>
+      this.#core.module._biss_run(request));
+    return { status, out: this.#core.takeOut(), err: this.#core.takeErr() };
   }
 
   open(args, { anyLines = false } = {}) {
-    const session = this.#memory.withJson(requestOf(this.verbs(), ['decode', ...args]), (request) =>
-      this.#core._biss_open(request, anyLines ? 1 : 0));
-    const out = new TextDecoder().decode(this.#streams.takeOut());
-    const messages = this.#streams.takeErr();
-    const status = session === 0 ? 3 : this.#core._biss_status(session);
+    const session = this.#core.withJson(requestOf(this.verbs(), ['decode', ...args]), (request) =>
+      this.#core.module._biss_open(request, anyLines ? 1 : 0));
+    const out = new TextDecoder().decode(this.#core.takeOut());
+    const messages = this.#core.takeErr();
+    const status = session === 0 ? 3 : this.#core.module._biss_status(session);
     if (session !== 0 && status === 0 && out === '') {
-      return { session: new Session(this.#core, this.#memory, this.#streams, session), messages };
+      return { session: new Session(this.#core, session), messages };
     }
-    if (session !== 0) this.#core._biss_close(session);
+    if (session !== 0) this.#core.module._biss_close(session);
     throw new BissError(status, messages || out);
   }
 }

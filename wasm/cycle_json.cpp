@@ -1,5 +1,7 @@
 #include "wasm/cycle_json.hpp"
 
+#include <array>
+#include <cstddef>
 #include <string_view>
 
 #include "device/quantity.hpp"
@@ -40,28 +42,15 @@ json bits_json(const draw::CycleDrawing& drawing) {
   return bits;
 }
 
-std::string_view kind_text(draw::PartKind kind) {
-  switch (kind) {
-    case draw::PartKind::line:
-      return "line";
-    case draw::PartKind::frame:
-      return "frame";
-    case draw::PartKind::data:
-      return "data";
-    case draw::PartKind::flag:
-      return "flag";
-    case draw::PartKind::crc:
-      return "crc";
-  }
-  return "";
-}
+// In the order of draw::PartKind.
+constexpr std::array<std::string_view, 5> kind_names{"line", "frame", "data", "flag", "crc"};
 
 json tracks_json(const draw::Layout& layout) {
   json tracks = json::object();
   for (const draw::Track& track : layout.tracks) {
     json parts = json::array();
     for (const draw::Part& part : track.parts) {
-      json one{{"kind", kind_text(part.kind)},
+      json one{{"kind", kind_names[static_cast<std::size_t>(part.kind)]},
                {"text", part.text},
                {"from", exact(part.from)},
                {"to", exact(part.to)},

@@ -37,7 +37,6 @@ class LineStore {
   /// Changes in time order; a change to the present level is ignored.
   void push(Picoseconds time, wire::Level level);
 
-  std::uint64_t changes() const { return changes_; }
   /// The level at this time; `unknown` before the first change.
   wire::Level level_at(Picoseconds time) const;
 

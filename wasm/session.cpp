@@ -1,6 +1,7 @@
 #include "wasm/session.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <new>
 #include <nlohmann/json.hpp>
@@ -18,17 +19,8 @@ namespace {
 using nlohmann::json;
 using wire::Level;
 
-std::string_view origin_text(decode::LineOrigin origin) {
-  switch (origin) {
-    case decode::LineOrigin::given:
-      return "given";
-    case decode::LineOrigin::by_name:
-      return "name";
-    case decode::LineOrigin::by_behaviour:
-      return "behaviour";
-  }
-  return "";
-}
+// In the order of decode::LineOrigin.
+constexpr std::array<std::string_view, 3> origin_names{"given", "name", "behaviour"};
 
 std::string_view line_kind(const verbs::CaptureInput& input) {
   if (input.is_analog()) return "voltages";
@@ -145,7 +137,7 @@ std::string Session::about() {
              {"slo", capture.slo_name()},
              {"maInverted", found.lines.ma_inverted},
              {"sloInverted", found.lines.slo_inverted},
-             {"linesBy", origin_text(found.origin)},
+             {"linesBy", origin_names[static_cast<std::size_t>(found.origin)]},
              {"looksSwapped", found.look_swapped},
              {"furtherPairs", found.further_pairs},
              {"samplePeriod", exact(capture.input().sample_period())},
@@ -223,16 +215,9 @@ std::string Session::accesses(std::uint64_t first, std::uint64_t end) const {
   const auto& cycles = accesses_.column("cycles");
   // In the order of cycles, and one after the other; a command to several slaves has several rows.
   const auto from_cycle = [&](std::uint64_t wanted) {
-    std::size_t low = 0;
-    for (std::size_t high = accesses_.rows(); low < high;) {
-      const std::size_t middle = low + (high - low) / 2;
-      if (cycle.number(middle) < wanted) {
-        low = middle + 1;
-      } else {
-        high = middle;
-      }
-    }
-    return low;
+    const auto& numbers = cycle.numbers;
+    return static_cast<std::size_t>(std::lower_bound(numbers.begin(), numbers.end(), wanted) -
+                                    numbers.begin());
   };
   std::size_t from = from_cycle(first);
   while (from > 0 && cycle.number(from - 1) + cycles.number(from - 1) > first) --from;

@@ -41,7 +41,6 @@ class Session final : private verbs::ChangeWatcher {
   /// Reads on for at most about this time. False at the end of the capture; then the messages of the
   /// command are on stderr.
   bool advance(double milliseconds);
-  bool ended() const { return ended_; }
 
   /// Facts about the capture, as a JSON object; see biss.d.mts.
   std::string about();

@@ -174,14 +174,40 @@ class Connection : public std::enable_shared_from_this<Connection> {
   bool waits_ = false;
 };
 
-}  // namespace
+class Server {
+ public:
+  Server(ServedPage& page, const ServedCapture& capture) : page_(page), capture_(capture) {}
 
-struct PageServer::Parts {
-  Parts(ServedPage& page_given, const ServedCapture& capture_given)
-      : page(page_given), capture(capture_given) {}
+  error_code listen(std::uint16_t port) {
+    const tcp::endpoint place(asio::ip::address_v4::loopback(), port);
+    error_code problem;
+    acceptor_.open(place.protocol(), problem);
+    // A port that was in use a moment ago.
+    if (!problem && port != 0) {
+      acceptor_.set_option(tcp::acceptor::reuse_address(true), problem);
+    }
+    if (!problem) acceptor_.bind(place, problem);
+    if (!problem) acceptor_.listen(asio::socket_base::max_listen_connections, problem);
+    // The browser is started from here.
+    if (!problem) ::fcntl(acceptor_.native_handle(), F_SETFD, FD_CLOEXEC);
+    for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+      if (!problem) signals_.add(number, problem);
+    }
+    if (!problem) page_.set_port(acceptor_.local_endpoint(problem).port());
+    return problem;
+  }
 
+  void run() {
+    signals_.async_wait([this](error_code problem, int) {
+      if (!problem) context_.stop();
+    });
+    accept();
+    context_.run();
+  }
+
+ private:
   void accept() {
-    acceptor.async_accept([this](error_code problem, tcp::socket socket) {
+    acceptor_.async_accept([this](error_code problem, tcp::socket socket) {
       if (problem) return accept_later();
       take(std::move(socket));
       accept();
@@ -190,73 +216,50 @@ struct PageServer::Parts {
 
   // Such as no descriptor left.
   void accept_later() {
-    timer.expires_after(pause_after_failure);
-    timer.async_wait([this](error_code problem) {
+    timer_.expires_after(pause_after_failure);
+    timer_.async_wait([this](error_code problem) {
       if (!problem) accept();
     });
   }
 
-  // If there are too many connections, the one that has been idle longest is closed.
+  // If there are too many, the connection that has been idle longest is closed.
   void take(tcp::socket socket) {
-    connections.remove_if([](const auto& each) { return each.expired(); });
-    if (connections.size() >= connections_max) {
-      const auto idle = std::find_if(connections.begin(), connections.end(), [](const auto& each) {
-        const auto held = each.lock();
-        return held && held->waits();
-      });
-      if (idle == connections.end()) return;
+    connections_.remove_if([](const auto& each) { return each.expired(); });
+    if (connections_.size() >= connections_max) {
+      const auto idle =
+          std::find_if(connections_.begin(), connections_.end(), [](const auto& each) {
+            const auto held = each.lock();
+            return held && held->waits();
+          });
+      if (idle == connections_.end()) return;
       if (const auto held = idle->lock()) held->close();
-      connections.erase(idle);
+      connections_.erase(idle);
     }
-    const auto made = std::make_shared<Connection>(std::move(socket), page, capture);
-    connections.push_back(made);
+    const auto made = std::make_shared<Connection>(std::move(socket), page_, capture_);
+    connections_.push_back(made);
     made->read();
   }
 
-  ServedPage& page;
-  const ServedCapture& capture;
-  asio::io_context context{1};
-  tcp::acceptor acceptor{context};
-  asio::steady_timer timer{context};
-  asio::signal_set signals{context};
-  std::list<std::weak_ptr<Connection>> connections;
+  ServedPage& page_;
+  const ServedCapture& capture_;
+  asio::io_context context_{1};
+  tcp::acceptor acceptor_{context_};
+  asio::steady_timer timer_{context_};
+  asio::signal_set signals_{context_};
+  std::list<std::weak_ptr<Connection>> connections_;
 };
 
-PageServer::PageServer(ServedPage& page, const ServedCapture& capture)
-    : parts_(std::make_unique<Parts>(page, capture)) {}
+}  // namespace
 
-PageServer::~PageServer() = default;
-
-std::string PageServer::listen(std::uint16_t port) {
-  tcp::acceptor& acceptor = parts_->acceptor;
-  const tcp::endpoint place(asio::ip::address_v4::loopback(), port);
-  error_code problem;
-  acceptor.open(place.protocol(), problem);
-  // A port that was in use a moment ago.
-  if (!problem && port != 0) acceptor.set_option(tcp::acceptor::reuse_address(true), problem);
-  if (!problem) acceptor.bind(place, problem);
-  if (!problem) acceptor.listen(asio::socket_base::max_listen_connections, problem);
-  // The browser is started from here.
-  if (!problem) ::fcntl(acceptor.native_handle(), F_SETFD, FD_CLOEXEC);
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
-    if (!problem) parts_->signals.add(number, problem);
+std::string serve(ServedPage& page, const ServedCapture& capture, std::uint16_t port,
+                  const std::function<bool()>& on_listening) {
+  Server server(page, capture);
+  if (const error_code problem = server.listen(port)) {
+    return fmt::format("cannot listen at 127.0.0.1{}: {}",
+                       port == 0 ? "" : fmt::format(":{}", port), problem.message());
   }
-  if (!problem) return {};
-  return fmt::format("cannot listen at 127.0.0.1{}: {}", port == 0 ? "" : fmt::format(":{}", port),
-                     problem.message());
-}
-
-std::uint16_t PageServer::port() const {
-  error_code ignored;
-  return parts_->acceptor.local_endpoint(ignored).port();
-}
-
-void PageServer::run() {
-  parts_->signals.async_wait([this](error_code problem, int) {
-    if (!problem) parts_->context.stop();
-  });
-  parts_->accept();
-  parts_->context.run();
+  if (on_listening()) server.run();
+  return {};
 }
 
 }  // namespace biss::cli

@@ -2,31 +2,19 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
+#include <functional>
 #include <string>
 
 #include "cli/view/answer.hpp"
 
 namespace biss::cli {
 
-class PageServer {
- public:
-  /// \param page,capture outlive this; `page` gives parts of `capture`
-  PageServer(ServedPage& page, const ServedCapture& capture);
-  ~PageServer();
-  PageServer(const PageServer&) = delete;
-  PageServer& operator=(const PageServer&) = delete;
-
-  /// Listens at 127.0.0.1, at any free port for 0. \return one line why not, else empty
-  std::string listen(std::uint16_t port);
-  std::uint16_t port() const;
-
-  /// Answers until SIGINT, SIGTERM or SIGHUP. \pre listen() has succeeded
-  void run();
-
- private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
-};
+/// Listens at 127.0.0.1, at any free port for 0, sets the port of `page`, and answers until SIGINT,
+/// SIGTERM or SIGHUP.
+/// \param page gives parts of `capture`
+/// \param on_listening is called once, before the first answer; false ends the server
+/// \return one line why it cannot listen, else empty
+std::string serve(ServedPage& page, const ServedCapture& capture, std::uint16_t port,
+                  const std::function<bool()>& on_listening);
 
 }  // namespace biss::cli

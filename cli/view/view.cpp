@@ -78,17 +78,11 @@ ExitStatus check_options(const ViewOptions& options, Host& host) {
   }
   const FormatArguments& device = options.capture.device;
   const bool named = !device.format.empty() && device.format != "none";
-  const std::string wrong = named ? [&] {
-    const auto chosen = choose_device(device);
-    return chosen ? std::string{} : chosen.error();
-  }() : [&] {
-    const auto timing = override_timing(device, DeviceTiming{});
-    return timing ? std::string{} : timing.error();
-  }();
+  const auto error_of = [](const auto& read) { return read ? std::string{} : read.error(); };
+  std::string wrong =
+      named ? error_of(choose_device(device)) : error_of(override_timing(device, DeviceTiming{}));
+  if (wrong.empty()) wrong = options.motion.wrong_usage();
   if (!wrong.empty()) return host.fail(ExitStatus::usage, wrong);
-  if (const std::string motion = options.motion.wrong_usage(); !motion.empty()) {
-    return host.fail(ExitStatus::usage, motion);
-  }
   return ExitStatus::done;
 }
 
@@ -115,21 +109,16 @@ ExitStatus run_view(const ViewOptions& options, Host& host) {
                               {"view", view}},
                              "");
   });
-  PageServer server(page, capture);
-  if (const std::string problem = server.listen(options.port); !problem.empty()) {
-    return host.fail(ExitStatus::io, problem);
-  }
-  page.set_port(server.port());
   Output output(host);
-  if (!output.open("") || !output.write(page.address() + "\n") || !output.finish()) {
-    return output.status();
-  }
-  if (!options.no_open) {
-    std::signal(SIGCHLD, SIG_IGN);
-    open_browser(page.address_to_open(), host);
-  }
-  server.run();
-  return ExitStatus::done;
+  const std::string problem = serve(page, capture, options.port, [&] {
+    if (!output.open("") || !output.write(page.address() + "\n") || !output.finish()) return false;
+    if (!options.no_open) {
+      std::signal(SIGCHLD, SIG_IGN);
+      open_browser(page.address_to_open(), host);
+    }
+    return true;
+  });
+  return problem.empty() ? output.status() : host.fail(ExitStatus::io, problem);
 }
 
 void add_page_options(Verb verb, ViewOptions& options) {

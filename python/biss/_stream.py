@@ -110,15 +110,11 @@ class Decoder:
         Either three numbers, or arrays: ``times_ps`` of int64 in picoseconds, which never fall,
         ``ma`` and ``slo`` of bool or uint8. Returns the rows that are finished.
         """
-        if np.ndim(times_ps) == 0:
-            return self._rows(self._stream.edge(_int64(times_ps, "times_ps"), bool(ma), bool(slo)))
-        return self._rows(self._stream.edges(_array(times_ps), _array(ma), _array(slo)))
+        return self._rows(self._stream.edges(*_arrays(times_ps, "times_ps", ma, slo)))
 
     def changes(self, numbers: Any, ma: Any, slo: Any) -> list[Row]:
         """As edges(), at the samples of these numbers; the decoder needs ``sample_rate``."""
-        if np.ndim(numbers) == 0:
-            return self._rows(self._stream.change(_int64(numbers, "numbers"), bool(ma), bool(slo)))
-        return self._rows(self._stream.changes(_array(numbers), _array(ma), _array(slo)))
+        return self._rows(self._stream.changes(*_arrays(numbers, "numbers", ma, slo)))
 
     def samples(self, samples: Any, *, ma: int = 0, slo: int = 1) -> list[Row]:
         """Takes the next samples: an array of uint8, uint16, uint32 or uint64, and the bits in it.
@@ -183,6 +179,12 @@ def _int64(value: Any, name: str) -> int:
     if not -(1 << 63) <= number < 1 << 63:
         raise UsageError(f"{name}: {number} does not fit in 64 bits")
     return number
+
+
+def _arrays(times: Any, name: str, ma: Any, slo: Any) -> tuple[np.ndarray[Any, Any], ...]:
+    if np.ndim(times) == 0:
+        return np.array([_int64(times, name)]), np.array([bool(ma)]), np.array([bool(slo)])
+    return _array(times), _array(ma), _array(slo)
 
 
 def _array(values: Any) -> np.ndarray[Any, Any]:

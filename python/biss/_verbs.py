@@ -32,7 +32,8 @@ class Capture:
 
         Bit k is the line ``Dk``, as in a raw file; name lines with ``ma="D0"`` and ``slo="D1"``.
         """
-        if not isinstance(samples, np.ndarray) or samples.dtype.kind != "u":
+        if not (isinstance(samples, np.ndarray) and samples.dtype.kind == "u" and
+                samples.dtype.isnative):
             raise TypeError("samples: an array of uint8, uint16, uint32 or uint64 is needed")
         rate = number_of(sample_rate, "sample_rate")
         if not 1 <= rate < 1 << 32:

@@ -2,6 +2,7 @@
 import { computed, signal } from '@preact/signals';
 import type { About, Column } from 'biss';
 import type { Report } from './core/report';
+import { shortestSpan } from './wave/scale';
 
 /** A stretch of time, `from` before `to`. */
 export interface Range {
@@ -106,16 +107,13 @@ export const wholeRange = computed<Range>(() => ({
   to: endTime.value > beginTime.value ? endTime.value : beginTime.value + 1n,
 }));
 
-// No picture shows less than this.
-const shortest = 1_000n;
-
 /** Shows this stretch, cut to the capture, keeping its length where it can. */
 export function showRange(from: bigint, to: bigint): void {
   const whole = wholeRange.value;
   let length = to - from;
-  if (length < shortest) {
-    from -= (shortest - length) / 2n;
-    length = shortest;
+  if (length < shortestSpan) {
+    from -= (shortestSpan - length) / 2n;
+    length = shortestSpan;
   }
   if (length > whole.to - whole.from) length = whole.to - whole.from;
   if (from < whole.from) from = whole.from;

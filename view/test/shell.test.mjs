@@ -213,6 +213,21 @@ describe('export', () => {
     });
   });
 
+  it('Vcd_OfTwoFiles_HasTheLinesOfBoth', async () => {
+    folder.make(['simulate', '-f', 'resolute-26', '--cycles', '30', '-o', 'lines.vcd']);
+    const decode = (name) => folder.make(['decode', name, '-f', 'resolute-26', '--to', 'csv']).out;
+    for (const names of [['MA', 'SLO'], ['D0', 'D0']]) {
+      ['MA', 'SLO'].forEach((line, i) => folder.make(['convert', 'lines.vcd', `${line}.csv`, '--line', `${line}=${names[i]}`]));
+      await withPage('', async (page) => {
+        await choose(page, [folder.at('MA.csv'), folder.at('SLO.csv')]);
+        await page.locator('.status-bar', { hasText: '30 request cycles' }).waitFor();
+        await page.getByRole('button', { name: 'All: show the whole capture' }).click();
+        fs.writeFileSync(folder.at('lines_part.vcd'), await exported(page, /VCD of the waveform/));
+        assert.equal(decode('lines_part.vcd'), decode('lines.vcd'));
+      });
+    }
+  });
+
   it('Png_IsAPicture', async () => {
     await withPage(simulated('-f resolute-26 --cycles 50'), async (page) => {
       const picture = await exported(page, /PNG of the waveform/);

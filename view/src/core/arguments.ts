@@ -11,10 +11,11 @@ function optionOf(verb: string, name: string): Option | undefined {
 }
 
 // Of the further options, those that choose rows and columns, or are for `decode` alone, change nothing
-// for another verb, nor do columns that it does not judge. Every other one goes to the verb, which takes
-// it or refuses it by name.
+// for another verb, nor do columns that it does not judge. `convert` takes those that say how the file is
+// read. Every other one goes to the verb, which takes it or refuses it by name.
 function isFor(verb: string, name: string): boolean {
   const scope = optionOf('decode', name)?.scope;
+  if (verb === 'convert') return scope === 'file' && optionOf(verb, name) !== undefined;
   if (scope === 'judging') return optionOf(verb, name) !== undefined;
   return scope !== 'rows' && scope !== 'command';
 }

@@ -32,13 +32,9 @@ function addWaiting(count: number): void {
 }
 
 interface Waiting {
+  lane: string | undefined;
   resolve: (answer: never) => void;
   reject: (error: Error) => void;
-}
-
-interface Queued {
-  message: RequestMessage;
-  transfer: Transferable[];
 }
 
 /**
@@ -49,9 +45,8 @@ export class Client {
   #worker: Worker;
   #nextId = 1;
   #waiting = new Map<number, Waiting>();
-  #busy = new Map<string, number>();
-  #queued = new Map<string, Queued>();
-  #laneOf = new Map<number, string>();
+  // Lanes with a request under way, and the newest request that waits for its end.
+  #lanes = new Map<string, RequestMessage | undefined>();
   /** Called as the worker reads on. */
   onReading: (reading: ReadingMessage['reading']) => void = () => {};
 
@@ -67,51 +62,42 @@ export class Client {
   ask<K extends RequestName>(
     name: K,
     ask: Requests[K]['ask'],
-    options: { lane?: string; transfer?: Transferable[] } = {},
+    { lane }: { lane?: string } = {},
   ): Promise<Requests[K]['answer']> {
-    const id = this.#nextId++;
-    const message: RequestMessage = { id, name, ask };
+    const message: RequestMessage = { id: this.#nextId++, name, ask };
     const answer = new Promise<Requests[K]['answer']>((resolve, reject) => {
-      this.#waiting.set(id, { resolve, reject });
+      this.#waiting.set(message.id, { lane, resolve, reject });
       addWaiting(1);
     });
-    const { lane, transfer = [] } = options;
-    if (lane === undefined) this.#worker.postMessage(message, transfer);
-    else this.#queue(lane, { message, transfer });
+    if (lane === undefined || !this.#lanes.has(lane)) this.#send(message, lane);
+    else this.#queue(message, lane);
     return answer;
   }
 
-  #queue(lane: string, queued: Queued): void {
-    this.#laneOf.set(queued.message.id, lane);
-    if (!this.#busy.has(lane)) {
-      this.#send(lane, queued);
-      return;
-    }
-    const older = this.#queued.get(lane);
-    if (older !== undefined) this.#settle(older.message.id)?.reject(new Superseded());
-    this.#queued.set(lane, queued);
+  #send(message: RequestMessage, lane: string | undefined): void {
+    if (lane !== undefined) this.#lanes.set(lane, undefined);
+    this.#worker.postMessage(message);
   }
 
-  #send(lane: string, { message, transfer }: Queued): void {
-    this.#busy.set(lane, message.id);
-    this.#worker.postMessage(message, transfer);
+  #queue(message: RequestMessage, lane: string): void {
+    const older = this.#lanes.get(lane);
+    if (older !== undefined) this.#settle(older.id)?.reject(new Superseded());
+    this.#lanes.set(lane, message);
   }
 
   #settle(id: number): Waiting | undefined {
     const found = this.#waiting.get(id);
     if (this.#waiting.delete(id)) addWaiting(-1);
-    this.#laneOf.delete(id);
     return found;
   }
 
   #answered({ id, answer, error, status, isClosed }: AnswerMessage): void {
-    const lane = this.#laneOf.get(id);
     const settled = this.#settle(id);
+    const lane = settled?.lane;
     if (lane !== undefined) {
-      this.#busy.delete(lane);
-      const next = this.#queued.get(lane);
-      this.#queued.delete(lane);
-      if (next !== undefined) this.#send(lane, next);
+      const next = this.#lanes.get(lane);
+      this.#lanes.delete(lane);
+      if (next !== undefined) this.#send(next, lane);
     }
     if (error === undefined) settled?.resolve(answer as never);
     else if (isClosed === true) settled?.reject(new Superseded());
@@ -127,9 +113,7 @@ export class Client {
   #broken(message: string): void {
     const all = [...this.#waiting.values()];
     this.close();
-    this.#busy.clear();
-    this.#queued.clear();
-    this.#laneOf.clear();
+    this.#lanes.clear();
     all.forEach(({ reject }) => reject(new CoreError(message, 3)));
   }
 }

@@ -6,7 +6,7 @@
 //     compare    = "=" | "!=" | "<" | "<=" | ">" | ">="
 //
 // A column has its name in the CSV of `biss decode`, or a short name (ack, delay, clock, time). A
-// word is a status, a safety verdict, a flag that is bad, or one of `words`. A value may have a unit: 12us, 5MHz.
+// word is a status, a safety verdict, a flag that is bad, or `error`. A value may have a unit: 12us, 5MHz.
 import type { Column } from 'biss';
 import { badAt, statuses, verdicts } from './statuses';
 
@@ -35,11 +35,6 @@ const shortNames: Record<string, string> = {
   line_delay: 'line_delay_ns',
   ack: 'ack_ns',
   clock: 'clock_hz',
-};
-
-const words: Record<string, Condition> = {
-  error: { kind: 'error' },
-  errors: { kind: 'error' },
 };
 
 /** What the search field offers. */
@@ -132,9 +127,8 @@ class Parser {
   }
 
   #word(word: string): Condition {
-    const own = words[word] ?? words[word.toLowerCase()];
-    if (own !== undefined) return own;
     const lower = word.toLowerCase();
+    if (lower === 'error' || lower === 'errors') return { kind: 'error' };
     const column = this.columns.find(({ name }) => name.toLowerCase() === lower);
     const bad = column && badAt(column.role);
     if (bad !== undefined) return equal(column!.name, bad);

@@ -1,11 +1,31 @@
-// The worker that reads the capture, as the page uses it.
-import type { Client } from './client';
-import { newWorker } from './start';
+// Workers, started from what the page carries: no file beside it is needed, so it works from file://. One
+// of them reads the capture.
+import { Client } from './client';
+
+declare const WORKER_SOURCE: string;
+
+interface Started {
+  client: Client;
+  worker: Worker;
+  /** When the core is ready. */
+  loaded: Promise<void>;
+}
+
+let address: string | undefined;
+
+/** A worker with a core of its own. */
+export function newWorker(): Started {
+  address ??= URL.createObjectURL(new Blob([WORKER_SOURCE], { type: 'text/javascript' }));
+  const worker = new Worker(address);
+  const client = new Client(worker);
+  const core = document.getElementById('biss-core')?.textContent ?? '';
+  return { client, worker, loaded: client.ask('load', { core }) };
+}
 
 let client: Client | undefined;
 
 /** Starts the worker; resolves when the core is ready. */
-export function startCore(): Promise<undefined> {
+export function startCore(): Promise<void> {
   const started = newWorker();
   client = started.client;
   return started.loaded;

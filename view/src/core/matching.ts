@@ -9,9 +9,9 @@ const stretch = 16_384;
 /** Says for rows of a stretch, by their place in it, whether they match. */
 type Test = (place: number) => boolean;
 
-/** The nearest row after `from` (before it with a step of -1) for which the condition is true. */
-export function findRow(session: Session, text: string, from: number, step: 1 | -1): number | undefined {
-  const condition = conditionFor(session, text);
+/** Rows for which the condition is true, from `from` on (exclusive), or back from it with a step of -1. */
+function* matching(session: Session, text: string, from: number, step: 1 | -1): Generator<number, undefined> {
+  const condition = parseCondition(text, session.columns);
   const count = session.rowCount;
   let at = Math.max(-1, Math.min(from, count)) + step;
   while (at >= 0 && at < count) {
@@ -19,28 +19,23 @@ export function findRow(session: Session, text: string, from: number, step: 1 | 
     const end = step > 0 ? Math.min(count, at + stretch) : at + 1;
     const test = testOf(new Stretch(session, begin, end), condition);
     for (; at >= begin && at < end; at += step) {
-      if (test(at - begin)) return at;
+      if (test(at - begin)) yield at;
     }
   }
-  return undefined;
+}
+
+/** The nearest row after `from` (before it with a step of -1) for which the condition is true. */
+export function findRow(session: Session, text: string, from: number, step: 1 | -1): number | undefined {
+  return matching(session, text, from, step).next().value;
 }
 
 /** The first rows, at most `most`, for which the condition is true. */
 export function findRows(session: Session, text: string, most: number): Int32Array {
-  const condition = conditionFor(session, text);
   const found: number[] = [];
-  for (let begin = 0; begin < session.rowCount && found.length < most; begin += stretch) {
-    const end = Math.min(begin + stretch, session.rowCount);
-    const test = testOf(new Stretch(session, begin, end), condition);
-    for (let place = 0; place < end - begin && found.length < most; place += 1) {
-      if (test(place)) found.push(begin + place);
-    }
+  for (const row of matching(session, text, -1, 1)) {
+    if (found.push(row) >= most) break;
   }
   return Int32Array.from(found);
-}
-
-function conditionFor(session: Session, text: string): Condition {
-  return parseCondition(text, session.columns);
 }
 
 class Stretch {
@@ -52,10 +47,6 @@ class Stretch {
     readonly begin: number,
     readonly end: number,
   ) {}
-
-  has(name: string): boolean {
-    return this.session.columns.some((column) => column.name === name);
-  }
 
   column(name: string): ColumnValues {
     const known = this.#columns.get(name) ?? this.session.column(name, this.begin, this.end);
@@ -78,12 +69,10 @@ class Stretch {
 
 function testOf(rows: Stretch, condition: Condition): Test {
   switch (condition.kind) {
-    case 'or': {
-      const tests = condition.of.map((each) => testOf(rows, each));
-      return (place) => tests.some((test) => test(place));
-    }
+    case 'or':
     case 'and': {
       const tests = condition.of.map((each) => testOf(rows, each));
+      if (condition.kind === 'or') return (place) => tests.some((test) => test(place));
       return (place) => tests.every((test) => test(place));
     }
     case 'not': {
@@ -114,8 +103,7 @@ type Comparison = Extract<Condition, { kind: 'compare' }>;
 function comparison(rows: Stretch, condition: Comparison): Test {
   const column = rows.session.columns.find(({ name }) => name === condition.column)!;
   const { kind } = column;
-  if (kind === 'text') return textTest(rows, condition);
-  if (kind === 'bits') return bitsTest(rows, condition);
+  if (kind === 'text' || kind === 'bits') return textTest(rows, kind, condition);
   if (condition.value === undefined) {
     throw new ConditionError(`"${condition.text}" is not a number, and ${condition.column} is one`);
   }
@@ -160,18 +148,14 @@ function holds<T extends bigint | number>(operator: Operator, value: T, limit: T
   }
 }
 
-// A cell may have several words, as `limits` has.
-function textTest(rows: Stretch, { column, operator, text }: Comparison): Test {
+// A cell of text may have several words, as `limits` has. Bits are compared as the command writes them.
+function textTest(rows: Stretch, kind: 'text' | 'bits', { column, operator, text }: Comparison): Test {
   if (operator !== '=' && operator !== '!=') {
-    throw new ConditionError(`${column} is text: compare it with = or !=`);
+    throw new ConditionError(`${column} is ${kind === 'text' ? 'text' : 'a row of bits'}: compare it with = or !=`);
   }
   const cell = rows.text(column);
-  return (place) => (cell(place) === text || cell(place).split(';').includes(text)) === (operator === '=');
-}
-
-function bitsTest(rows: Stretch, { column, operator, text }: Comparison): Test {
-  if (operator !== '=' && operator !== '!=') {
-    throw new ConditionError(`${column} is a row of bits: compare it with = or !=`);
-  }
-  return (place) => (rows.cell(column, place).toLowerCase() === text.toLowerCase()) === (operator === '=');
+  const isEqual = kind === 'text'
+    ? (place: number) => cell(place) === text || cell(place).split(';').includes(text)
+    : (place: number) => rows.cell(column, place).toLowerCase() === text.toLowerCase();
+  return (place) => isEqual(place) === (operator === '=');
 }

@@ -27,33 +27,30 @@ export interface Questions {
 /** What the worker can do without an open capture. */
 export interface Commands {
   /** biss_core.wasm in base64 of gzip. */
-  load: { ask: { core: string }; answer: undefined };
-  addFile: { ask: { name: string; content: Content }; answer: undefined };
-  removeFile: { ask: { name: string }; answer: undefined };
+  load: { ask: { core: string }; answer: void };
+  addFile: { ask: { name: string; content: Content }; answer: void };
+  removeFile: { ask: { name: string }; answer: void };
   readFile: { ask: { name: string }; answer: Uint8Array };
   run: { ask: { args: string[] }; answer: RunResult };
   /** The capture is a part of that of the report. */
-  report: { ask: { report: Report | undefined }; answer: undefined };
+  report: { ask: { report: Report | undefined }; answer: void };
   /** isWhole: the settings are those of the report. */
   open: { ask: { args: string[]; anyLines: boolean; isWhole: boolean }; answer: Opened };
   /**
    * Opens a capture that goes on from the one that is open, and reads it to its end before it takes
    * its place: the answer comes then, undefined where something else has been opened meanwhile.
    */
-  openBehind: { ask: { args: string[]; anyLines: boolean; isWhole: boolean }; answer: OpenedBehind | undefined };
-  endBehind: { ask: Record<string, never>; answer: undefined };
-  close: { ask: Record<string, never>; answer: undefined };
+  openBehind: { ask: { args: string[]; anyLines: boolean; isWhole: boolean }; answer: Required<Opened> | undefined };
+  endBehind: { ask: Record<string, never>; answer: void };
+  close: { ask: Record<string, never>; answer: void };
 }
 
 export interface Opened {
   generation: number;
   columns: readonly Column[];
   messages: string;
-}
-
-export interface OpenedBehind {
-  opened: Opened;
-  reading: ReadingMessage['reading'];
+  /** Of one that has been read to its end. */
+  reading?: ReadingMessage['reading'];
 }
 
 export type Requests = Questions & Commands & {

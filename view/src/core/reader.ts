@@ -2,6 +2,7 @@
 import type { Session } from 'biss';
 import type { ReadingMessage } from './protocol';
 import type { MeasuredSource } from './source';
+import { messageOf } from './texts';
 
 // What is asked meanwhile waits no longer than this.
 const sliceMilliseconds = 16;
@@ -86,7 +87,7 @@ export class Reader {
       more = step.more;
       this.#messages += step.messages;
     } catch (thrown) {
-      error = thrown instanceof Error ? thrown.message : String(thrown);
+      error = messageOf(thrown);
     }
     const now = performance.now();
     this.#saved = Math.min(mostSavedMilliseconds, this.#saved + (now - began) * analysesShare);

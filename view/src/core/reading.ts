@@ -3,21 +3,21 @@ import { batch } from '@preact/signals';
 import * as state from '../state';
 import { decodeArguments } from './arguments';
 import { core, startCore } from './core';
-import type { Opened, OpenedBehind, ReadingMessage } from './protocol';
+import type { Opened, ReadingMessage } from './protocol';
 import type { Report } from './report';
 import { sizeOf, type ServedFile } from './source';
+import { messageOf } from './texts';
 import { setVerbFiles, endVerbs, type NamedContent } from './verbs';
 
 let files: NamedContent[] = [];
-let loaded: Promise<undefined> | undefined;
+let loaded: Promise<void> | undefined;
 // The first rows of a new capture choose what is shown.
 let rangeIsOpen = false;
-let session = 0;
 // What the command said when it opened the capture.
 let openMessages = '';
 
 /** Starts the core; resolves when it is ready. */
-export function start(): Promise<undefined> {
+export function start(): Promise<void> {
   loaded = startCore();
   core().onReading = take;
   loaded.catch((error: Error) => fail(error.message));
@@ -52,7 +52,7 @@ function endBehind(): void {
 
 // One that fails does not stop those after it.
 function inTurn(action: () => Promise<void> | undefined): Promise<void> {
-  turn = turn.then(action).catch((error: unknown) => fail(textOf(error)));
+  turn = turn.then(action).catch((error: unknown) => fail(messageOf(error)));
   return turn;
 }
 
@@ -116,18 +116,18 @@ async function replaceGrown(file: NamedContent): Promise<void> {
   files = [file];
   await core().ask('addFile', file);
   behind = true;
-  const grown = await open<OpenedBehind | undefined>('openBehind').finally(() => { behind = false; });
-  if (grown === undefined) return;
+  const grown = await open('openBehind').finally(() => { behind = false; });
+  if (grown?.reading === undefined) return;
+  const { reading } = grown;
   setVerbFiles(files);
   batch(() => {
-    session = grown.reading.generation;
-    state.generation.value = session;
-    openMessages = grown.opened.messages;
+    state.generation.value = reading.generation;
+    openMessages = grown.messages;
     state.messages.value = openMessages;
     if (state.file.value !== undefined) {
       state.file.value = { ...state.file.value, bytes: sizeOf(file.content) };
     }
-    take(grown.reading);
+    take(reading);
     goWithTheEnd(before);
   });
 }
@@ -149,10 +149,9 @@ async function read(): Promise<void> {
   if (files.length === 0) return;
   state.progress.value = { state: 'loading', done: 0 };
   try {
-    const opened = await open<Opened>('open');
+    const opened = (await open('open'))!;
     endVerbs();
     batch(() => {
-      session = opened.generation;
       state.columns.value = opened.columns;
       state.rowCount.value = 0;
       state.about.value = undefined;
@@ -163,21 +162,21 @@ async function read(): Promise<void> {
       rangeIsOpen = state.range.value === undefined;
     });
   } catch (error) {
-    fail(textOf(error));
+    fail(messageOf(error));
   }
 }
 
 // With the scale and the velocity where the format allows them; where no lines look like MA and
 // SLO, the busiest ones are shown, with the message of the command.
-async function open<Answer extends Opened | OpenedBehind | undefined>(name: 'open' | 'openBehind'): Promise<Answer> {
+async function open(name: 'open' | 'openBehind'): Promise<Opened | undefined> {
   const all = decodeArguments(fileNames(), state.settings.value);
   const errors: unknown[] = [];
   const isWhole = state.isWhole.value;
   for (const args of all) {
     try {
-      const opened = await core().ask(name, { args, anyLines: false, isWhole }) as Answer;
+      const opened = await core().ask(name, { args, anyLines: false, isWhole });
       // A scale was asked for; the velocity is an extra.
-      const refused = all.length > 2 && errors.length > 0 ? textOf(errors[0]) : '';
+      const refused = all.length > 2 && errors.length > 0 ? messageOf(errors[0]) : '';
       return withWarning(opened, refused);
     } catch (error) {
       errors.push(error);
@@ -185,21 +184,15 @@ async function open<Answer extends Opened | OpenedBehind | undefined>(name: 'ope
   }
   const error = errors.at(-1);
   try {
-    const opened = await core().ask(name, { args: all.at(-1)!, anyLines: true, isWhole }) as Answer;
-    return withWarning(opened, textOf(error));
+    const opened = await core().ask(name, { args: all.at(-1)!, anyLines: true, isWhole });
+    return withWarning(opened, messageOf(error));
   } catch {
     throw error;
   }
 }
 
-function withWarning<Answer extends Opened | OpenedBehind | undefined>(answer: Answer, warning: string): Answer {
-  const opened: Opened | undefined = answer !== undefined && 'opened' in answer ? answer.opened : answer;
-  if (opened !== undefined) opened.messages = `${warning}${opened.messages}`;
-  return answer;
-}
-
-function textOf(error: unknown): string {
-  return error instanceof Error ? error.message : String(error);
+function withWarning(opened: Opened | undefined, warning: string): Opened | undefined {
+  return opened && { ...opened, messages: `${warning}${opened.messages}` };
 }
 
 function fail(message: string): void {
@@ -210,7 +203,7 @@ function fail(message: string): void {
 }
 
 function take(reading: ReadingMessage['reading']): void {
-  if (reading.generation !== session) return;
+  if (reading.generation !== state.generation.value) return;
   batch(() => {
     state.about.value = reading.about;
     state.columns.value = reading.columns;

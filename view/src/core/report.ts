@@ -1,6 +1,8 @@
 // What a report knows of a capture of which it has a part; verbs/report/part.cpp writes it. The part is a
 // capture of its own; its rows are found by their times.
 import type { Access, ColumnValues, Cycle, RunResult, Session } from 'biss';
+import { firstWhere } from './first_where';
+import { cellsOfCsv, objectsOf } from './texts';
 import type { Causes } from '../plots/causes_of';
 import type { Envelope, EnvelopeAsk } from '../plots/envelope';
 import type { Settings } from '../state';
@@ -37,10 +39,9 @@ export function wholeEnvelope(report: Report, { column, from, to }: EnvelopeAsk)
   const shift = Number(BigInt(envelope.from) - from);
   const length = Number(to - from);
   const { times } = envelope;
-  let first = 0;
-  while (first + 1 < times.length && (times[first + 1] ?? 0) + shift <= 0) first += 1;
-  let end = first;
-  while (end < times.length && (times[end] ?? 0) + shift <= length) end += 1;
+  const after = (time: number) => firstWhere(times.length, (i) => (times[i] ?? 0) + shift > time);
+  const first = Math.max(0, after(0) - 1);
+  const end = Math.max(first, after(length));
   const numbers = (all: (number | null)[]) =>
     Float64Array.from(all.slice(first, end + 1), (value) => value ?? NaN);
   return {
@@ -80,7 +81,7 @@ export class PartSession implements Session {
 
   /** \param isWhole the settings are those of the report */
   constructor(private readonly part: Session, readonly report: Report, readonly isWhole: boolean) {
-    const [names = [], ...cells] = report.rows.trimEnd().split('\n').map((line) => line.split(','));
+    const [names = [], ...cells] = cellsOfCsv(report.rows);
     this.#names = names;
     this.#cells = cells;
     cells.forEach((_, place) => this.#places.set(picoseconds(this.#text(place, 'time_ns')), place));
@@ -120,8 +121,7 @@ export class PartSession implements Session {
 
   // Those of the part are broken off where cycles are missing.
   #accesses(): readonly Access[] {
-    this.#known ??= (this.report.verbs['registers']?.out ?? '').split('\n')
-      .filter((line) => line !== '').map((line) => JSON.parse(line) as Access);
+    this.#known ??= objectsOf<Access>(this.report.verbs['registers']?.out ?? '');
     return this.#known;
   }
 

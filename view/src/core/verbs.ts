@@ -1,9 +1,9 @@
 // Verbs that read the whole file run in a worker of their own, so that the waveform stays fluid. A
 // new capture, or other settings, end the run that is under way.
 import type { RunResult } from 'biss';
-import { Client, CoreError } from './client';
+import { CoreError, type Client } from './client';
+import { newWorker } from './core';
 import type { Content } from './source';
-import { newWorker } from './start';
 
 export interface NamedContent {
   name: string;
@@ -12,10 +12,8 @@ export interface NamedContent {
 
 /** The files of the capture, which the verbs read. */
 let files: readonly NamedContent[] = [];
-let client: Promise<Client> | undefined;
-let worker: Worker | undefined;
-// The client of this worker.
-let ownClient: Client | undefined;
+// The worker, once it is needed.
+let verbs: { worker: Worker; client: Client; ready: Promise<Client> } | undefined;
 let underWay = 0;
 let making = 0;
 
@@ -23,7 +21,8 @@ export function setVerbFiles(given: readonly NamedContent[]): void {
   const old = files;
   files = given;
   endVerbs();
-  client = client?.then(async (core) => {
+  if (verbs === undefined) return;
+  verbs.ready = verbs.ready.then(async (core) => {
     for (const { name } of old) await core.ask('removeFile', { name });
     for (const file of given) await core.ask('addFile', file);
     return core;
@@ -36,21 +35,10 @@ export function setVerbFiles(given: readonly NamedContent[]): void {
  */
 export function endVerbs(): void {
   if (underWay === 0 || making > 0) return;
-  worker?.terminate();
-  ownClient?.close();
-  worker = undefined;
-  client = undefined;
+  verbs?.worker.terminate();
+  verbs?.client.close();
+  verbs = undefined;
   underWay = 0;
-}
-
-async function counted<T>(action: () => Promise<T>): Promise<T> {
-  const own = worker;
-  underWay += 1;
-  try {
-    return await action();
-  } finally {
-    if (own === worker) underWay -= 1;
-  }
 }
 
 /** Runs steps that make a new capture, which nothing ends. */
@@ -63,24 +51,28 @@ export async function makeCapture<T>(steps: () => Promise<T>): Promise<T> {
   }
 }
 
-async function started(): Promise<Client> {
-  const next = newWorker();
-  worker = next.worker;
-  ownClient = next.client;
-  await next.loaded;
-  for (const file of files) await next.client.ask('addFile', file);
-  return next.client;
-}
-
-async function ready(): Promise<Client> {
-  client ??= started();
-  return client;
+function ready(): Promise<Client> {
+  if (verbs === undefined) {
+    const { worker, client, loaded } = newWorker();
+    const hasFiles = loaded.then(async () => {
+      for (const file of files) await client.ask('addFile', file);
+      return client;
+    });
+    verbs = { worker, client, ready: hasFiles };
+  }
+  return verbs.ready;
 }
 
 /** Runs a verb on the files of the capture. */
 export async function runVerb(args: string[]): Promise<RunResult> {
   const core = await ready();
-  return counted(() => core.ask('run', { args }));
+  const own = verbs;
+  underWay += 1;
+  try {
+    return await core.ask('run', { args });
+  } finally {
+    if (own === verbs) underWay -= 1;
+  }
 }
 
 /** Gives the verbs a file that is no part of the capture. */
@@ -90,9 +82,9 @@ export async function writeFile(name: string, content: Uint8Array): Promise<void
 
 /** Runs a verb that writes a file, and takes the file. @throws CoreError with its message */
 export async function runToFile(args: string[], name: string): Promise<Uint8Array> {
-  const core = await ready();
-  const { status, err } = await counted(() => core.ask('run', { args }));
+  const { status, err } = await runVerb(args);
   if (status !== 0) throw new CoreError(err, status);
+  const core = await ready();
   const bytes = await core.ask('readFile', { name });
   await core.ask('removeFile', { name });
   return bytes;
@@ -103,7 +95,7 @@ export async function runOnFile(file: NamedContent, args: string[]): Promise<Run
   const core = await ready();
   await core.ask('addFile', file);
   try {
-    return await counted(() => core.ask('run', { args }));
+    return await runVerb(args);
   } finally {
     await core.ask('removeFile', { name: file.name });
   }

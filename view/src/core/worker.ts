@@ -5,7 +5,9 @@ import { analyses, type Analyses } from '../plots/analyses';
 import { findRow, findRows } from './matching';
 import { Reader } from './reader';
 import { PartSession, wholeCauses, wholeEnvelope, type Report } from './report';
+import { rowFrom } from '../plots/row_times';
 import { measuredSource, type MeasuredSource } from './source';
+import { messageOf } from './texts';
 import { unpack } from './unpack';
 import type { AnswerMessage, Commands, Questions, RequestMessage } from './protocol';
 
@@ -28,27 +30,23 @@ type Handlers<T extends { [K in keyof T]: { ask: unknown; answer: unknown } }> =
   [K in keyof T]: (ask: T[K]['ask']) => T[K]['answer'] | Promise<T[K]['answer']>;
 };
 
-const commands: Handlers<Commands> = {
+const handlers: Handlers<Commands & Questions> = {
   async load({ core }) {
     biss = await loadBiss({ wasmBinary: await unpack(core) });
-    return undefined;
   },
   addFile({ name, content }) {
     const source = measuredSource(content);
     loaded().addFile(name, source);
     sources.set(name, source);
-    return undefined;
   },
   removeFile({ name }) {
     loaded().removeFile(name);
     sources.delete(name);
-    return undefined;
   },
   readFile: ({ name }) => loaded().readFile(name),
   run: ({ args }) => loaded().run(args),
   report({ report: given }) {
     report = given;
-    return undefined;
   },
   open(ask) {
     const { session, messages } = openSession(ask);
@@ -69,17 +67,26 @@ const commands: Handlers<Commands> = {
     reader?.close();
     reader = own;
     behind = undefined;
-    return { opened, reading };
+    return { ...opened, reading };
   },
-  endBehind() {
-    behind?.close();
-    behind = undefined;
-    return undefined;
-  },
+  endBehind,
   close() {
     closeAll();
     reader = undefined;
-    return undefined;
+  },
+  view: ({ line, from, to, columns }) => session().view(line, from, to, columns),
+  cells: ({ from, to }) => session().cells(from, to),
+  cellsOf: ({ rows }) => rows.flatMap((row) => session().cells(row, row + 1)),
+  csv: ({ from, to }) => session().csv(from, to),
+  column: ({ name, from, to }) => session().column(name, from, to),
+  cycle: ({ row }) => session().cycle(row),
+  summary: () => session().summary(),
+  find: ({ condition, from, step }) => findRow(session(), condition, from, step),
+  findAll: ({ condition, most }) => findRows(session(), condition, most),
+  rowAt: ({ time }) => lastAtOrBefore(time),
+  rowOfCycle({ number }) {
+    const row = rowFrom(session(), BigInt(number), 'cycle');
+    return Number(session().column('cycle', row, row + 1).values[0]) === number ? row : undefined;
   },
 };
 
@@ -93,9 +100,13 @@ function openSession({ args, anyLines, isWhole }: Commands['open']['ask']) {
   return { session: report === undefined ? session : new PartSession(session, report, isWhole), messages };
 }
 
-function closeAll(): void {
+function endBehind(): void {
   behind?.close();
   behind = undefined;
+}
+
+function closeAll(): void {
+  endBehind();
   reader?.close();
 }
 
@@ -112,39 +123,10 @@ function session() {
   return opened().session;
 }
 
-const questions: Handlers<Questions> = {
-  view: ({ line, from, to, columns }) => session().view(line, from, to, columns),
-  cells: ({ from, to }) => session().cells(from, to),
-  cellsOf: ({ rows }) => rows.flatMap((row) => session().cells(row, row + 1)),
-  csv: ({ from, to }) => session().csv(from, to),
-  column: ({ name, from, to }) => session().column(name, from, to),
-  cycle: ({ row }) => session().cycle(row),
-  summary: () => session().summary(),
-  find: ({ condition, from, step }) => findRow(session(), condition, from, step),
-  findAll: ({ condition, most }) => findRows(session(), condition, most),
-  rowAt: ({ time }) => lastAtOrBefore('time_ns', time),
-  rowOfCycle({ number }) {
-    const row = lastAtOrBefore('cycle', BigInt(number));
-    return row !== undefined && valueOf('cycle', row) === BigInt(number) ? row : undefined;
-  },
-};
-
-function valueOf(column: string, row: number): bigint | undefined {
-  const [value] = session().column(column, row, row + 1).values;
-  return value === undefined ? undefined : BigInt(value);
-}
-
-// The last row whose value is at most this. Rows are in the order of time and of cycles.
-function lastAtOrBefore(column: string, wanted: bigint): number | undefined {
-  let low = 0;
-  let high = session().rowCount;
-  while (low < high) {
-    const middle = Math.floor((low + high) / 2);
-    const value = valueOf(column, middle);
-    if (value !== undefined && value <= wanted) low = middle + 1;
-    else high = middle;
-  }
-  return low === 0 ? undefined : low - 1;
+// The last row whose value in a column that never falls is at most this.
+function lastAtOrBefore(value: bigint, column?: string): number | undefined {
+  const after = rowFrom(session(), value + 1n, column);
+  return after === 0 ? undefined : after - 1;
 }
 
 async function answer({ id, name, ask }: RequestMessage): Promise<void> {
@@ -152,11 +134,8 @@ async function answer({ id, name, ask }: RequestMessage): Promise<void> {
   try {
     message = { id, answer: await answerOf(name, ask) };
   } catch (error) {
-    const text = error instanceof Error ? error.message : String(error);
-    message = {
-      id, error: text, status: error instanceof BissError ? error.status : 3,
-      isClosed: error instanceof Closed,
-    };
+    const status = error instanceof BissError ? error.status : 3;
+    message = { id, error: messageOf(error), status, isClosed: error instanceof Closed };
   }
   self.postMessage(message, transferablesOf(message.answer));
 }
@@ -168,8 +147,7 @@ function answerOf(name: string, ask: unknown): unknown {
     const analysis = analyses[name.slice('analyse.'.length) as keyof Analyses];
     return opened().analysed((session) => analysis(session, ask as never));
   }
-  const handlers = { ...commands, ...questions } as Record<string, (ask: unknown) => unknown>;
-  const handler = handlers[name];
+  const handler = (handlers as Record<string, (ask: unknown) => unknown>)[name];
   if (handler === undefined) throw new Error(`no request ${name}`);
   return handler(ask);
 }

@@ -1,14 +1,14 @@
 /** How many cycles have each status, flag, limit and verdict, and when in the capture. */
-import { signal } from '@preact/signals';
-import { useEffect } from 'preact/hooks';
 import { markOf, statuses } from '../core/statuses';
 import { searchOn } from '../shell/search';
+import { useAnswer } from '../shell/use_answer';
 import * as state from '../state';
-import type { Cause, Causes as Counted } from './causes_of';
+import type { Cause } from './causes_of';
 import { steadyRows } from '../wave/tiles';
-import { Latest } from './latest';
 
 const bins = 60;
+// Counting and measuring delay the waveform.
+export const pause = 300;
 
 function columnOf(cause: Cause) {
   return state.columns.value.find(({ name }) => name === cause.column);
@@ -27,7 +27,9 @@ function isHarmless(cause: Cause): boolean {
 }
 
 export function Causes() {
-  const counted = useCounted();
+  const rows = steadyRows();
+  const ask = rows > 0 ? { bins } : undefined;
+  const counted = useAnswer('analyse.causes', ask, [state.generation.value, rows], pause)?.answer;
   if (counted === undefined || counted.causes.length === 0) return null;
   const groups = new Map<string, Cause[]>();
   for (const cause of counted.causes) {
@@ -55,20 +57,6 @@ export function Causes() {
     </section>
   );
 }
-
-function useCounted(): Counted | undefined {
-  const rows = steadyRows();
-  const generation = state.generation.value;
-  useEffect(() => () => latest.close(), []);
-  useEffect(() => {
-    if (rows > 0) latest.want(`${generation} ${rows}`, { bins });
-    else counted.value = undefined;
-  }, [rows, generation]);
-  return counted.value;
-}
-
-const counted = signal<Counted | undefined>(undefined);
-const latest = new Latest('analyse.causes', 'plots.causes', () => { counted.value = latest.answer; });
 
 function shareText(count: number, rows: number): string {
   const percent = (100 * count) / Math.max(1, rows);

@@ -1,6 +1,5 @@
 /** The values of a plot: a line where they are few, a band from the lowest to the highest where not. */
-import type { Palette } from '../wave/palette';
-import type { TimeScale } from '../wave/scale';
+import type { Pen } from '../wave/canvas';
 import type { Envelope } from './envelope';
 
 type Context = CanvasRenderingContext2D;
@@ -11,15 +10,8 @@ interface Place {
   y: (value: number) => number;
 }
 
-export function drawEnvelope(
-  context: Context,
-  values: Envelope,
-  left: number,
-  scale: TimeScale,
-  y: (value: number) => number,
-  dots: boolean,
-  colours: Palette,
-): void {
+export function drawEnvelope(pen: Pen, values: Envelope, y: (value: number) => number, dots: boolean): void {
+  const { context, left, scale, colours } = pen;
   const shift = Number(scale.from - values.from);
   const x = (i: number) => left + ((values.times[i] ?? 0) - shift) * scale.pixelsPerPs;
   const count = values.times.length;

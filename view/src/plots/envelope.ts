@@ -1,6 +1,6 @@
 // A column against time, as its lowest and highest values, in the worker.
 import type { Session } from 'biss';
-import { blockRows, blockTimes, numbersOf, rowsIn, stretch, timesOf } from './row_times';
+import { blockRows, blockTimes, cellsOf, keptByBlock, rowsIn, timesOf } from './row_times';
 
 export interface EnvelopeAsk {
   column: string;
@@ -22,41 +22,27 @@ export interface Envelope {
 }
 
 interface Extremes {
-  low: number[];
-  high: number[];
+  low: number;
+  high: number;
 }
 
-const kept = new WeakMap<Session, Map<string, Extremes>>();
+const kept = new Map<string, (session: Session) => readonly Extremes[]>();
 
 // Extremes of each whole block of a column.
-function blocksOf(session: Session, column: string): Extremes {
-  let columns = kept.get(session);
-  if (columns === undefined) kept.set(session, (columns = new Map()));
-  let blocks = columns.get(column);
-  if (blocks === undefined) columns.set(column, (blocks = { low: [], high: [] }));
-  const whole = Math.floor(session.rowCount / blockRows);
-  while (blocks.low.length < whole) {
-    const first = blocks.low.length * blockRows;
-    const end = Math.min(first + stretch, whole * blockRows);
-    const values = present(session, column, first, end);
-    for (let i = 0; i < values.length; i += blockRows) {
-      const { low, high } = extremes(values.subarray(i, i + blockRows));
-      blocks.low.push(low);
-      blocks.high.push(high);
-    }
-  }
-  return blocks;
+function blocksOf(session: Session, column: string): readonly Extremes[] {
+  const blocks = kept.get(column) ?? keptByBlock((of, first, end) =>
+    groupsOf(cellsOf(of, column, first, end).numbers, blockRows).map(extremes));
+  kept.set(column, blocks);
+  return blocks(session);
 }
 
-// Values as numbers, NaN where a cell is empty.
-function present(session: Session, column: string, from: number, to: number): Float64Array {
-  const { present: has, values } = session.column(column, from, to);
-  const numbers = numbersOf(values);
-  for (let i = 0; i < numbers.length; i += 1) if (has[i] === 0) numbers[i] = NaN;
-  return numbers;
+function groupsOf(values: Float64Array, each: number): Float64Array[] {
+  return Array.from({ length: Math.ceil(values.length / Math.max(1, each)) }, (_, i) =>
+    values.subarray(i * each, (i + 1) * each));
 }
 
-function extremes(values: Float64Array): { low: number; high: number } {
+/** The lowest and the highest one; NaN without a number. */
+export function extremes(values: Iterable<number>): Extremes {
   let low = NaN;
   let high = NaN;
   for (const value of values) {
@@ -71,43 +57,29 @@ export function envelope(session: Session, ask: EnvelopeAsk): Envelope {
   const last = Math.min(end + 1, session.rowCount);
   const each = Math.ceil((last - first) / Math.max(1, ask.points));
   if (each > blockRows) return ofBlocks(session, ask, first, last, each);
-  const groups = Math.ceil((last - first) / Math.max(1, each));
-  const answer = empty(ask.from, groups, each);
-  const values = present(session, ask.column, first, last);
   const times = timesOf(session, first, last);
-  for (let i = 0; i < groups; i += 1) {
-    const { low, high } = extremes(values.subarray(i * each, (i + 1) * each));
-    answer.times[i] = Number((times[i * each] ?? 0n) - ask.from);
-    answer.low[i] = low;
-    answer.high[i] = high;
-  }
-  return answer;
+  const groups = groupsOf(cellsOf(session, ask.column, first, last).numbers, each);
+  return answerOf(ask.from, each, groups.map(extremes), (i) => Number((times[i * each] ?? 0n) - ask.from));
 }
 
-function empty(from: bigint, count: number, rows: number): Envelope {
+function answerOf(from: bigint, rows: number, found: Extremes[], timeOf: (i: number) => number): Envelope {
   return {
     from,
-    times: new Float64Array(count),
-    low: new Float64Array(count),
-    high: new Float64Array(count),
+    times: Float64Array.from(found, (_, i) => timeOf(i)),
+    low: Float64Array.from(found, ({ low }) => low),
+    high: Float64Array.from(found, ({ high }) => high),
     rows,
   };
 }
 
 function ofBlocks(session: Session, ask: EnvelopeAsk, first: number, last: number, each: number): Envelope {
-  const blocks = blocksOf(session, ask.column);
   const times = blockTimes(session);
   const begin = Math.floor(first / blockRows);
-  const end = Math.min(blocks.low.length, Math.ceil(last / blockRows));
+  const blocks = blocksOf(session, ask.column).slice(begin, Math.ceil(last / blockRows));
   const step = Math.ceil(each / blockRows);
-  const answer = empty(ask.from, Math.ceil((end - begin) / step), step * blockRows);
-  const from = Number(ask.from);
-  for (let i = 0; i < answer.times.length; i += 1) {
-    const at = begin + i * step;
-    const stop = Math.min(at + step, end);
-    answer.times[i] = (times[at] ?? 0) - from;
-    answer.low[i] = extremes(Float64Array.from(blocks.low.slice(at, stop))).low;
-    answer.high[i] = extremes(Float64Array.from(blocks.high.slice(at, stop))).high;
-  }
-  return answer;
+  const found = Array.from({ length: Math.ceil(blocks.length / step) }, (_, i) => {
+    const joined = blocks.slice(i * step, (i + 1) * step);
+    return { low: extremes(joined.map(({ low }) => low)).low, high: extremes(joined.map(({ high }) => high)).high };
+  });
+  return answerOf(ask.from, step * blockRows, found, (i) => (times[begin + i * step] ?? 0) - Number(ask.from));
 }

@@ -96,13 +96,14 @@ function sampledOf(session: Session, row: number, cycle: Cycle, from: bigint): S
 }
 
 // Returns the least distance of a change from a sampling point.
-function addCycle(into: Eye, { points, changes, levels, period }: Sampled): number {
+function addCycle(into: Eye, sampled: Sampled): number {
+  const { points, changes, levels, period } = sampled;
   let least = NaN;
   let next = 0;
   for (const point of points) {
     while (next < changes.length && (changes[next] ?? 0) <= point - period) next += 1;
     into.samples += 1;
-    addLevels(into, point, period, changes, levels, Math.max(0, next - 1));
+    addLevels(into, point, sampled, Math.max(0, next - 1));
     for (let i = Math.max(1, next); i < changes.length; i += 1) {
       const distance = (changes[i] ?? 0) - point;
       if (distance >= period) break;
@@ -123,14 +124,7 @@ function addChange(into: Eye, place: number, level: number): void {
   if (level !== 1) into.falling[bin] = (into.falling[bin] ?? 0) + 1;
 }
 
-function addLevels(
-  into: Eye,
-  point: number,
-  period: number,
-  changes: Float64Array,
-  levels: Uint8Array,
-  first: number,
-): void {
+function addLevels(into: Eye, point: number, { changes, levels, period }: Sampled, first: number): void {
   const bins = into.high.length;
   const width = (2 * period) / bins;
   let at = first;

@@ -1,8 +1,7 @@
 /** The eye diagram: SLO around the sampling points, and how often it changes where. */
-import { numberFont, Surface, textWidth, verticalLine } from '../wave/canvas';
-import { paletteOf, type Palette } from '../wave/palette';
+import { numberFont, type Surface, textWidth, verticalLine } from '../wave/canvas';
+import type { Palette } from '../wave/palette';
 import { timeText } from '../wave/scale';
-import * as state from '../state';
 import type { Eye } from './eye_of';
 
 const gutter = 84;
@@ -10,10 +9,6 @@ const rightEdge = 10;
 const foot = 20;
 // Changes within this share of a period of a sampling point are marginal, see docs/status.md.
 const marginalShare = 0.05;
-
-function sum(counts: Uint32Array): number {
-  return counts.reduce((total, count) => total + count, 0);
-}
 
 /** The figures of an eye, in words. */
 export function eyeText(eye: Eye | undefined): string {
@@ -29,118 +24,91 @@ function sideText({ period }: Eye, distance: number, side: string): string {
   return `nearest change ${timeText(distance)} (${((distance / period) * 100).toFixed(1)} %) ${side}`;
 }
 
-export class EyeView {
-  readonly surface: Surface;
-  #eye: Eye | undefined;
+type Context = CanvasRenderingContext2D;
 
-  constructor(canvas: HTMLCanvasElement) {
-    this.surface = new Surface(canvas, () => this.#draw());
-  }
+export function drawEye({ context, width, height }: Surface, eye: Eye | undefined, colours: Palette): void {
+  if (eye === undefined || eye.samples === 0) return;
+  const plotWidth = width - gutter - rightEdge;
+  const eyeHeight = Math.round((height - foot) * 0.66);
+  drawMargin(context, plotWidth, height, colours);
+  drawLevels(context, eye, plotWidth, eyeHeight, colours);
+  drawCounts(context, eye, plotWidth, eyeHeight + 8, height - foot, colours);
+  drawAxis(context, eye, plotWidth, height, colours);
+  drawNames(context, eyeHeight, height, colours);
+}
 
-  show(eye: Eye | undefined): void {
-    this.#eye = eye;
-    this.surface.change();
-  }
+function drawMargin(context: Context, width: number, height: number, colours: Palette): void {
+  const middle = gutter + width / 2;
+  const half = (marginalShare * width) / 2;
+  context.fillStyle = colours.fill.warn;
+  context.fillRect(middle - half, 0, 2 * half, height - foot);
+  context.strokeStyle = colours.text;
+  context.lineWidth = 1;
+  context.setLineDash([4, 3]);
+  verticalLine(context, middle, 0, height - foot);
+  context.setLineDash([]);
+}
 
-  close(): void {
-    this.surface.close();
+// The rails by how often SLO is there, and its changes between them.
+function drawLevels(context: Context, eye: Eye, width: number, height: number, colours: Palette): void {
+  const bins = eye.high.length;
+  const each = width / bins;
+  const rail = 3;
+  const top = 8;
+  const bottom = height - 8;
+  const most = Math.max(1, ...eye.rising, ...eye.falling);
+  context.fillStyle = colours.slo;
+  for (let bin = 0; bin < bins; bin += 1) {
+    const x = gutter + Math.round(bin * each);
+    const wide = gutter + Math.round((bin + 1) * each) - x;
+    const high = eye.high[bin] ?? 0;
+    const low = eye.low[bin] ?? 0;
+    const all = Math.max(1, high + low);
+    const part = (share: number, y: number) => {
+      if (share === 0) return;
+      context.globalAlpha = 0.25 + 0.75 * share;
+      context.fillRect(x, y, wide, rail);
+    };
+    part(high / all, top);
+    part(low / all, bottom - rail);
+    const changes = (eye.rising[bin] ?? 0) + (eye.falling[bin] ?? 0);
+    if (changes === 0) continue;
+    context.globalAlpha = 0.2 + 0.8 * Math.sqrt(Math.min(1, changes / most));
+    context.fillRect(x, top, Math.max(1, wide), bottom - top);
   }
+  context.globalAlpha = 1;
+}
 
-  #draw(): void {
-    const { context, width, height } = this.surface;
-    const colours = paletteOf(state.shownTheme.value);
-    context.fillStyle = colours.ground;
-    context.fillRect(0, 0, width, height);
-    const eye = this.#eye;
-    if (eye === undefined || eye.samples === 0) return;
-    const plotWidth = width - gutter - rightEdge;
-    const eyeHeight = Math.round((height - foot) * 0.66);
-    this.#drawMargin(plotWidth, height, colours);
-    this.#drawLevels(eye, plotWidth, eyeHeight, colours);
-    this.#drawCounts(eye, plotWidth, eyeHeight + 8, height - foot, colours);
-    this.#drawAxis(eye, plotWidth, height, colours);
-    this.#drawNames(eyeHeight, height, colours);
-  }
+function drawCounts(context: Context, eye: Eye, width: number, top: number, bottom: number, colours: Palette): void {
+  const bins = eye.high.length;
+  const counts = eye.rising.map((rising, bin) => rising + (eye.falling[bin] ?? 0));
+  const most = Math.max(1, ...counts);
+  context.fillStyle = colours.soft;
+  counts.forEach((count, bin) => {
+    if (count === 0) return;
+    const height = Math.max(2, (count / most) * (bottom - top));
+    context.fillRect(gutter + (bin * width) / bins, bottom - height, Math.max(1, width / bins), height);
+  });
+  if (counts.every((count) => count === 0)) context.fillText('no change of SLO', gutter + 8, (top + bottom) / 2);
+}
 
-  #drawMargin(width: number, height: number, colours: Palette): void {
-    const { context } = this.surface;
-    const middle = gutter + width / 2;
-    const half = (marginalShare * width) / 2;
-    context.fillStyle = colours.fill.warn;
-    context.fillRect(middle - half, 0, 2 * half, height - foot);
-    context.strokeStyle = colours.text;
-    context.lineWidth = 1;
-    context.setLineDash([4, 3]);
-    verticalLine(context, middle, 0, height - foot);
-    context.setLineDash([]);
+function drawAxis(context: Context, eye: Eye, width: number, height: number, colours: Palette): void {
+  context.font = numberFont;
+  context.strokeStyle = colours.grid;
+  context.fillStyle = colours.soft;
+  for (let quarter = -4; quarter <= 4; quarter += 2) {
+    const x = gutter + ((quarter + 4) / 8) * width;
+    const time = (quarter / 4) * eye.period;
+    const text = quarter === 0 ? 'sample' : timeText(time, 3);
+    if (quarter !== 0) verticalLine(context, x, 0, height - foot + 3);
+    const wide = textWidth(context, text);
+    context.fillText(text, Math.min(x - wide / 2, gutter + width + rightEdge - wide), height - foot / 2 + 1);
   }
+}
 
-  // The rails by how often SLO is there, and its changes between them.
-  #drawLevels(eye: Eye, width: number, height: number, colours: Palette): void {
-    const { context } = this.surface;
-    const bins = eye.high.length;
-    const each = width / bins;
-    const rail = 3;
-    const top = 8;
-    const bottom = height - 8;
-    const most = Math.max(1, ...eye.rising, ...eye.falling);
-    context.fillStyle = colours.slo;
-    for (let bin = 0; bin < bins; bin += 1) {
-      const x = gutter + Math.round(bin * each);
-      const wide = gutter + Math.round((bin + 1) * each) - x;
-      const high = eye.high[bin] ?? 0;
-      const low = eye.low[bin] ?? 0;
-      const all = Math.max(1, high + low);
-      const part = (share: number, y: number) => {
-        if (share === 0) return;
-        context.globalAlpha = 0.25 + 0.75 * share;
-        context.fillRect(x, y, wide, rail);
-      };
-      part(high / all, top);
-      part(low / all, bottom - rail);
-      const changes = (eye.rising[bin] ?? 0) + (eye.falling[bin] ?? 0);
-      if (changes === 0) continue;
-      context.globalAlpha = 0.2 + 0.8 * Math.sqrt(Math.min(1, changes / most));
-      context.fillRect(x, top, Math.max(1, wide), bottom - top);
-    }
-    context.globalAlpha = 1;
-  }
-
-  #drawCounts(eye: Eye, width: number, top: number, bottom: number, colours: Palette): void {
-    const { context } = this.surface;
-    const bins = eye.high.length;
-    const counts = eye.rising.map((rising, bin) => rising + (eye.falling[bin] ?? 0));
-    const most = Math.max(1, ...counts);
-    context.fillStyle = colours.soft;
-    counts.forEach((count, bin) => {
-      if (count === 0) return;
-      const height = Math.max(2, (count / most) * (bottom - top));
-      context.fillRect(gutter + (bin * width) / bins, bottom - height, Math.max(1, width / bins), height);
-    });
-    if (sum(counts) === 0) context.fillText('no change of SLO', gutter + 8, (top + bottom) / 2);
-  }
-
-  #drawAxis(eye: Eye, width: number, height: number, colours: Palette): void {
-    const { context } = this.surface;
-    context.font = numberFont;
-    context.textBaseline = 'middle';
-    context.strokeStyle = colours.grid;
-    context.fillStyle = colours.soft;
-    for (let quarter = -4; quarter <= 4; quarter += 2) {
-      const x = gutter + ((quarter + 4) / 8) * width;
-      const time = (quarter / 4) * eye.period;
-      const text = quarter === 0 ? 'sample' : timeText(time, 3);
-      if (quarter !== 0) verticalLine(context, x, 0, height - foot + 3);
-      const wide = textWidth(context, text);
-      context.fillText(text, Math.min(x - wide / 2, gutter + width + rightEdge - wide), height - foot / 2 + 1);
-    }
-  }
-
-  #drawNames(eyeHeight: number, height: number, colours: Palette): void {
-    const { context } = this.surface;
-    context.fillStyle = colours.soft;
-    context.fillText('SLO high', 10, 10);
-    context.fillText('SLO low', 10, eyeHeight - 10);
-    context.fillText('changes', 10, (eyeHeight + 8 + height - foot) / 2);
-  }
+function drawNames(context: Context, eyeHeight: number, height: number, colours: Palette): void {
+  context.fillStyle = colours.soft;
+  context.fillText('SLO high', 10, 10);
+  context.fillText('SLO low', 10, eyeHeight - 10);
+  context.fillText('changes', 10, (eyeHeight + 8 + height - foot) / 2);
 }

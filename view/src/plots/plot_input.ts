@@ -2,6 +2,7 @@
  * shows. */
 import * as state from '../state';
 import * as actions from '../wave/actions';
+import { listen } from '../wave/listen';
 import { gutter, type PlotView } from './plot_view';
 
 // A press that moves by more is a drag.
@@ -49,19 +50,12 @@ export function listenToPlot(
     }
     from = undefined;
   };
-  const cancel = () => { from = undefined; };
-  const leave = () => onPoint('');
-
-  const listeners: [string, EventListener][] = [
-    ['wheel', wheel as EventListener],
-    ['pointerdown', down as EventListener],
-    ['pointermove', move as EventListener],
-    ['pointerup', up as EventListener],
-    ['pointercancel', cancel],
-    ['pointerleave', leave],
-  ];
-  for (const [name, listener] of listeners) element.addEventListener(name, listener, { passive: false });
-  return () => {
-    for (const [name, listener] of listeners) element.removeEventListener(name, listener);
-  };
+  return listen(element, {
+    wheel,
+    pointerdown: down,
+    pointermove: move,
+    pointerup: up,
+    pointercancel: () => { from = undefined; },
+    pointerleave: () => onPoint(''),
+  });
 }

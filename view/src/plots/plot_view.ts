@@ -1,8 +1,10 @@
 /** A value against time, drawn from its lowest and highest values. */
-import { effect, type ReadonlySignal } from '@preact/signals';
+import type { ReadonlySignal } from '@preact/signals';
+import { firstWhere } from '../core/first_where';
 import * as state from '../state';
-import { fitting, Layer, numberFont, Surface, textWidth, verticalLine } from '../wave/canvas';
-import { paletteOf, type Palette } from '../wave/palette';
+import { fitting, Layer, numberFont, Surface, textWidth, verticalLine, type Pen } from '../wave/canvas';
+import { shownCursors } from '../wave/cursors';
+import type { Palette } from '../wave/palette';
 import { exactTimeText, TimeScale, timeMarks } from '../wave/scale';
 import { drawEnvelope } from './draw_envelope';
 import type { Envelope } from './envelope';
@@ -24,8 +26,6 @@ export const gutter = 84;
 const foot = 20;
 const rightEdge = 10;
 
-type Context = CanvasRenderingContext2D;
-
 interface Bounds {
   low: number;
   high: number;
@@ -34,7 +34,6 @@ interface Bounds {
 export class PlotView {
   readonly surface: Surface;
   readonly #curve = new Layer();
-  readonly #stop: () => void;
   #values: Envelope | undefined;
 
   constructor(
@@ -43,18 +42,12 @@ export class PlotView {
     private readonly source: Source,
     private readonly range: ReadonlySignal<state.Range | undefined>,
     private readonly onSummary: (text: string) => void,
+    depends?: ReadonlySignal<unknown>,
   ) {
-    this.surface = new Surface(canvas, () => this.#draw());
-    this.#stop = effect(() => {
-      void [range.value, state.range.value, state.generation.value, state.about.value,
-        state.progress.value.state, state.shownTheme.value, state.cursors.value];
-      this.surface.change();
-    });
-  }
-
-  close(): void {
-    this.#stop();
-    this.surface.close();
+    this.surface = new Surface(canvas, (colours) => this.#draw(colours), () => [
+      range.value, depends?.value, state.range.value, state.generation.value, state.about.value,
+      state.progress.value.state, state.cursors.value,
+    ]);
   }
 
   get scale(): TimeScale | undefined {
@@ -77,11 +70,8 @@ export class PlotView {
     return `${low === high ? low : `${low} to ${high}`} at ${exactTimeText(time)}`;
   }
 
-  #draw(): void {
-    const { context, width, height } = this.surface;
-    const colours = paletteOf(state.shownTheme.value);
-    context.fillStyle = colours.ground;
-    context.fillRect(0, 0, width, height);
+  #draw(colours: Palette): void {
+    const { context, height } = this.surface;
     const { scale } = this;
     const range = this.range.value;
     if (scale === undefined || range === undefined) return;
@@ -90,21 +80,22 @@ export class PlotView {
     const seen = values === undefined ? undefined : boundsOf(values, scale);
     this.#drawWindow(scale, range, height, colours);
     this.#curve.put(this.surface, [values, range.from, range.to, colours], (layer) => {
-      drawTimes(layer, scale, height, colours);
-      if (values === undefined || seen === undefined) drawEmpty(layer, scale, height, colours);
-      else this.#drawCurve(layer, values, padded(seen), scale, colours);
+      const pen = { context: layer, left: gutter, scale, colours };
+      drawTimes(pen, height);
+      if (values === undefined || seen === undefined) drawEmpty(pen, height);
+      else this.#drawCurve(pen, values, padded(seen));
     });
-    this.#drawCursors(scale, height, colours);
+    this.#drawCursors({ context, left: gutter, scale, colours }, height);
     this.#say(seen, range);
   }
 
-  #drawCurve(context: Context, values: Envelope, bounds: Bounds, scale: TimeScale, colours: Palette): void {
-    const { height, width } = this.surface;
-    drawValues(context, bounds, this.spec.quantity, width, height, colours);
-    context.beginPath();
-    context.rect(gutter, 0, scale.width, height - foot);
-    context.clip();
-    drawEnvelope(context, values, gutter, scale, (value) => yOf(value, bounds, height), this.spec.dots, colours);
+  #drawCurve(pen: Pen, values: Envelope, bounds: Bounds): void {
+    const { height } = this.surface;
+    drawValues(pen, bounds, this.spec.quantity, height);
+    pen.context.beginPath();
+    pen.context.rect(gutter, 0, pen.scale.width, height - foot);
+    pen.context.clip();
+    drawEnvelope(pen, values, (value) => yOf(value, bounds, height), this.spec.dots);
   }
 
   #say(seen: Bounds | undefined, range: state.Range): void {
@@ -130,29 +121,23 @@ export class PlotView {
     context.globalAlpha = 1;
   }
 
-  #drawCursors(scale: TimeScale, height: number, colours: Palette): void {
-    const { context } = this.surface;
-    const { a, b } = state.cursors.value;
-    for (const [time, colour] of [[a, colours.cursorA], [b, colours.cursorB]] as const) {
-      if (time === undefined) continue;
-      const x = scale.x(time);
-      if (x < 0 || x > scale.width) continue;
-      context.strokeStyle = colour;
-      verticalLine(context, gutter + x, 0, height - foot);
+  #drawCursors(pen: Pen, height: number): void {
+    for (const { x, colour } of shownCursors(pen, state.cursors.value)) {
+      pen.context.strokeStyle = colour;
+      verticalLine(pen.context, x, 0, height - foot);
     }
   }
 }
 
-function drawEmpty(context: Context, scale: TimeScale, height: number, colours: Palette): void {
+function drawEmpty({ context, scale, colours }: Pen, height: number): void {
   context.font = numberFont;
   context.fillStyle = colours.soft;
   context.fillText('no values here', gutter + scale.width / 2 - 45, (height - foot) / 2);
 }
 
-function drawTimes(context: Context, scale: TimeScale, height: number, colours: Palette): void {
+function drawTimes({ context, scale, colours }: Pen, height: number): void {
   const { marks, base } = timeMarks(scale, 80);
   context.font = numberFont;
-  context.textBaseline = 'middle';
   context.strokeStyle = colours.grid;
   context.lineWidth = 1;
   context.fillStyle = colours.soft;
@@ -168,23 +153,15 @@ function drawTimes(context: Context, scale: TimeScale, height: number, colours: 
   }
 }
 
-function drawValues(
-  context: Context,
-  bounds: Bounds,
-  quantity: Quantity,
-  width: number,
-  height: number,
-  colours: Palette,
-): void {
+function drawValues({ context, scale, colours }: Pen, bounds: Bounds, quantity: Quantity, height: number): void {
   const { values, text } = ticksOf(bounds.low, bounds.high, (height - foot) / 28, quantity);
   context.font = numberFont;
-  context.textBaseline = 'middle';
   for (const value of values) {
     const y = Math.round(yOf(value, bounds, height)) + 0.5;
     context.strokeStyle = colours.grid;
     context.beginPath();
     context.moveTo(gutter - 4, y);
-    context.lineTo(width - rightEdge, y);
+    context.lineTo(gutter + scale.width, y);
     context.stroke();
     context.fillStyle = colours.soft;
     if (y < 6 || y > height - foot - 4) continue;
@@ -194,13 +171,7 @@ function drawValues(
 }
 
 function nearest(times: Float64Array, sought: number): number {
-  let low = 0;
-  let high = times.length - 1;
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if ((times[middle] ?? 0) < sought) low = middle + 1;
-    else high = middle;
-  }
+  const low = firstWhere(times.length - 1, (i) => (times[i] ?? 0) >= sought);
   const before = Math.max(0, low - 1);
   const isBefore = sought - (times[before] ?? 0) < (times[low] ?? 0) - sought;
   return isBefore ? before : low;

@@ -3,14 +3,15 @@ import './plots.css';
 import { computed, signal, type ReadonlySignal } from '@preact/signals';
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { defineKeys } from '../shell/keys';
+import { useAnswer } from '../shell/use_answer';
 import * as state from '../state';
 import * as actions from '../wave/actions';
+import { Surface } from '../wave/canvas';
 import { steadyEnd, steadyRows, Tile } from '../wave/tiles';
-import { Causes } from './causes';
+import { Causes, pause } from './causes';
 import type { Envelope } from './envelope';
 import type { Eye } from './eye_of';
-import { EyeView, eyeText } from './eye_view';
-import { Latest } from './latest';
+import { drawEye, eyeText } from './eye_view';
 import { columnPlots, type ColumnPlot } from './plot_list';
 import { listenToPlot } from './plot_input';
 import { PlotView, type PlotSpec, type Source } from './plot_view';
@@ -28,14 +29,6 @@ function wholeCapture(): state.Range | undefined {
 }
 
 const eye = signal<Eye | undefined>(undefined);
-const eyeLatest = new Latest('analyse.eye', 'plots.eye', () => { eye.value = eyeLatest.answer; });
-
-function wantEye(range: state.Range | undefined): void {
-  if (range === undefined || state.rowCount.value === 0) return;
-  const stretch = follows.value ? `${range.from} ${range.to}` : 'all';
-  const key = [state.generation.value, steadyRows(), stretch].join(' ');
-  eyeLatest.want(key, { ...range, cycles: eyeCycles, bins: eyeBins });
-}
 
 defineKeys('plots', [
   {
@@ -53,8 +46,10 @@ export function Plots() {
   const range = shown.value;
   const rows = steadyRows();
   const generation = state.generation.value;
-  useEffect(() => { wantEye(range); }, [range?.from, range?.to, rows, generation]);
-  useEffect(() => () => eyeLatest.close(), []);
+  const stretch = follows.value ? [range?.from, range?.to] : ['all', ''];
+  const ask = range && rows > 0 ? { ...range, cycles: eyeCycles, bins: eyeBins } : undefined;
+  const found = useAnswer('analyse.eye', ask, [generation, rows, ...stretch], pause)?.answer;
+  useEffect(() => { if (found !== undefined) eye.value = found; }, [found]);
   const plots = columnPlots(state.columns.value);
   return (
     <section class="plots" aria-label="Plots" data-keys="plots">
@@ -89,7 +84,7 @@ function ColumnFigure({ plot }: { plot: ColumnPlot }) {
     const tile = new Tile('analyse.envelope', `plots.${plot.column}`,
       ({ from, to, columns }) => ({ column: plot.column, from, to, points: columns }), change);
     return (range, width) => {
-      tile.want({ ...range, width, generation: state.generation.value, end: steadyEnd() });
+      tile.want({ ...range, width, end: steadyEnd() });
       return tile.answer;
     };
   };
@@ -99,25 +94,18 @@ function ColumnFigure({ plot }: { plot: ColumnPlot }) {
 const marginSpec: PlotSpec = { id: 'margin', title: 'Margin', quantity: 'time', unit: '', dots: true };
 
 function MarginFigure() {
-  const sourceOf = (): Source => () => (eye.value === undefined ? undefined : marginsOf(eye.value));
+  const sourceOf = (): Source => () => margins.value;
   const found = eye.value;
   const isSample = found !== undefined && found.rows.length < found.of;
   const note = isSample ? `${found.rows.length} of ${found.of} cycles` : '';
   return <Figure spec={marginSpec} sourceOf={sourceOf} range={shown} note={note} depends={eye} />;
 }
 
-const margins = new WeakMap<Eye, Envelope>();
-
 // The same object for the same eye, so that it is drawn once.
-function marginsOf(found: Eye): Envelope {
-  let values = margins.get(found);
-  if (values === undefined) {
-    const { from, times } = found;
-    values = { from, times, low: found.margins, high: found.margins, rows: 1 };
-    margins.set(found, values);
-  }
-  return values;
-}
+const margins = computed<Envelope | undefined>(() => {
+  const found = eye.value;
+  return found && { from: found.from, times: found.times, low: found.margins, high: found.margins, rows: 1 };
+});
 
 interface FigureProps {
   spec: PlotSpec;
@@ -135,13 +123,11 @@ function Figure({ spec, sourceOf, range, note = '', depends }: FigureProps) {
   useEffect(() => {
     const element = canvas.current;
     if (element === null) return undefined;
-    const plot: PlotView = new PlotView(element, spec, sourceOf(() => plot.surface.change()), range, setSummary);
+    const plot: PlotView = new PlotView(element, spec, sourceOf(() => plot.surface.change()), range, setSummary, depends);
     const stop = listenToPlot(element, plot, () => follows.value, (text) => { point.value = text; });
-    const stopDepends = depends?.subscribe(() => plot.surface.change());
     return () => {
-      stopDepends?.();
       stop();
-      plot.close();
+      plot.surface.close();
     };
   }, []);
   return (
@@ -159,14 +145,8 @@ function EyeFigure() {
   const canvas = useRef<HTMLCanvasElement>(null);
   useEffect(() => {
     if (canvas.current === null) return undefined;
-    const view = new EyeView(canvas.current);
-    const stop = eye.subscribe((found) => view.show(found));
-    const stopTheme = state.shownTheme.subscribe(() => view.surface.change());
-    return () => {
-      stop();
-      stopTheme();
-      view.close();
-    };
+    const surface: Surface = new Surface(canvas.current, (colours) => drawEye(surface, eye.value, colours), () => eye.value);
+    return () => surface.close();
   }, []);
   const text = eyeText(eye.value);
   return (

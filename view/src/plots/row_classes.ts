@@ -1,7 +1,7 @@
 // What became of each row, for the strip of all cycles and the boxes of single ones; in the worker.
 import type { Access, Column, Role, Session } from 'biss';
 import { causesIn, cutStatuses, markOf } from '../core/statuses';
-import { blockRows, blockTimes, numbersOf, rowsIn, stretch, timesOf } from './row_times';
+import { blockRows, blockTimes, cellsOf, keptByBlock, numbersOf, rowsIn, stretch, timesOf } from './row_times';
 
 /** What a row is drawn as; the larger one is the worse. */
 export const rowClass = { good: 0, cut: 1, flagged: 2, failed: 3 } as const;
@@ -57,13 +57,6 @@ interface Cells extends Column {
   marks: string[];
 }
 
-function cellsOf(session: Session, column: Column, from: number, to: number): Cells {
-  const { present, values, texts } = session.column(column.name, from, to);
-  const numbers = numbersOf(values);
-  for (let i = 0; i < numbers.length; i += 1) if (present[i] === 0) numbers[i] = NaN;
-  return { ...column, numbers, texts, marks: texts.map((text) => markOf(column.role, text)) };
-}
-
 function textOf(cells: Cells | undefined, i: number): string {
   return cells?.texts[cells.numbers[i] ?? NaN] ?? '';
 }
@@ -77,7 +70,10 @@ class Verdicts {
 
   constructor(session: Session, from: number, to: number) {
     this.#columns = session.columns.filter(({ role }) => role !== 'value' && role !== 'check_at_0')
-      .map((column) => cellsOf(session, column, from, to));
+      .map((column) => {
+        const { numbers, texts } = cellsOf(session, column.name, from, to);
+        return { ...column, numbers, texts, marks: texts.map((text) => markOf(column.role, text)) };
+      });
     this.#flags = this.#columns.filter(({ role }) => role !== 'status');
     const { numbers, texts, marks } = this.#columns.find(({ role }) => role === 'status')!;
     this.#statuses = numbers;
@@ -105,36 +101,19 @@ class Verdicts {
   }
 }
 
-/** Counts by block: failed and flagged. */
-interface Counts {
-  failed: number[];
-  flagged: number[];
-}
-
-const kept = new WeakMap<Session, Counts>();
-
-function blockCounts(session: Session): Counts {
-  let counts = kept.get(session);
-  if (counts === undefined) kept.set(session, (counts = { failed: [], flagged: [] }));
-  const whole = Math.floor(session.rowCount / blockRows);
-  while (counts.failed.length < whole) {
-    const first = counts.failed.length * blockRows;
-    const end = Math.min(first + stretch, whole * blockRows);
-    const verdicts = new Verdicts(session, first, end);
-    for (let block = first; block < end; block += blockRows) {
-      let failed = 0;
-      let flagged = 0;
-      for (let row = block - first; row < block - first + blockRows; row += 1) {
-        const found = verdicts.classOf(row);
-        if (found === rowClass.failed) failed += 1;
-        else if (found === rowClass.flagged) flagged += 1;
-      }
-      counts.failed.push(failed);
-      counts.flagged.push(flagged);
+// How many rows of each block failed and are flagged.
+const blockCounts = keptByBlock((session, first, end) => {
+  const verdicts = new Verdicts(session, first, end);
+  return Array.from({ length: (end - first) / blockRows }, (_, block) => {
+    const counts = { failed: 0, flagged: 0 };
+    for (let i = block * blockRows; i < (block + 1) * blockRows; i += 1) {
+      const found = verdicts.classOf(i);
+      if (found === rowClass.failed) counts.failed += 1;
+      else if (found === rowClass.flagged) counts.flagged += 1;
     }
-  }
-  return counts;
-}
+    return counts;
+  });
+});
 
 export function strip(session: Session, { from, to, columns }: StripAsk): Strip {
   const { first, end } = rowsIn(session, from, to);
@@ -186,8 +165,7 @@ function addBlocks(
     const column = columnOf(times[block] ?? 0);
     const whole = stop - row === blockRows && next !== undefined && columnOf(next) === column;
     if (whole) {
-      const failed = counts.failed[block] ?? 0;
-      const flagged = counts.flagged[block] ?? 0;
+      const { failed, flagged } = counts[block]!;
       add(into, column, failed, rowClass.failed);
       add(into, column, flagged, rowClass.flagged);
       add(into, column, blockRows - failed - flagged, rowClass.good);

@@ -1,5 +1,6 @@
-// Finds rows by time, in the worker. Of each block of rows the first time is kept.
+// Finds rows by time, in the worker, and keeps what is computed of blocks of rows.
 import type { Session } from 'biss';
+import { firstWhere } from '../core/first_where';
 
 /** Rows of a block; whatever is kept of all rows is kept by block. */
 export const blockRows = 64;
@@ -19,63 +20,45 @@ export function numbersOf(values: BigUint64Array | BigInt64Array | Float64Array)
   return numbers;
 }
 
+/** The values of a column as numbers, NaN for an empty cell, and the texts that they are indices of. */
+export function cellsOf(session: Session, column: string, from: number, to: number) {
+  const { present, values, texts } = session.column(column, from, to);
+  const numbers = numbersOf(values);
+  for (let i = 0; i < numbers.length; i += 1) if (present[i] === 0) numbers[i] = NaN;
+  return { numbers, texts };
+}
+
 /** The times of rows, in picoseconds. */
 export function timesOf(session: Session, from: number, to: number): BigInt64Array {
   return session.column('time_ns', from, to).values as BigInt64Array;
 }
 
-/** The first row of each whole block. */
-class BlockTimes {
-  #times: number[] = [];
-
-  constructor(private readonly session: Session) {}
-
-  /** As many times as there are whole blocks by now. */
-  get(): readonly number[] {
-    const whole = Math.floor(this.session.rowCount / blockRows);
-    while (this.#times.length < whole) {
-      const first = this.#times.length * blockRows;
-      const end = Math.min(first + stretch, whole * blockRows);
-      const times = numbersOf(timesOf(this.session, first, end));
-      for (let i = 0; i < times.length; i += blockRows) this.#times.push(times[i] ?? 0);
+/**
+ * Keeps a result for each whole block of a session. `blocksIn` makes the results of the blocks that have
+ * been read since the last call, from their first row to before `end`.
+ */
+export function keptByBlock<T>(blocksIn: (session: Session, first: number, end: number) => T[]) {
+  const kept = new WeakMap<Session, T[]>();
+  return (session: Session): readonly T[] => {
+    const blocks = kept.get(session) ?? [];
+    kept.set(session, blocks);
+    const whole = Math.floor(session.rowCount / blockRows);
+    while (blocks.length < whole) {
+      const first = blocks.length * blockRows;
+      blocks.push(...blocksIn(session, first, Math.min(first + stretch, whole * blockRows)));
     }
-    return this.#times;
-  }
+    return blocks;
+  };
 }
 
-const kept = new WeakMap<Session, BlockTimes>();
+/** The time of the first row of each whole block. */
+export const blockTimes = keptByBlock((session, first, end) =>
+  [...numbersOf(timesOf(session, first, end))].filter((_, i) => i % blockRows === 0));
 
-export function blockTimes(session: Session): readonly number[] {
-  let times = kept.get(session);
-  if (times === undefined) {
-    times = new BlockTimes(session);
-    kept.set(session, times);
-  }
-  return times.get();
-}
-
-/** The first index for which `test` is true; `test` is false before it and true from there on. */
-export function firstWhere(count: number, test: (index: number) => boolean): number {
-  let low = 0;
-  let high = count;
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (test(middle)) high = middle;
-    else low = middle + 1;
-  }
-  return low;
-}
-
-/** The first row that begins at or after `time`; the number of rows where there is none. */
-export function rowFrom(session: Session, time: bigint): number {
-  const blocks = blockTimes(session);
-  const sought = Number(time);
-  // A number is not as exact as a time: one block more on both sides.
-  const block = firstWhere(blocks.length, (i) => (blocks[i] ?? 0) >= sought);
-  const first = Math.max(0, block - 2) * blockRows;
-  const end = Math.min(session.rowCount, (block + 2) * blockRows);
-  const times = timesOf(session, first, end);
-  return first + firstWhere(times.length, (i) => (times[i] ?? 0n) >= time);
+/** The first row whose value in a column that never falls is at least this; else the number of rows. */
+export function rowFrom(session: Session, least: bigint, column = 'time_ns'): number {
+  return firstWhere(session.rowCount, (row) =>
+    BigInt(session.column(column, row, row + 1).values[0] ?? 0) >= least);
 }
 
 /** Rows that are seen from `from` to `to`: the one that has begun before included. */

@@ -1,11 +1,11 @@
 /** Values of an axis: round marks, and texts with a unit that fits. */
-import { roundStep } from '../wave/scale';
+import { roundStep, timeUnits, unitOf, type Units } from '../wave/scale';
 
 /** What a value is, and so how it is written. */
 export type Quantity = 'time' | 'rate' | 'number';
 
-const factors: Record<Quantity, [string, number][]> = {
-  time: [['s', 1e12], ['ms', 1e9], ['µs', 1e6], ['ns', 1e3], ['ps', 1]],
+const units: Record<Quantity, Units> = {
+  time: timeUnits,
   rate: [['MHz', 1e6], ['kHz', 1e3], ['Hz', 1]],
   number: [['', 1]],
 };
@@ -17,17 +17,9 @@ export interface Ticks {
 }
 
 // Counts are exact where they stand for themselves, and short beside an axis.
-const short: [string, number][] = [['G', 1e10], ['M', 1e7], ['', 1]];
-const prefixes: Record<string, number> = { G: 1e9, M: 1e6 };
-
 function shortOf(size: number): [string, number] {
-  const [prefix] = short.find(([, least]) => size >= least) ?? ['', 1];
-  return [prefix, prefixes[prefix] ?? 1];
-}
-
-function factorOf(quantity: Quantity, size: number): [string, number] {
-  const all = factors[quantity];
-  return all.find(([, factor]) => size >= factor) ?? all[all.length - 1] ?? ['', 1];
+  if (size >= 1e10) return ['G', 1e9];
+  return size >= 1e7 ? ['M', 1e6] : ['', 1];
 }
 
 function grouped(text: string): string {
@@ -38,7 +30,7 @@ function grouped(text: string): string {
 export function ticksOf(low: number, high: number, count: number, quantity: Quantity): Ticks {
   const step = roundStep(Math.max((high - low) / Math.max(1, count), Number.MIN_VALUE));
   const size = Math.max(Math.abs(low), Math.abs(high));
-  const [unit, factor] = quantity === 'number' ? shortOf(size) : factorOf(quantity, size);
+  const [unit, factor] = quantity === 'number' ? shortOf(size) : unitOf(size, units[quantity]);
   const places = Math.min(12, Math.max(0, Math.ceil(-Math.log10(step / factor) - 1e-9)));
   const values: number[] = [];
   for (let i = Math.ceil(low / step); i * step <= high && values.length < 50; i += 1) values.push(i * step);
@@ -54,7 +46,7 @@ export function ticksOf(low: number, high: number, count: number, quantity: Quan
 /** One value, with enough digits to tell it from its neighbours. */
 export function valueText(value: number, quantity: Quantity, unit: string): string {
   if (Number.isNaN(value)) return '–';
-  const [name, factor] = factorOf(quantity, Math.abs(value));
+  const [name, factor] = unitOf(value, units[quantity]);
   const scaled = value / factor;
   const digits = Number.isInteger(scaled) ? 0 : Math.max(0, 4 - Math.floor(Math.log10(Math.abs(scaled) || 1)));
   const number = grouped(scaled.toFixed(Math.min(12, digits))).replace('-', '−');

@@ -10,6 +10,7 @@
 import { isFollowing, watchServed } from '../core/following';
 import { openFiles } from '../core/reading';
 import type { Report } from '../core/report';
+import { decoded } from '../core/texts';
 import { unpack } from '../core/unpack';
 
 const element = document.getElementById('biss-capture');
@@ -25,7 +26,7 @@ export const isCarried = element !== null && element.dataset['address'] === unde
 async function carriedReport(): Promise<Report | undefined> {
   const text = document.getElementById('biss-report')?.textContent ?? '';
   if (text === '') return undefined;
-  return JSON.parse(new TextDecoder().decode(await unpack(text))) as Report;
+  return JSON.parse(decoded(await unpack(text))) as Report;
 }
 
 /** Opens the capture that the page has; false where it has none. */

@@ -1,12 +1,15 @@
 // Export of what is seen: rows as CSV, lines as VCD, the waveform as PNG.
+import { verbFurther } from '../core/arguments';
 import { core } from '../core/core';
+import { fileNames } from '../core/reading';
+import { messageOf } from '../core/texts';
+import { runToFile } from '../core/verbs';
 import * as state from '../state';
 import { announce } from './announce';
 import { saveFile } from './files';
 import type { Action } from './menu';
 import { pictureOf } from './picture';
 import { rowAtPlace, shownCount } from './table_rows';
-import { vcdOf } from './vcd';
 
 export const exportActions: readonly Action[] = [
   { name: 'CSV of the waveform', about: 'the rows of the cycles that it shows', run: () => void attempt(rowsOfRange) },
@@ -20,7 +23,7 @@ async function attempt(action: () => Promise<void>): Promise<void> {
   try {
     await action();
   } catch (error) {
-    state.messages.value = error instanceof Error ? error.message : String(error);
+    state.messages.value = messageOf(error);
   }
 }
 
@@ -70,10 +73,26 @@ async function rowsOfTable(): Promise<void> {
   save('_rows.csv', parts, 'text/csv');
 }
 
+// Of the verbs, until it is saved.
+const linesName = 'lines_of_range.vcd';
+
+// As `convert` names a line: with its file only where another file has a line of this name.
+function nameOfLine(line: string): string {
+  const plain = (name: string) => (fileNames().length > 1 ? name.slice(name.indexOf(':') + 1) : name);
+  const same = state.about.value?.lines.filter((other) => plain(other) === plain(line)) ?? [];
+  return same.length > 1 ? line : plain(line);
+}
+
 async function linesOfRange(): Promise<void> {
   const range = state.range.value;
-  if (range === undefined) return;
-  save('_lines.vcd', await vcdOf(range), 'text/plain');
+  const { about } = state;
+  if (range === undefined || about.value === undefined) return;
+  const lines = [about.value.ma, about.value.slo].flatMap((line) => ['--line', nameOfLine(line)]);
+  const bytes = await runToFile([
+    'convert', ...fileNames(), ...verbFurther('convert', state.settings.value), ...lines,
+    '--since', `${range.from}ps`, '--until', `${range.to}ps`, '-o', linesName,
+  ], linesName);
+  save('_lines.vcd', [new Uint8Array(bytes)], 'text/plain');
 }
 
 async function picture(part: string): Promise<void> {

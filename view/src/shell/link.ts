@@ -4,11 +4,8 @@ import { selectRow } from '../selection';
 import * as state from '../state';
 import { carriedView, openCarried } from './carried';
 import { openSimulated } from './examples';
+import { panels } from './panels';
 import { play } from './simulate';
-
-const panels: readonly state.Panel[] = [
-  'cycle', 'plots', 'summary', 'identify', 'check', 'explain', 'eds',
-];
 
 /** The view as text. A capture of the user is named, not contained. */
 export function linkText(): string {
@@ -41,48 +38,27 @@ function oneOf<T extends string>(value: string | null, values: readonly T[], usu
   return values.includes(value as T) ? (value as T) : usual;
 }
 
-function timeOf(text: string | null): bigint | undefined {
-  return text !== null && /^-?\d{1,19}$/.test(text) ? BigInt(text) : undefined;
-}
+// A link to a capture of the user, until this file is opened.
+let waiting: URLSearchParams | undefined;
 
-/** What a link asks for, which the capture must be open for. */
-interface Place {
-  range: state.Range | undefined;
-  row: number | undefined;
-  cursors: state.Cursors;
-}
-
-// Of a link to a capture of the user, until this file is opened.
-let waiting: { file: string; place: Place } | undefined;
-
-function placeOf(link: URLSearchParams): Place {
-  const from = timeOf(link.get('from'));
-  const to = timeOf(link.get('to'));
-  const row = timeOf(link.get('row'));
-  return {
-    range: from !== undefined && to !== undefined && from < to ? { from, to } : undefined,
-    row: row === undefined ? undefined : Number(row),
-    cursors: { a: timeOf(link.get('a')), b: timeOf(link.get('b')) },
+// Shows what a link asks for. The capture must be open.
+function goTo(link: URLSearchParams): void {
+  const numberOf = (name: string) => {
+    const text = link.get(name) ?? '';
+    return /^-?\d{1,19}$/.test(text) ? BigInt(text) : undefined;
   };
-}
-
-function goTo(place: Place): void {
-  if (place.range !== undefined) state.range.value = place.range;
-  state.cursors.value = place.cursors;
-  const { row } = place;
+  const [from, to, row] = [numberOf('from'), numberOf('to'), numberOf('row')];
+  const range = from !== undefined && to !== undefined && from < to ? { from, to } : undefined;
+  if (range !== undefined) state.range.value = range;
+  state.cursors.value = { a: numberOf('a'), b: numberOf('b') };
   if (row === undefined) return;
   // As soon as it has been read. With a range in the link, that range stays.
   const stop = effect(() => {
     if (state.rowCount.value <= row) return;
-    if (place.range !== undefined) state.selectedRow.value = row;
-    else void selectRow(row);
+    if (range !== undefined) state.selectedRow.value = Number(row);
+    else void selectRow(Number(row));
     queueMicrotask(() => stop());
   });
-}
-
-/** The file that a link names and that the user has to open; undefined without such a link. */
-export function wantedFile(): string | undefined {
-  return waiting?.file;
 }
 
 /** Shows what the address says, and keeps the address in step from then on. */
@@ -100,7 +76,7 @@ export async function followLink(): Promise<void> {
   };
   state.search.value = link.get('search') ?? '';
   state.filter.value = link.get('filter') ?? '';
-  state.panel.value = oneOf(link.get('panel'), panels, 'cycle');
+  state.panel.value = oneOf(link.get('panel'), panels.map(({ id }) => id), 'cycle');
   state.theme.value = oneOf(link.get('theme'), ['system', 'light', 'dark'], 'system');
   const simulate = link.get('simulate');
   const file = link.get('file');
@@ -108,11 +84,11 @@ export async function followLink(): Promise<void> {
     play(link.get('play') ?? '');
   } else if (simulate !== null) {
     await openSimulated(simulate, state.settings.value.format);
-    goTo(placeOf(link));
+    goTo(link);
   } else if (await openCarried()) {
-    goTo(placeOf(link));
+    goTo(link);
   } else if (file !== null) {
-    waiting = { file, place: placeOf(link) };
+    waiting = link;
     state.messages.value = `The link is to a view of ${file}. Open this file to see it.`;
   }
   effect(keepInStep);
@@ -120,7 +96,7 @@ export async function followLink(): Promise<void> {
 
 /** Called after a file of the user has been opened. */
 export function opened(): void {
-  if (waiting !== undefined && state.file.value?.name === waiting.file) goTo(waiting.place);
+  if (waiting !== undefined && state.file.value?.name === waiting.get('file')) goTo(waiting);
   waiting = undefined;
 }
 

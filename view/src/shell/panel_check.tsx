@@ -2,7 +2,7 @@
 import { signal } from '@preact/signals';
 import * as state from '../state';
 import { encoders } from './encoders';
-import { CycleLink, textOf, useVerb, VerbView, verbArguments, zoomToCycle } from './verb';
+import { CycleLink, textOf, useVerb, VerbView, verbArguments } from './verb';
 
 const against = signal('biss-c');
 const judgedOnly = signal(true);
@@ -10,6 +10,12 @@ const profiles: Record<string, string> = { 'biss-c': 'BiSS C', renishaw: 'Renish
 const order = ['fail', 'marginal', 'pass', 'not_judged'];
 const signs: Record<string, string> = { fail: '✗', marginal: '!', pass: '✓', not_judged: '·' };
 const kinds: Record<string, string> = { fail: 'bad-text', marginal: 'warn-text', pass: 'good-text' };
+
+// Further columns of the table, with the class of their cells.
+const columns: [string, string?][] = [
+  ['limit', 'number'], ['worst', 'number'], ['margin', 'number'], ['unit'], ['cycle'], ['cases', 'number'],
+  ['source', 'quiet'], ['note'],
+];
 
 function carriedLimits(): string[] {
   const verbs = state.isWhole.value ? Object.keys(state.report.value?.verbs ?? {}) : [];
@@ -45,8 +51,8 @@ export function CheckPanel() {
           <table class="facts rules">
             <thead>
               <tr>
-                <th>verdict</th><th>rule</th><th class="number">limit</th><th class="number">worst</th>
-                <th class="number">margin</th><th>unit</th><th>cycle</th><th class="number">cases</th><th>source</th><th>note</th>
+                <th>verdict</th><th>rule</th>
+                {columns.map(([name, kind]) => <th key={name} class={kind === 'number' ? kind : undefined}>{name}</th>)}
               </tr>
             </thead>
             <tbody>{rows.map((row) => <Rule key={String(row['rule'])} row={row} />)}</tbody>
@@ -63,14 +69,9 @@ function Rule({ row }: { row: Record<string, unknown> }) {
     <tr>
       <td class={kinds[verdict]}>{signs[verdict]} {verdict}</td>
       <th scope="row">{String(row['rule'])}</th>
-      <td class="number">{textOf(row['limit'])}</td>
-      <td class="number">{textOf(row['worst'])}</td>
-      <td class="number">{textOf(row['margin'])}</td>
-      <td>{textOf(row['unit'])}</td>
-      <td><CycleLink cycle={row['cycle']} go={(cycle) => void zoomToCycle(cycle)} /></td>
-      <td class="number">{textOf(row['cases'])}</td>
-      <td class="quiet">{textOf(row['source'])}</td>
-      <td>{textOf(row['note'])}</td>
+      {columns.map(([name, kind]) => (
+        <td key={name} class={kind}>{name === 'cycle' ? <CycleLink cycle={row[name]} /> : textOf(row[name])}</td>
+      ))}
     </tr>
   );
 }

@@ -1,33 +1,17 @@
 // The cycle that is selected, bit by bit: what `biss explain --cycle` prints, its fields and checks.
-import { useEffect, useState } from 'preact/hooks';
-import type { Cycle, CycleBit, CycleCheck } from 'biss';
-import { Superseded } from '../core/client';
-import { core } from '../core/core';
+import type { CycleBit, CycleCheck } from 'biss';
 import { harmlessStatuses, statuses } from '../core/statuses';
 import * as state from '../state';
-
-function useCycle(row: number | undefined): Cycle | 'none' | undefined {
-  const [cycle, setCycle] = useState<Cycle | 'none' | undefined>(undefined);
-  const generation = state.generation.value;
-  const known = row !== undefined && row < state.rowCount.value;
-  useEffect(() => {
-    if (!known) {
-      setCycle(undefined);
-      return;
-    }
-    core().ask('cycle', { row }, { lane: 'cycle' })
-      .then((found) => setCycle(found ?? 'none'))
-      .catch((error: Error) => { if (!(error instanceof Superseded)) setCycle('none'); });
-  }, [row, generation, known]);
-  return cycle;
-}
+import { useAnswer } from './use_answer';
 
 export function CyclePanel() {
   const row = state.selectedRow.value;
-  const cycle = useCycle(row);
+  const isKnown = row !== undefined && row < state.rowCount.value;
+  const found = useAnswer('cycle', isKnown ? { row } : undefined, [row, state.generation.value]);
   if (row === undefined) return <p class="quiet">Select a row of the table, or a cycle of the waveform.</p>;
-  if (cycle === undefined) return <p class="quiet">Row {row} has not been read yet.</p>;
-  if (cycle === 'none') return <p class="quiet">The edges of row {row} do not show it alone.</p>;
+  if (found === undefined) return <p class="quiet">Row {row} has not been read yet.</p>;
+  const cycle = found.answer;
+  if (cycle === undefined) return <p class="quiet">The edges of row {row} do not show it alone.</p>;
   const harmless = harmlessStatuses.has(cycle.status);
   return (
     <>
@@ -42,7 +26,7 @@ export function CyclePanel() {
   );
 }
 
-function hex(value: number): string {
+function hex(value: number | bigint): string {
   return `0x${value.toString(16).toUpperCase()}`;
 }
 
@@ -78,13 +62,9 @@ function fieldsOf(bits: readonly CycleBit[]): Field[] {
   return fields;
 }
 
-function valueOf(bits: string): string {
-  if (!/^[01]+$/.test(bits)) return '–';
-  return BigInt(`0b${bits}`).toString();
-}
-
-function hexOf(bits: string): string {
-  return /^[01]+$/.test(bits) && bits.length > 1 ? `0x${BigInt(`0b${bits}`).toString(16).toUpperCase()}` : '';
+// The number that bits make; undefined if one was not received.
+function valueOf(bits: string): bigint | undefined {
+  return /^[01]+$/.test(bits) ? BigInt(`0b${bits}`) : undefined;
 }
 
 function Fields({ bits }: { bits: readonly CycleBit[] }) {
@@ -95,14 +75,17 @@ function Fields({ bits }: { bits: readonly CycleBit[] }) {
       <caption class="sr">Fields as received</caption>
       <thead><tr><th>field</th><th class="number">received</th><th class="number">hex</th><th>bits</th></tr></thead>
       <tbody>
-        {fields.map((field, i) => (
-          <tr key={i}>
-            <th scope="row">{field.name}</th>
-            <td class="number">{valueOf(field.bits)}</td>
-            <td class="number">{hexOf(field.bits)}</td>
-            <td class="mono bits">{field.bits}</td>
-          </tr>
-        ))}
+        {fields.map(({ name, bits: received }, i) => {
+          const value = valueOf(received);
+          return (
+            <tr key={i}>
+              <th scope="row">{name}</th>
+              <td class="number">{value?.toString() ?? '–'}</td>
+              <td class="number">{value === undefined || received.length === 1 ? '' : hex(value)}</td>
+              <td class="mono bits">{received}</td>
+            </tr>
+          );
+        })}
       </tbody>
     </table>
   );

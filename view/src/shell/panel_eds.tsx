@@ -2,9 +2,10 @@
 import { signal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
 import type { RunResult } from 'biss';
+import { cellsOfCsv, decoded } from '../core/texts';
 import { runOnFile, runVerb } from '../core/verbs';
 import * as state from '../state';
-import { CycleLink, textOf, useVerb, VerbView, verbArguments, zoomToCycle } from './verb';
+import { CycleLink, textOf, useVerb, VerbView, verbArguments } from './verb';
 
 interface Sheet {
   of: string;
@@ -21,39 +22,29 @@ let shownFor = '';
 // What the accesses of a capture show, as a file of the core.
 const dumpName = 'registers_seen.hex';
 
-function textOut(result: RunResult): string {
-  return new TextDecoder().decode(result.out);
-}
-
-// A cell with a comma or a quote stands in quotes.
-function cellsOfCsv(line: string): string[] {
-  return [...line.matchAll(/("(?:[^"]|"")*"|[^,]*)(?:,|$)/g)].slice(0, -1)
-    .map(([, cell = '']) => (cell.startsWith('"') ? cell.slice(1, -1).replaceAll('""', '"') : cell));
-}
-
-// `show` is CSV and has the fields; `table` has the words, in its summary.
-function sheetOf(of: string, key: string, show: RunResult, table: RunResult, check: RunResult): Sheet {
-  const fields = textOut(show).split('\n').filter((line) => line !== '').map(cellsOfCsv);
-  return { of, key, fields, words: show.status === 0 ? table.err : show.err, check: `${textOut(check)}${check.err}` };
+// Reads the data sheet in a dump: the fields from CSV, the words from the summary of the table. Of the
+// registers of a capture it is shown only if there is one and no other capture has been opened.
+async function readSheet(of: string, key: string, dump: string, run: (args: string[]) => Promise<RunResult>): Promise<void> {
+  const show = await run(['eds', 'show', dump, '--to', 'csv']);
+  const table = await run(['eds', 'show', dump]);
+  const check = await run(['eds', 'check', dump]);
+  if (key !== '' && (shownFor !== key || show.status >= 2)) return;
+  sheet.value = {
+    of, key, fields: cellsOfCsv(decoded(show.out)),
+    words: show.status === 0 ? table.err : show.err,
+    check: `${decoded(check.out)}${check.err}`,
+  };
 }
 
 async function showFile(file: File): Promise<void> {
   const given = { name: `dump_${file.name.replace(/[/\0]/g, '_')}`, content: file };
-  const show = await runOnFile(given, ['eds', 'show', given.name, '--to', 'csv']);
-  const table = await runOnFile(given, ['eds', 'show', given.name]);
-  const check = await runOnFile(given, ['eds', 'check', given.name]);
-  sheet.value = sheetOf(file.name, '', show, table, check);
+  await readSheet(file.name, '', given.name, (args) => runOnFile(given, args));
 }
 
 async function showCapture(key: string): Promise<void> {
   shownFor = key;
   const dump = await runVerb(verbArguments(['registers'], ['--dump', dumpName]));
-  if (dump.status !== 0) return;
-  const show = await runVerb(['eds', 'show', dumpName, '--to', 'csv']);
-  const table = await runVerb(['eds', 'show', dumpName]);
-  const check = await runVerb(['eds', 'check', dumpName]);
-  if (shownFor !== key || show.status >= 2) return;
-  sheet.value = sheetOf('the registers of the capture', key, show, table, check);
+  if (dump.status === 0) await readSheet('the registers of the capture', key, dumpName, runVerb);
 }
 
 export function EdsPanel() {
@@ -117,7 +108,7 @@ function Accesses({ rows }: { rows: Record<string, unknown>[] }) {
         <tbody>
           {rows.slice(0, mostAccesses).map((row, i) => (
             <tr key={i}>
-              <td><CycleLink cycle={row['cycle']} go={(cycle) => void zoomToCycle(cycle)} /></td>
+              <td><CycleLink cycle={row['cycle']} /></td>
               {keys.map((key) => <td key={key}>{textOf(row[key])}</td>)}
             </tr>
           ))}

@@ -1,20 +1,13 @@
 // The summary of `biss decode`, of what has been read so far.
-import { useEffect, useState } from 'preact/hooks';
-import { Superseded } from '../core/client';
-import { core } from '../core/core';
 import { harmlessStatuses, statuses } from '../core/statuses';
 import * as state from '../state';
+import { useAnswer } from './use_answer';
 
 export function SummaryPanel() {
-  const [text, setText] = useState('');
   const about = state.about.value;
-  useEffect(() => {
-    if (about === undefined) return;
-    core().ask('summary', {}, { lane: 'summary' }).then(setText)
-      .catch((error: Error) => { if (!(error instanceof Superseded)) setText(error.message); });
-  }, [about]);
+  const found = useAnswer('summary', about === undefined ? undefined : {}, [about]);
   if (about === undefined) return <p class="quiet">Nothing has been read yet.</p>;
-  const lines = text.trimEnd().split('\n');
+  const lines = (found?.answer ?? found?.error ?? '').trimEnd().split('\n');
   return (
     <>
       <h3>{lines[0]}</h3>

@@ -16,7 +16,7 @@ interface Entry {
   content: () => ComponentChild;
 }
 
-const panels: readonly Entry[] = [
+export const panels: readonly Entry[] = [
   { id: 'cycle', name: 'Cycle', content: () => <CyclePanel /> },
   { id: 'plots', name: 'Plots', content: () => <Plots /> },
   { id: 'summary', name: 'Summary', content: () => <SummaryPanel /> },

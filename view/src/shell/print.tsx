@@ -3,7 +3,7 @@ import './print.css';
 import { useEffect, useState } from 'preact/hooks';
 import { core } from '../core/core';
 import type { Causes } from '../plots/causes_of';
-import type { Envelope } from '../plots/envelope';
+import { extremes, type Envelope } from '../plots/envelope';
 import { columnPlots, type ColumnPlot } from '../plots/plot_list';
 import * as state from '../state';
 import { isCarried } from './carried';
@@ -142,10 +142,9 @@ const height = 110;
 // A band from the lowest to the highest values, with the extremes in words.
 function Plot({ plot, values }: { plot: ColumnPlot; values: Envelope }) {
   const { low, high, times } = values;
-  const count = [...low].filter((value) => !Number.isNaN(value)).length;
-  if (count === 0) return null;
-  const least = low.reduce((a, b) => (b < a || Number.isNaN(a) ? b : a), NaN);
-  const most = high.reduce((a, b) => (b > a || Number.isNaN(a) ? b : a), NaN);
+  const least = extremes(low).low;
+  const most = extremes(high).high;
+  if (Number.isNaN(least)) return null;
   const { from, to } = state.wholeRange.value;
   const span = Math.max(1, Number(to - from));
   const x = (i: number) => ((width * (times[i] ?? 0)) / span).toFixed(1);

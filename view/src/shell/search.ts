@@ -4,6 +4,7 @@ import { effect, signal } from '@preact/signals';
 import { Superseded } from '../core/client';
 import { parseCondition } from '../core/condition';
 import { core } from '../core/core';
+import { messageOf } from '../core/texts';
 import { selectRow } from '../selection';
 import * as state from '../state';
 import { announce } from './announce';
@@ -44,7 +45,7 @@ export async function searchOn(step: 1 | -1, text = state.search.value): Promise
     else await wrap(condition, start, forward);
     found.value = { ...found.value, error: '' };
   } catch (error) {
-    found.value = { count: undefined, error: error instanceof Error ? error.message : String(error) };
+    found.value = { count: undefined, error: messageOf(error) };
   }
 }
 
@@ -81,6 +82,6 @@ async function count(condition: string, rows: number): Promise<void> {
     found.value = { count: matches.length, error: '' };
   } catch (error) {
     if (error instanceof Superseded) return;
-    found.value = { count: undefined, error: error instanceof Error ? error.message : String(error) };
+    found.value = { count: undefined, error: messageOf(error) };
   }
 }

@@ -2,6 +2,8 @@
 import { effect, signal } from '@preact/signals';
 import { Superseded } from '../core/client';
 import { core } from '../core/core';
+import { firstWhere } from '../core/first_where';
+import { messageOf } from '../core/texts';
 import * as state from '../state';
 
 /** Rows for which the filter is true; undefined where the table shows all. */
@@ -31,15 +33,7 @@ export function rowAtPlace(place: number): number {
 /** The place of a row in the table, or of the next one that the filter leaves. */
 export function placeOfRow(row: number): number {
   const rows = filtered.value;
-  if (rows === undefined) return row;
-  let low = 0;
-  let high = rows.length;
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if (rows[middle]! < row) low = middle + 1;
-    else high = middle;
-  }
-  return low;
+  return rows === undefined ? row : firstWhere(rows.length, (place) => rows[place]! >= row);
 }
 
 export function cellsOf(row: number): string[] | undefined {
@@ -129,6 +123,6 @@ async function refilter(): Promise<void> {
   } catch (error) {
     if (error instanceof Superseded) return;
     filtered.value = undefined;
-    filterError.value = error instanceof Error ? error.message : String(error);
+    filterError.value = messageOf(error);
   }
 }

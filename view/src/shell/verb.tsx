@@ -5,6 +5,7 @@ import { useEffect } from 'preact/hooks';
 import { captureArguments, verbFurther } from '../core/arguments';
 import { core } from '../core/core';
 import { fileNames } from '../core/reading';
+import { decoded, objectsOf } from '../core/texts';
 import { runVerb } from '../core/verbs';
 import { announce } from './announce';
 import { zoomToRow } from '../selection';
@@ -18,6 +19,7 @@ export interface VerbResult {
   words: string;
 }
 
+const notYet: VerbResult = { state: 'running', rows: [], words: '' };
 const results = signal<ReadonlyMap<string, VerbResult>>(new Map());
 
 // Those of an earlier reading are dropped.
@@ -40,42 +42,36 @@ export function identifyArguments(): string[] {
   return at < 0 ? args : [...args.slice(0, at), ...args.slice(at + 2)];
 }
 
-/** Has a verb run, unless its result is there, or it is not `wanted` yet. */
-export function useVerb(args: string[], wanted = true): VerbResult {
+/** Has a verb run, unless its result is there. */
+export function useVerb(args: string[]): VerbResult {
   const key = `${state.generation.value} ${JSON.stringify(args)}`;
-  const ready = wanted && state.progress.value.state === 'ended';
+  const ready = state.progress.value.state === 'ended';
   useEffect(() => {
     if (ready && !results.value.has(key)) void run(key, args);
   }, [key, ready]);
-  return results.value.get(key) ?? { state: 'running', rows: [], words: '' };
+  return results.value.get(key) ?? notYet;
 }
 
 async function run(key: string, args: string[]): Promise<void> {
-  put(key, { state: 'running', rows: [], words: '' });
+  put(key, notYet);
   try {
-    const { status, text, err } = wholeAnswer(args) ?? await answerOf(args);
-    const rows = text.split('\n').filter((line) => line !== '').map((line) => JSON.parse(line));
-    put(key, { state: status >= 2 ? 'failed' : 'done', rows, words: err });
+    const { status, out, err } = wholeAnswer(args) ?? await answerOf(args);
+    put(key, { state: status >= 2 ? 'failed' : 'done', rows: objectsOf(out), words: err });
   } catch (error) {
     put(key, { state: 'failed', rows: [], words: String(error) });
   }
 }
 
-// Of a report: what the verb says of the whole capture.
+// Of a report: what the verb says of the whole capture. It names `explain`, `check renishaw`.
 function wholeAnswer(args: string[]) {
-  const answer = state.isWhole.value ? state.report.value?.verbs[nameOf(args)] : undefined;
-  return answer && { status: answer.status, text: answer.out, err: answer.err };
-}
-
-// As a report names it: `explain`, `check renishaw`.
-function nameOf(args: string[]): string {
+  const [verb = ''] = args;
   const limits = args[args.indexOf('--against') + 1];
-  return args[0] === 'check' && limits !== undefined ? `check ${limits}` : args[0] ?? '';
+  return state.isWhole.value ? state.report.value?.verbs[verb === 'check' ? `${verb} ${limits}` : verb] : undefined;
 }
 
 async function answerOf(args: string[]) {
-  const { status, out, err } = await runVerb(args);
-  return { status, text: new TextDecoder().decode(out), err };
+  const result = await runVerb(args);
+  return { ...result, out: decoded(result.out) };
 }
 
 /** Shows a cycle by its number. A report does not have each, and options may leave some out. */
@@ -86,9 +82,9 @@ export async function zoomToCycle(number: number): Promise<void> {
 }
 
 /** Where a cycle is named: a button that goes to it. */
-export function CycleLink({ cycle, go }: { cycle: unknown; go: (row: number) => void }) {
+export function CycleLink({ cycle }: { cycle: unknown }) {
   if (typeof cycle !== 'number') return <>–</>;
-  return <button type="button" class="link" onClick={() => go(cycle)}>{cycle}</button>;
+  return <button type="button" class="link" onClick={() => void zoomToCycle(cycle)}>{cycle}</button>;
 }
 
 /** The frame of a panel with a verb: running, failed, or its content and the command's words. */

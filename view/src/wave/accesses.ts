@@ -1,5 +1,6 @@
 /** Accesses to registers, which go by a bit of CDM and of CDS in each cycle. */
 import type { Access } from 'biss';
+import { firstWhere } from '../core/first_where';
 import type { Rows } from '../plots/row_classes';
 
 function words(...parts: unknown[]): string {
@@ -22,14 +23,10 @@ export interface Extent {
 
 /** Undefined where none of its cycles is here. */
 export function extentIn(rows: Rows, { cycle, cycles }: Access): Extent | undefined {
-  const first = firstFrom(rows.numbers, cycle);
-  const end = firstFrom(rows.numbers, cycle + Math.max(1, cycles));
+  const rowFrom = (number: number) => firstWhere(rows.numbers.length, (i) => (rows.numbers[i] ?? 0) >= number);
+  const first = rowFrom(cycle);
+  const end = rowFrom(cycle + Math.max(1, cycles));
   const from = rows.times[first];
   if (end <= first || from === undefined) return undefined;
   return { from, to: rows.ends[end - 1] ?? rows.end, row: rows.first + first };
-}
-
-function firstFrom(numbers: Float64Array, wanted: number): number {
-  const found = numbers.findIndex((number) => number >= wanted);
-  return found < 0 ? numbers.length : found;
 }

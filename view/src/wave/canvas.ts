@@ -1,20 +1,27 @@
 /** A canvas that is as fine as the screen, and texts that fit. */
+import { effect } from '@preact/signals';
+import { shownTheme } from '../state';
+import { paletteOf, type Palette } from './palette';
+import type { TimeScale } from './scale';
 
 export const font = "12px system-ui, 'Segoe UI', Roboto, 'DejaVu Sans', sans-serif";
 export const numberFont = "12px ui-monospace, SFMono-Regular, Menlo, Consolas, 'DejaVu Sans Mono', monospace";
 export const boldFont = `bold ${font}`;
 
-/** Draws when something has changed, once a frame at most. */
+/** Draws when a signal that `dependsOn` reads or the theme has changed, once a frame at most. */
 export class Surface {
   readonly context: CanvasRenderingContext2D;
   width = 0;
   height = 0;
   #frame = 0;
   readonly #observer: ResizeObserver;
+  readonly #stop: () => void;
 
   constructor(
     readonly canvas: HTMLCanvasElement,
-    private readonly draw: (surface: Surface) => void,
+    private readonly draw: (colours: Palette) => void,
+    dependsOn: () => unknown,
+    private readonly ground: 'ground' | 'raised' = 'ground',
   ) {
     const context = canvas.getContext('2d');
     if (context === null) throw new Error('this browser has no canvas');
@@ -22,6 +29,11 @@ export class Surface {
     this.#observer = new ResizeObserver(() => this.#resize());
     this.#observer.observe(canvas.parentElement ?? canvas);
     this.#resize();
+    this.#stop = effect(() => {
+      dependsOn();
+      void shownTheme.value;
+      this.change();
+    });
   }
 
   /** Draws with the next frame. */
@@ -29,11 +41,16 @@ export class Surface {
     if (this.#frame !== 0) return;
     this.#frame = requestAnimationFrame(() => {
       this.#frame = 0;
-      if (this.width > 0 && this.height > 0) this.draw(this);
+      if (this.width === 0 || this.height === 0) return;
+      const colours = paletteOf(shownTheme.value);
+      this.context.fillStyle = colours[this.ground];
+      this.context.fillRect(0, 0, this.width, this.height);
+      this.draw(colours);
     });
   }
 
   close(): void {
+    this.#stop();
     cancelAnimationFrame(this.#frame);
     this.#observer.disconnect();
   }
@@ -50,6 +67,7 @@ export class Surface {
     this.width = clientWidth;
     this.height = clientHeight;
     this.context.setTransform(ratio, 0, 0, ratio, 0, 0);
+    this.context.textBaseline = 'middle';
     this.change();
   }
 }
@@ -70,10 +88,20 @@ export class Layer {
       const own = this.#canvas.getContext('2d');
       if (own === null) return;
       own.scale(canvas.width / width, canvas.height / height);
+      own.textBaseline = 'middle';
       draw(own);
     }
     context.drawImage(this.#canvas, 0, 0, width, height);
   }
+}
+
+/** Tools to draw a picture against time. */
+export interface Pen {
+  context: CanvasRenderingContext2D;
+  /** Where the scale begins. */
+  left: number;
+  scale: TimeScale;
+  colours: Palette;
 }
 
 const widths = new Map<string, number>();

@@ -1,38 +1,32 @@
 /** The cursors of the waveform: lines with a flag. */
 import type { Cursors } from '../state';
-import { boldFont, verticalLine } from './canvas';
-import type { Palette } from './palette';
+import { boldFont, verticalLine, type Pen } from './canvas';
 import type { TimeScale } from './scale';
 
 export const flag = { width: 16, height: 16 };
 
-export function drawCursors(
-  context: CanvasRenderingContext2D,
-  cursors: Cursors,
-  left: number,
-  height: number,
-  scale: TimeScale,
-  colours: Palette,
-): void {
-  const both = [
-    { name: 'A', time: cursors.a, colour: colours.cursorA },
-    { name: 'B', time: cursors.b, colour: colours.cursorB },
-  ];
+/** The cursors that are in the picture, and where. */
+export function shownCursors({ left, scale, colours }: Pen, { a, b }: Cursors) {
+  const both = [{ name: 'A', time: a, colour: colours.cursorA }, { name: 'B', time: b, colour: colours.cursorB }];
+  return both.flatMap(({ name, time, colour }) => {
+    const x = time === undefined ? -1 : scale.x(time);
+    return x < 0 || x > scale.width ? [] : [{ name, x: left + x, colour }];
+  });
+}
+
+export function drawCursors(pen: Pen, cursors: Cursors, height: number): void {
+  const { context, colours } = pen;
   context.font = boldFont;
-  context.textBaseline = 'middle';
-  for (const { name, time, colour } of both) {
-    if (time === undefined) continue;
-    const x = scale.x(time);
-    if (x < 0 || x > scale.width) continue;
+  for (const { name, x, colour } of shownCursors(pen, cursors)) {
     context.strokeStyle = colour;
     context.lineWidth = 1;
     context.setLineDash(name === 'A' ? [] : [6, 3]);
-    verticalLine(context, left + x, 0, height);
+    verticalLine(context, x, 0, height);
     context.setLineDash([]);
     context.fillStyle = colour;
-    context.fillRect(left + x - flag.width / 2, 0, flag.width, flag.height);
+    context.fillRect(x - flag.width / 2, 0, flag.width, flag.height);
     context.fillStyle = colours.ground;
-    context.fillText(name, left + x - 4.5, flag.height / 2 + 1);
+    context.fillText(name, x - 4.5, flag.height / 2 + 1);
   }
 }
 

@@ -1,32 +1,14 @@
 /** What the pictures show, in words. */
 import { harmlessStatuses } from '../core/statuses';
-import type { Cursors, Range } from '../state';
+import * as state from '../state';
 import { exactTimeText, rateText, timeText } from './scale';
 
-function magnitude(time: bigint): bigint {
-  return time < 0n ? -time : time;
-}
-
 /** `Δ 1.2 µs (833 kHz)`; empty where a cursor is missing. */
-export function differenceText({ a, b }: Cursors): string {
+export function differenceText({ a, b }: state.Cursors): string {
   if (a === undefined || b === undefined) return '';
   const difference = b - a;
   if (difference === 0n) return '0 s';
-  return `${exactTimeText(difference)} (${rateText(1e12 / Number(magnitude(difference)))})`;
-}
-
-export function rangeText({ from, to }: Range): string {
-  return `${exactTimeText(from)} to ${exactTimeText(to)}, ${timeText(to - from)} wide`;
-}
-
-export interface Described {
-  range: Range | undefined;
-  cursors: Cursors;
-  /** The number of its cycle. */
-  selected: number | undefined;
-  rows: number;
-  /** Of the cycles in the picture. */
-  seen: string;
+  return `${exactTimeText(difference)} (${rateText(1e12 / Math.abs(Number(difference)))})`;
 }
 
 const mostNamed = 5;
@@ -49,10 +31,17 @@ export function cyclesText(cycles: readonly SeenCycle[]): string {
   return `${extent}; ${failed.length === 0 ? 'none failed' : `failed: ${named.join(', ')}${more}`}`;
 }
 
-/** For who does not see the picture. */
-export function waveText({ range, cursors, selected, rows, seen }: Described): string {
+/**
+ * For who does not see the picture.
+ * \param selected the number of the cycle that is selected
+ * \param seen the cycles in the picture, in words
+ */
+export function waveText(selected: number | undefined, seen: string): string {
+  const range = state.range.value;
+  const cursors = state.cursors.value;
   if (range === undefined) return 'Waveform of MA and SLO: no capture is open.';
-  const parts = [`Waveform of MA and SLO from ${rangeText(range)}; ${rows} cycles have been read.`];
+  const extent = `${exactTimeText(range.from)} to ${exactTimeText(range.to)}, ${timeText(range.to - range.from)} wide`;
+  const parts = [`Waveform of MA and SLO from ${extent}; ${state.rowCount.value} cycles have been read.`];
   if (seen !== '') parts.push(`In the picture: ${seen}.`);
   if (selected !== undefined) parts.push(`Cycle ${selected} is selected.`);
   if (cursors.a !== undefined) parts.push(`Cursor A at ${exactTimeText(cursors.a)}.`);

@@ -1,25 +1,17 @@
 /** The axis of time and the lines MA and SLO. */
-import { font, hatch, numberFont, textWidth, verticalLine } from './canvas';
+import { firstWhere } from '../core/first_where';
+import { font, hatch, numberFont, textWidth, verticalLine, type Pen } from './canvas';
 import type { Lane } from './lanes';
-import type { Palette } from './palette';
 import { timeMarks, type TimeScale } from './scale';
 import type { LineTile } from './tiles';
 
 type Context = CanvasRenderingContext2D;
 
 /** Marks of the time, with lines through all lanes. */
-export function drawAxis(
-  context: Context,
-  lane: Lane,
-  left: number,
-  bottom: number,
-  scale: TimeScale,
-  colours: Palette,
-): void {
+export function drawAxis({ context, left, scale, colours }: Pen, lane: Lane, bottom: number): void {
   const { marks, base } = timeMarks(scale, 110);
   const middle = lane.top + lane.height / 2;
   context.font = numberFont;
-  context.textBaseline = 'middle';
   context.strokeStyle = colours.grid;
   context.lineWidth = 1;
   for (const mark of marks) verticalLine(context, left + mark.x, lane.top + lane.height, bottom);
@@ -41,14 +33,7 @@ export function drawAxis(
 const leastPixels = 2;
 
 /** A line; several changes within a few pixels are a filled stretch. */
-export function drawLine(
-  context: Context,
-  lane: Lane,
-  left: number,
-  tile: LineTile,
-  scale: TimeScale,
-  colour: string,
-): void {
+export function drawLine({ context, left, scale }: Pen, lane: Lane, tile: LineTile, colour: string): void {
   const pieces = piecesOf(left, tile, scale);
   context.save();
   context.beginPath();
@@ -125,14 +110,7 @@ function strokeLevels(context: Context, lane: Lane, pieces: readonly Piece[]): v
 
 // The last entry that begins at or before a time; 0 where there is none.
 function firstShown(times: Float64Array, time: number): number {
-  let low = 0;
-  let high = times.length;
-  while (low < high) {
-    const middle = (low + high) >> 1;
-    if ((times[middle] ?? 0) <= time) low = middle + 1;
-    else high = middle;
-  }
-  return Math.max(0, low - 1);
+  return Math.max(0, firstWhere(times.length, (i) => (times[i] ?? 0) > time) - 1);
 }
 
 /** The change of a line next to a time, within this distance. */
@@ -164,21 +142,18 @@ export function changeBeside(tile: LineTile, time: bigint, step: 1 | -1): bigint
 
 /** The names at the left. */
 export function drawNames(
-  context: Context,
+  { context, left, colours }: Omit<Pen, 'scale'>,
   lanes: readonly Lane[],
   far: boolean,
   names: ReadonlyMap<string, string>,
-  width: number,
   height: number,
-  colours: Palette,
 ): void {
   context.fillStyle = colours.raised;
-  context.fillRect(0, 0, width - 4, height);
+  context.fillRect(0, 0, left - 4, height);
   context.fillStyle = colours.text;
   context.font = `600 ${font}`;
-  context.textBaseline = 'middle';
   for (const lane of lanes) {
     const name = far ? lane.farName : lane.name;
-    context.fillText(names.get(name) ?? name, 10, lane.top + lane.height / 2, width - 18);
+    context.fillText(names.get(name) ?? name, 10, lane.top + lane.height / 2, left - 18);
   }
 }

@@ -1,14 +1,20 @@
 /** The decoded tracks below the lines: cycles, their parts, bits and failures. */
 import type { Rows } from '../plots/row_classes';
 import { rowClass } from '../plots/row_classes';
-import { fitting, font, hatch, numberFont, textWidth } from './canvas';
+import { fitting, font, hatch, numberFont, textWidth, type Pen } from './canvas';
 import { partText, type CycleLayout, type Part } from './layout';
 import type { Lane } from './lanes';
-import type { Palette } from './palette';
-import type { TimeScale } from './scale';
 
 // Bits have their names where a clock has this many pixels.
 const nameClock = 56;
+
+// The look of a cycle, by its class; without a fill it has a dashed frame.
+const looks = {
+  [rowClass.good]: { sign: '✓', fill: 'crc', text: 'text' },
+  [rowClass.cut]: { sign: '…', fill: undefined, text: 'soft' },
+  [rowClass.flagged]: { sign: '!', fill: 'warn', text: 'warn' },
+  [rowClass.failed]: { sign: '✕', fill: 'wrong', text: 'bad' },
+} as const;
 
 /** What is under the pointer says this. */
 export interface Hit {
@@ -25,21 +31,16 @@ export class TrackPainter {
   readonly hits: Hit[] = [];
   readonly #failures: { x: number; text: string; row: number }[] = [];
 
-  constructor(
-    private readonly context: CanvasRenderingContext2D,
-    private readonly left: number,
-    private readonly scale: TimeScale,
-    private readonly colours: Palette,
-  ) {}
+  constructor(private readonly pen: Pen) {}
 
   #x(time: bigint): number {
-    return this.left + this.scale.x(time);
+    return this.pen.left + this.pen.scale.x(time);
   }
 
   // Within what is shown.
   #bounds(from: bigint, to: bigint): [number, number] {
-    const right = this.left + this.scale.width;
-    return [Math.max(this.left, this.#x(from)), Math.min(right, this.#x(to))];
+    const right = this.pen.left + this.pen.scale.width;
+    return [Math.max(this.pen.left, this.#x(from)), Math.min(right, this.#x(to))];
   }
 
   cycle(lane: Lane, rows: Rows, i: number, selected: boolean): void {
@@ -47,15 +48,15 @@ export class TrackPainter {
     if (to <= from) return;
     const row = rows.first + i;
     const status = rows.status[i] ?? '';
-    const found = rows.classes[i] ?? 0;
+    const found = (rows.classes[i] ?? rowClass.good) as keyof typeof looks;
+    const { sign, fill, text: colour } = looks[found];
     const notes = rows.notes[i] ?? '';
     const position = rows.position[i] ?? '';
-    this.#box(lane, from, to, this.#fillOf(found), found === rowClass.failed, selected);
-    const sign = signOf(found);
+    this.#box(lane, from, to, fill && this.pen.colours.fill[fill], found === rowClass.failed, selected);
     const number = rows.numbers[i] ?? row;
     const head = `${sign} #${number} ${status}`;
     const full = [position, notes].reduce((text, more) => (more === '' ? text : `${text}  ${more}`), head);
-    this.context.fillStyle = this.#textOf(found);
+    this.pen.context.fillStyle = this.pen.colours[colour];
     this.#text(lane, from, to, [full, `${head}  ${position}`, head, `${sign} #${number}`, `#${number}`, sign]);
     this.#hit(lane, from, to, `cycle ${full.slice(sign.length).trim()}`, row);
   }
@@ -63,8 +64,9 @@ export class TrackPainter {
   part(lane: Lane, part: Part, row: number): void {
     const [from, to] = this.#bounds(part.from, part.to);
     if (to - from < 0.5) return;
-    this.#box(lane, from, to, part.wrong ? this.colours.fill.wrong : this.colours.fill[part.kind], part.wrong, false);
-    this.context.fillStyle = part.wrong ? this.colours.bad : this.colours.text;
+    const { context, colours } = this.pen;
+    this.#box(lane, from, to, colours.fill[part.wrong ? 'wrong' : part.kind], part.wrong, false);
+    context.fillStyle = part.wrong ? colours.bad : colours.text;
     const texts = part.wrong ? part.texts.flatMap((text) => [`✕ ${text}`, text]) : part.texts;
     this.#text(lane, from, to, texts);
     this.#hit(lane, from, to, partText(part), row);
@@ -74,21 +76,20 @@ export class TrackPainter {
   label(lane: Lane, from: bigint, to: bigint, texts: string[], row: number, bad = false): void {
     const [begin, end] = this.#bounds(from, to);
     if (end - begin < 0.5) return;
-    this.#box(lane, begin, end, bad ? this.colours.fill.warn : this.colours.fill.frame, false, false);
-    this.context.fillStyle = bad ? this.colours.warn : this.colours.text;
+    this.#box(lane, begin, end, bad ? this.pen.colours.fill.warn : this.pen.colours.fill.frame, false, false);
+    this.pen.context.fillStyle = bad ? this.pen.colours.warn : this.pen.colours.text;
     this.#text(lane, begin, end, texts);
     this.#hit(lane, begin, end, texts[0] ?? '', row);
   }
 
   /** Sampling points on SLO, and below them the bits. */
   samples(slo: Lane, lane: Lane, layout: CycleLayout, row: number): void {
-    const { context, colours } = this;
-    const clock = Number(layout.period) * this.scale.pixelsPerPs;
+    const { context, colours } = this.pen;
+    const clock = Number(layout.period) * this.pen.scale.pixelsPerPs;
     if (clock < 6) return;
-    context.textBaseline = 'middle';
     for (const sample of layout.samples) {
       const x = this.#x(sample.at);
-      if (x < this.left || x > this.left + this.scale.width) continue;
+      if (x < this.pen.left || x > this.pen.left + this.pen.scale.width) continue;
       const bad = sample.wrong || sample.mends;
       context.fillStyle = sample.wrong ? colours.bad : sample.mends ? colours.warn : colours.slo;
       const level = sample.level ?? 0.5;
@@ -104,7 +105,7 @@ export class TrackPainter {
   }
 
   #bit(lane: Lane, x: number, clock: number, name: string, level: number | undefined, bad: boolean): void {
-    const { context, colours } = this;
+    const { context, colours } = this.pen;
     context.font = bad ? `bold ${numberFont}` : numberFont;
     const value = level === undefined ? '?' : String(level);
     const marked = bad ? `✕${value}` : value;
@@ -117,17 +118,16 @@ export class TrackPainter {
   /** Where a cycle fails, and why. */
   failure(at: bigint, text: string, row: number): void {
     const x = this.#x(at);
-    if (x >= this.left && x <= this.left + this.scale.width) this.#failures.push({ x, text, row });
+    if (x >= this.pen.left && x <= this.pen.left + this.pen.scale.width) this.#failures.push({ x, text, row });
   }
 
   /** Draws the failures; a text for which there is no room is left to the pointer. */
   failures(lane: Lane): void {
-    const { context } = this;
-    const right = this.left + this.scale.width;
-    context.fillStyle = this.colours.bad;
+    const { context } = this.pen;
+    const right = this.pen.left + this.pen.scale.width;
+    context.fillStyle = this.pen.colours.bad;
     context.font = font;
-    context.textBaseline = 'middle';
-    let written = this.left;
+    let written = this.pen.left;
     this.#failures.forEach(({ x, text, row }, i) => {
       context.beginPath();
       context.moveTo(x, lane.top + 3);
@@ -149,21 +149,8 @@ export class TrackPainter {
     });
   }
 
-  #fillOf(found: number): string | undefined {
-    const { fill } = this.colours;
-    if (found === rowClass.failed) return fill.wrong;
-    if (found === rowClass.flagged) return fill.warn;
-    return found === rowClass.cut ? undefined : fill.crc;
-  }
-
-  #textOf(found: number): string {
-    if (found === rowClass.failed) return this.colours.bad;
-    if (found === rowClass.flagged) return this.colours.warn;
-    return found === rowClass.cut ? this.colours.soft : this.colours.text;
-  }
-
   #box(lane: Lane, from: number, to: number, fill: string | undefined, bad: boolean, selected: boolean): void {
-    const { context, colours } = this;
+    const { context, colours } = this.pen;
     const width = to - from > 3 ? to - from - 1 : to - from;
     if (fill !== undefined) {
       context.fillStyle = fill;
@@ -191,9 +178,8 @@ export class TrackPainter {
   }
 
   #text(lane: Lane, from: number, to: number, texts: readonly string[]): void {
-    const { context } = this;
+    const { context } = this.pen;
     context.font = font;
-    context.textBaseline = 'middle';
     const text = fitting(context, texts, to - from - 7);
     if (text === undefined) return;
     const middle = (from + to) / 2 - textWidth(context, text) / 2;
@@ -203,10 +189,4 @@ export class TrackPainter {
   #hit(lane: Lane, left: number, right: number, text: string, row: number): void {
     this.hits.push({ left, right, top: lane.top, bottom: lane.top + lane.height, text, row });
   }
-}
-
-function signOf(found: number): string {
-  if (found === rowClass.failed) return '✕';
-  if (found === rowClass.flagged) return '!';
-  return found === rowClass.cut ? '…' : '✓';
 }

@@ -5,6 +5,7 @@ import * as actions from './actions';
 import { flagAt } from './cursors';
 import type { Hit } from './draw_tracks';
 import { gutter } from './lanes';
+import { listen } from './listen';
 import type { Overview } from './overview';
 import type { WaveView } from './view';
 
@@ -33,29 +34,22 @@ export class WaveInput {
   #drag: Drag | undefined;
   /** Where the pointer is, from the left; undefined outside. */
   x: number | undefined;
+  readonly close: () => void;
 
   constructor(
     private readonly element: HTMLElement,
     private readonly view: WaveView,
     private readonly onPoint: (pointed: Pointed | undefined) => void,
   ) {
-    element.addEventListener('wheel', this.#wheel, { passive: false });
-    element.addEventListener('pointerdown', this.#down);
-    element.addEventListener('pointermove', this.#move);
-    element.addEventListener('pointerup', this.#up);
-    element.addEventListener('pointercancel', this.#cancel);
-    element.addEventListener('pointerleave', this.#leave);
-    element.addEventListener('dblclick', this.#double);
-  }
-
-  close(): void {
-    this.element.removeEventListener('wheel', this.#wheel);
-    this.element.removeEventListener('pointerdown', this.#down);
-    this.element.removeEventListener('pointermove', this.#move);
-    this.element.removeEventListener('pointerup', this.#up);
-    this.element.removeEventListener('pointercancel', this.#cancel);
-    this.element.removeEventListener('pointerleave', this.#leave);
-    this.element.removeEventListener('dblclick', this.#double);
+    this.close = listen(element, {
+      wheel: this.#wheel,
+      pointerdown: this.#down,
+      pointermove: this.#move,
+      pointerup: this.#up,
+      pointercancel: this.#cancel,
+      pointerleave: this.#leave,
+      dblclick: () => actions.showSelected(),
+    });
   }
 
   #at(event: MouseEvent): Point {
@@ -158,8 +152,6 @@ export class WaveInput {
     this.onPoint(undefined);
   };
 
-  #double = () => actions.showSelected();
-
   /** What was drawn last at a place is on top. */
   hitAt(x: number, y: number): Hit | undefined {
     let found: Hit | undefined;
@@ -191,10 +183,5 @@ export function listenToOverview(element: HTMLElement, overview: Overview): () =
     const half = (range.to - range.from) / 2n;
     state.showRange(time - half, time - half + (range.to - range.from));
   };
-  element.addEventListener('pointerdown', go);
-  element.addEventListener('pointermove', go);
-  return () => {
-    element.removeEventListener('pointerdown', go);
-    element.removeEventListener('pointermove', go);
-  };
+  return listen(element, { pointerdown: go, pointermove: go });
 }

@@ -1,9 +1,8 @@
 /** The whole capture in a strip, with a window on what is shown. */
-import { effect } from '@preact/signals';
 import * as state from '../state';
 import { Layer, Surface } from './canvas';
 import { drawOverview, stripText } from './draw_strip';
-import { paletteOf } from './palette';
+import type { Palette } from './palette';
 import { TimeScale } from './scale';
 import { steadyEnd, Tile } from './tiles';
 
@@ -13,48 +12,31 @@ export class Overview {
   readonly surface: Surface;
   readonly #strip: Tile<'analyse.strip'>;
   readonly #bars = new Layer();
-  readonly #stop: () => void;
 
   constructor(canvas: HTMLCanvasElement, private readonly onSummary: (text: string) => void) {
     this.#strip = new Tile('analyse.strip', 'wave.overview',
       ({ columns }) => ({ ...state.wholeRange.value, columns }), () => this.surface.change());
-    this.surface = new Surface(canvas, () => this.#draw());
-    this.#stop = effect(() => {
-      void [state.range.value, state.endTime.value, state.generation.value,
-        state.progress.value.state, state.shownTheme.value];
-      this.surface.change();
-    });
-  }
-
-  close(): void {
-    this.#stop();
-    this.surface.close();
+    this.surface = new Surface(canvas, (colours) => this.#draw(colours), () => [
+      state.range.value, state.endTime.value, state.generation.value, state.progress.value.state,
+    ], 'raised');
   }
 
   get scale(): TimeScale {
     return new TimeScale(state.wholeRange.value, this.surface.width);
   }
 
-  #draw(): void {
+  #draw(colours: Palette): void {
     const { context, width, height } = this.surface;
-    const colours = paletteOf(state.shownTheme.value);
-    context.fillStyle = colours.raised;
-    context.fillRect(0, 0, width, height);
     const range = state.range.value;
     if (range === undefined) return;
     const { scale } = this;
-    this.#strip.want({
-      ...state.wholeRange.value,
-      width,
-      generation: state.generation.value,
-      end: steadyEnd(),
-    });
+    this.#strip.want({ ...state.wholeRange.value, width, end: steadyEnd() });
     const lane = { top: inset, height: height - 2 * inset, name: '', farName: '' };
     const { answer } = this.#strip;
     if (answer !== undefined) {
       this.onSummary(stripText(answer));
       this.#bars.put(this.surface, [answer, scale.from, scale.span, colours],
-        (layer) => drawOverview(layer, lane, answer, scale, colours));
+        (layer) => drawOverview({ context: layer, left: 0, scale, colours }, lane, answer));
     }
     const from = scale.x(range.from);
     const length = Math.max(3, scale.x(range.to) - from);

@@ -1,73 +1,44 @@
-/** Colours of the canvases. Every text has a contrast of at least 4.5 on its ground. */
+/** Colours of the canvases, from theme.css. Every text has a contrast of at least 4.5 on its ground. */
 
-export interface Palette {
-  ground: string;
-  raised: string;
-  text: string;
-  soft: string;
-  grid: string;
-  ma: string;
-  slo: string;
-  bad: string;
-  warn: string;
-  good: string;
-  select: string;
-  cursorA: string;
-  cursorB: string;
-  /** Fills of parts of a cycle, by their kind, and of rows that failed or have a flag. */
-  fill: { line: string; frame: string; data: string; flag: string; crc: string; wrong: string; warn: string };
-}
-
-const light: Palette = {
-  ground: '#ffffff',
-  raised: '#f6f8fa',
-  text: '#1f2328',
-  soft: '#59636e',
-  grid: '#e4e8ec',
-  ma: '#3d444d',
-  slo: '#0757c8',
-  bad: '#c4141f',
-  warn: '#8a5a00',
-  good: '#1a7f37',
-  select: '#0757c8',
-  cursorA: '#7a3db8',
-  cursorB: '#00696f',
-  fill: {
-    line: '#eceff2',
-    frame: '#eceff2',
-    data: '#d9e6f9',
-    flag: '#f5ebcf',
-    crc: '#dcefe1',
-    wrong: '#fbdcdd',
-    warn: '#f8e7bd',
-  },
+// The variable of each colour.
+const variables = {
+  ground: 'page',
+  raised: 'surface',
+  text: 'text',
+  soft: 'muted',
+  grid: 'grid',
+  ma: 'ma',
+  slo: 'accent',
+  bad: 'error',
+  warn: 'warn',
+  good: 'good',
+  select: 'accent',
+  cursorA: 'cursor-a',
+  cursorB: 'cursor-b',
 };
 
-const dark: Palette = {
-  ground: '#0d1117',
-  raised: '#161b22',
-  text: '#e6edf3',
-  soft: '#9aa4af',
-  grid: '#252c35',
-  ma: '#c9d1d9',
-  slo: '#79c0ff',
-  bad: '#ff8f87',
-  warn: '#e3b341',
-  good: '#56d364',
-  select: '#79c0ff',
-  cursorA: '#d2a8ff',
-  cursorB: '#5ce0d8',
-  fill: {
-    line: '#262d36',
-    frame: '#262d36',
-    data: '#12305a',
-    flag: '#40330f',
-    crc: '#113a20',
-    wrong: '#5c1a1d',
-    warn: '#4d3a08',
-  },
+// Of parts of a cycle, by their kind, and of rows that failed or have a flag.
+const fills = {
+  line: 'fill-line',
+  frame: 'fill-line',
+  data: 'fill-data',
+  flag: 'fill-flag',
+  crc: 'fill-crc',
+  wrong: 'fill-wrong',
+  warn: 'fill-warn',
 };
 
+export type Palette = Record<keyof typeof variables, string> & { fill: Record<keyof typeof fills, string> };
+
+const palettes = new Map<string, Palette>();
+
+/** The colours of the theme that is shown: the same object for the same theme. */
 export function paletteOf(theme: 'light' | 'dark'): Palette {
-  return theme === 'dark' ? dark : light;
+  const style = getComputedStyle(document.documentElement);
+  const coloursOf = <T extends Record<string, string>>(names: T) => Object.fromEntries(
+    Object.entries(names).map(([name, variable]) => [name, style.getPropertyValue(`--${variable}`).trim()]),
+  ) as Record<keyof T, string>;
+  const palette = palettes.get(theme) ?? { ...coloursOf(variables), fill: coloursOf(fills) };
+  palettes.set(theme, palette);
+  return palette;
 }

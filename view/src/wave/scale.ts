@@ -50,20 +50,15 @@ export function around(from: bigint, to: bigint, share: number): Range {
   return { from: from - margin, to: to + margin };
 }
 
-const units: [string, number][] = [
-  ['h', 3.6e15],
-  ['min', 6e13],
-  ['s', 1e12],
-  ['ms', 1e9],
-  ['µs', 1e6],
-  ['ns', 1e3],
-  ['ps', 1],
-];
+/** Units with their sizes, the largest one first. */
+export type Units = readonly [string, number][];
 
-function unitOf(ps: number): [string, number] {
-  const size = Math.abs(ps);
-  return units.find(([name, factor]) => size >= factor && name !== 'h' && name !== 'min')
-    ?? ['ps', 1];
+export const timeUnits: Units = [['s', 1e12], ['ms', 1e9], ['µs', 1e6], ['ns', 1e3], ['ps', 1]];
+const rateUnits: Units = [['GHz', 1e9], ['MHz', 1e6], ['kHz', 1e3], ['Hz', 1], ['mHz', 1e-3]];
+
+/** The largest unit that fits in a value; else the smallest one. */
+export function unitOf(value: number, units = timeUnits): [string, number] {
+  return units.find(([, factor]) => Math.abs(value) >= factor) ?? units.at(-1)!;
 }
 
 function trimmed(value: number, digits: number): string {
@@ -94,9 +89,8 @@ export function exactTimeText(ps: bigint): string {
 
 /** `2.5 MHz`. */
 export function rateText(hertz: number, digits = 4): string {
-  const steps: [string, number][] = [['GHz', 1e9], ['MHz', 1e6], ['kHz', 1e3], ['Hz', 1]];
-  const found = steps.find(([, factor]) => Math.abs(hertz) >= factor) ?? ['mHz', 1e-3];
-  return `${trimmed(hertz / found[1], digits)} ${found[0]}`;
+  const [name, factor] = unitOf(hertz, rateUnits);
+  return `${trimmed(hertz / factor, digits)} ${name}`;
 }
 
 /** 1, 2 or 5 times a power of ten, at least `least`. */

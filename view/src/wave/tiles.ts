@@ -1,10 +1,11 @@
 /** What the screen shows of a line, of rows and of cycles, asked of the core and kept. */
-import type { Cycle, LineView } from 'biss';
+import type { LineView } from 'biss';
 import { Superseded, CoreError } from '../core/client';
 import { core } from '../core/core';
 import type { Requests } from '../core/protocol';
 import * as state from '../state';
 import type { Range } from '../state';
+import { layOut, type CycleLayout } from './layout';
 
 /** What was asked of a stretch of time. */
 interface Asked extends Range {
@@ -18,7 +19,6 @@ interface Asked extends Range {
 export interface Shown extends Range {
   /** Width of the picture in pixels. */
   width: number;
-  generation: number;
   end: bigint;
 }
 
@@ -55,7 +55,7 @@ export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse
 
   /** Asks for what is shown, unless it is there. */
   want(shown: Shown): void {
-    if (this.asked?.generation !== shown.generation) this.drop();
+    if (this.asked?.generation !== state.generation.value) this.drop();
     if (!this.#isOld && (serves(this.asked, shown) || serves(this.#pending, shown))) return;
     this.#isOld = false;
     const span = shown.to - shown.from;
@@ -63,7 +63,7 @@ export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse
       from: shown.from - span,
       to: shown.to + span,
       columns: Math.max(3, Math.round(3 * shown.width)),
-      generation: shown.generation,
+      generation: state.generation.value,
       end: shown.end,
     };
     this.#pending = asked;
@@ -100,7 +100,7 @@ export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse
 
 // As fine as the picture, or nearly, and up to date where the capture has grown.
 function serves(asked: Asked | undefined, shown: Shown): boolean {
-  if (asked === undefined || asked.generation !== shown.generation) return false;
+  if (asked === undefined || asked.generation !== state.generation.value) return false;
   const stale = asked.end < shown.end && asked.end < asked.to && asked.end < shown.to;
   if (stale) return false;
   if (asked.from > shown.from || asked.to < shown.to) return false;
@@ -149,21 +149,22 @@ function offsetsOf(times: BigInt64Array, from: bigint): Float64Array {
 const mostKept = 600;
 const mostAtOnce = 4;
 
-/** Cycles bit by bit, the newest kept. */
+/** Cycles as they are drawn, the newest kept. */
 export class Cycles {
-  readonly #kept = new Map<number, Cycle | undefined>();
+  readonly #kept = new Map<number, CycleLayout | undefined>();
   readonly #asked = new Set<number>();
   #generation = -1;
 
   constructor(private readonly onAnswer: () => void) {}
 
   /** Undefined where it is not there yet, or cannot be. */
-  get(row: number): Cycle | undefined {
+  get(row: number): CycleLayout | undefined {
     return this.#kept.get(row);
   }
 
-  /** Asks for what is missing of these rows. `more`: what is not there now may come. */
-  want(rows: readonly number[], generation: number, more: boolean): void {
+  /** Asks for what is missing of these rows. */
+  want(rows: readonly number[]): void {
+    const generation = state.generation.value;
     if (generation !== this.#generation) {
       this.#kept.clear();
       this.#asked.clear();
@@ -171,17 +172,19 @@ export class Cycles {
     }
     for (const row of rows) {
       if (this.#asked.size >= mostAtOnce) return;
-      if (!this.#kept.has(row) && !this.#asked.has(row)) this.#ask(row, generation, more);
+      if (!this.#kept.has(row) && !this.#asked.has(row)) this.#ask(row, generation);
     }
   }
 
-  #ask(row: number, generation: number, more: boolean): void {
+  #ask(row: number, generation: number): void {
+    // What is not there now may come.
+    const more = state.progress.value.state === 'reading';
     this.#asked.add(row);
     core().ask('cycle', { row }).then(
       (cycle) => {
         if (generation !== this.#generation) return;
         this.#asked.delete(row);
-        if (cycle !== undefined || !more) this.#kept.set(row, cycle);
+        if (cycle !== undefined || !more) this.#kept.set(row, cycle && layOut(cycle));
         const oldest = this.#kept.keys().next().value;
         if (this.#kept.size > mostKept && oldest !== undefined) this.#kept.delete(oldest);
         this.onAnswer();

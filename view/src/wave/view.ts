@@ -1,19 +1,19 @@
 /** The picture of the waveform: what is asked of the core, and what is drawn. */
-import { effect } from '@preact/signals';
+import { firstWhere } from '../core/first_where';
 import * as state from '../state';
 import { rowClass, type Rows } from '../plots/row_classes';
 import { accessText, extentIn } from './accesses';
-import { Surface } from './canvas';
+import { Surface, type Pen } from './canvas';
 import { drawCursors } from './cursors';
 import { cyclesText } from './describe';
 import { changeBeside, drawAxis, drawLine, drawNames, nearestChange } from './draw_lines';
 import { drawStrips } from './draw_strip';
 import { TrackPainter, type Hit } from './draw_tracks';
-import { layOut, type CycleLayout } from './layout';
+import type { CycleLayout } from './layout';
 import { gutter, lanesOf, type Lanes } from './lanes';
-import { paletteOf, type Palette } from './palette';
+import type { Palette } from './palette';
 import { TimeScale } from './scale';
-import { Cycles, lineTile, Tile, type Shown } from './tiles';
+import { Cycles, lineTile, Tile, type LineTile, type Shown } from './tiles';
 
 // Single cycles are drawn where they have this many pixels, and their parts with this many.
 const cyclePixels = 4;
@@ -29,8 +29,6 @@ export class WaveView {
   readonly #rows: Tile<'analyse.rows'>;
   readonly #strip: Tile<'analyse.strip'>;
   readonly #cycles = new Cycles(() => this.surface.change());
-  readonly #layouts = new WeakMap<object, CycleLayout>();
-  readonly #stop: () => void;
   #isClosed = false;
   // How many had ended when the rows were asked for.
   #accesses = 0;
@@ -40,18 +38,13 @@ export class WaveView {
       ({ from, to }) => ({ from, to, most: mostRows }), () => this.surface.change());
     this.#strip = new Tile('analyse.strip', 'wave.strip',
       ({ from, to, columns }) => ({ from, to, columns }), () => this.surface.change());
-    this.surface = new Surface(canvas, () => this.#draw());
-    this.#stop = effect(() => {
-      // What a picture depends on.
-      void [state.range.value, state.cursors.value, state.selectedRow.value, state.generation.value,
-        state.about.value, state.shownTheme.value];
-      this.surface.change();
-    });
+    this.surface = new Surface(canvas, (colours) => this.#draw(colours), () => [
+      state.range.value, state.cursors.value, state.selectedRow.value, state.generation.value, state.about.value,
+    ]);
   }
 
   close(): void {
     this.#isClosed = true;
-    this.#stop();
     this.surface.close();
   }
 
@@ -67,21 +60,19 @@ export class WaveView {
     if (scale === undefined) return undefined;
     const time = scale.time(x - gutter);
     const near = 6 / scale.pixelsPerPs;
-    const changes = [this.#ma, this.#slo].flatMap((tile) => {
-      const line = lineTile(tile);
-      return line === undefined ? [] : nearestChange(line, time, near) ?? [];
-    });
+    const changes = this.#lines().flatMap((line) => nearestChange(line, time, near) ?? []);
     const distance = (at: bigint) => Math.abs(Number(at - time));
     return changes.sort((a, b) => distance(a) - distance(b))[0] ?? time;
   }
 
   /** The next change of MA or SLO after a time, or before it. */
   changeBeside(time: bigint, step: 1 | -1): bigint | undefined {
-    const changes = [this.#ma, this.#slo].flatMap((tile) => {
-      const line = lineTile(tile);
-      return line === undefined ? [] : changeBeside(line, time, step) ?? [];
-    });
+    const changes = this.#lines().flatMap((line) => changeBeside(line, time, step) ?? []);
     return changes.sort((a, b) => step * Number(a - b))[0];
+  }
+
+  #lines(): LineTile[] {
+    return [this.#ma, this.#slo].flatMap((tile) => lineTile(tile) ?? []);
   }
 
   #lineTile(line: 'ma' | 'slo'): Tile<'view'> {
@@ -89,35 +80,28 @@ export class WaveView {
       ({ from, to, columns }) => ({ line, from, to, columns }), () => this.surface.change());
   }
 
-  #draw(): void {
-    const { context, width, height } = this.surface;
-    const colours = paletteOf(state.shownTheme.value);
-    context.fillStyle = colours.ground;
-    context.fillRect(0, 0, width, height);
+  #draw(colours: Palette): void {
+    const { context, height } = this.surface;
     this.hits = [];
     const lanes = lanesOf(height, (state.about.value?.accesses ?? 0) > 0);
     const { scale } = this;
     const range = state.range.value;
-    const far = scale !== undefined && range !== undefined && this.#drawAll(lanes, range, scale, colours);
+    const pen = scale && { context, left: gutter, scale, colours };
+    const far = pen !== undefined && range !== undefined && this.#drawAll(lanes, range, pen);
     const { about } = state;
     const names = new Map([
       ['MA', about.value?.maInverted === true ? 'MA inv.' : 'MA'],
       ['SLO', about.value?.sloInverted === true ? 'SLO inv.' : 'SLO'],
     ]);
-    drawNames(context, Object.values(lanes), far, names, gutter, height, colours);
-    if (scale !== undefined) drawCursors(context, state.cursors.value, gutter, height, scale, colours);
+    drawNames({ context, left: gutter, colours }, Object.values(lanes), far, names, height);
+    if (pen !== undefined) drawCursors(pen, state.cursors.value, height);
   }
 
   // Returns whether cycles are counted and not drawn one by one.
-  #drawAll(lanes: Lanes, range: state.Range, scale: TimeScale, colours: Palette): boolean {
-    const { context } = this.surface;
+  #drawAll(lanes: Lanes, range: state.Range, pen: Pen): boolean {
+    const { context, scale, colours } = pen;
     const bottom = lanes.flags.top + lanes.flags.height;
-    const shown: Shown = {
-      ...range,
-      width: scale.width,
-      generation: state.generation.value,
-      end: state.endTime.value,
-    };
+    const shown: Shown = { ...range, width: scale.width, end: state.endTime.value };
     const accesses = state.about.value?.accesses ?? 0;
     if (accesses !== this.#accesses) this.#rows.renew();
     this.#accesses = accesses;
@@ -131,13 +115,13 @@ export class WaveView {
       context.fillRect(selected.left, lanes.axis.height, selected.right - selected.left, bottom);
       context.globalAlpha = 1;
     }
-    drawAxis(context, lanes.axis, gutter, bottom, scale, colours);
+    drawAxis(pen, lanes.axis, bottom);
     const ma = lineTile(this.#ma);
     const slo = lineTile(this.#slo);
-    if (ma !== undefined) drawLine(context, lanes.ma, gutter, ma, scale, colours.ma);
-    if (slo !== undefined) drawLine(context, lanes.slo, gutter, slo, scale, colours.slo);
-    if (far) this.#drawFar(lanes, shown, scale, colours);
-    else if (rows !== undefined) this.#drawRows(lanes, rows, range, scale, colours);
+    if (ma !== undefined) drawLine(pen, lanes.ma, ma, colours.ma);
+    if (slo !== undefined) drawLine(pen, lanes.slo, slo, colours.slo);
+    if (far) this.#drawFar(lanes, shown, pen);
+    else if (rows !== undefined) this.#drawRows(lanes, rows, range, pen);
     return far;
   }
 
@@ -159,25 +143,23 @@ export class WaveView {
     return { left, right: Math.max(left, gutter + scale.x(rows.ends[i] ?? rows.end)) };
   }
 
-  #drawFar(lanes: Lanes, shown: Shown, scale: TimeScale, colours: Palette): void {
+  #drawFar(lanes: Lanes, shown: Shown, pen: Pen): void {
     this.#strip.want(shown);
     if (this.#strip.answer === undefined) return;
-    const { cycle: all, frame: failed, cdm: flagged, flags: notes } = lanes;
-    this.onSeen(drawStrips(this.surface.context, { all, failed, flagged, notes }, gutter, this.#strip.answer,
-      scale, colours));
+    this.onSeen(drawStrips(pen, lanes, this.#strip.answer));
   }
 
-  #drawRows(lanes: Lanes, rows: Rows, range: state.Range, scale: TimeScale, colours: Palette): void {
-    const painter = new TrackPainter(this.surface.context, gutter, scale, colours);
+  #drawRows(lanes: Lanes, rows: Rows, range: state.Range, pen: Pen): void {
+    const painter = new TrackPainter(pen);
     const [begin, end] = indicesIn(rows, range);
     const wanted: number[] = [];
     for (let i = begin; i < end; i += 1) {
       const row = rows.first + i;
       painter.cycle(lanes.cycle, rows, i, state.selectedRow.value === row);
       const length = Number((rows.ends[i] ?? rows.end) - (rows.times[i] ?? 0n));
-      const isWide = length * scale.pixelsPerPs >= partPixels;
+      const isWide = length * pen.scale.pixelsPerPs >= partPixels;
       if (isWide) wanted.push(row);
-      const layout = isWide ? this.#layoutOf(row) : undefined;
+      const layout = isWide ? this.#cycles.get(row) : undefined;
       if (layout !== undefined) drawParts(lanes, layout, row, painter);
       else if (isFailed(rows.classes[i])) painter.failure(rows.times[i] ?? 0n, rows.status[i] ?? '', row);
       this.#drawFlags(lanes, rows, i, painter);
@@ -187,8 +169,7 @@ export class WaveView {
     const seen = rows.status.slice(begin, end)
       .map((status, i) => ({ number: rows.numbers[begin + i] ?? 0, status }));
     this.onSeen(cyclesText(seen));
-    const more = state.progress.value.state === 'reading';
-    if (!this.#isClosed) this.#cycles.want(wanted, state.generation.value, more);
+    if (!this.#isClosed) this.#cycles.want(wanted);
     this.hits = painter.hits;
   }
 
@@ -201,17 +182,6 @@ export class WaveView {
       const texts = [text, text.replace(/( of \d+)?:.*/, '')];
       painter.label(lanes.access, extent.from, extent.to, texts, extent.row, access.outcome !== 'ok');
     }
-  }
-
-  #layoutOf(row: number): CycleLayout | undefined {
-    const cycle = this.#cycles.get(row);
-    if (cycle === undefined) return undefined;
-    let layout = this.#layouts.get(cycle);
-    if (layout === undefined) {
-      layout = layOut(cycle);
-      this.#layouts.set(cycle, layout);
-    }
-    return layout;
   }
 
   #drawFlags(lanes: Lanes, rows: Rows, i: number, painter: TrackPainter): void {
@@ -241,15 +211,6 @@ function drawParts(lanes: Lanes, layout: CycleLayout, row: number, painter: Trac
 // Rows that are seen.
 function indicesIn(rows: Rows, { from, to }: state.Range): [number, number] {
   const { times } = rows;
-  const before = (time: bigint) => {
-    let low = 0;
-    let high = times.length;
-    while (low < high) {
-      const middle = (low + high) >> 1;
-      if ((times[middle] ?? 0n) < time) low = middle + 1;
-      else high = middle;
-    }
-    return low;
-  };
+  const before = (time: bigint) => firstWhere(times.length, (i) => (times[i] ?? 0n) >= time);
   return [Math.max(0, before(from + 1n) - 1), before(to)];
 }

@@ -2,7 +2,7 @@
 import './wave.css';
 import { signal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
-import { core } from '../core/core';
+import { useAnswer } from '../shell/use_answer';
 import * as state from '../state';
 import * as actions from './actions';
 import { differenceText, waveText } from './describe';
@@ -17,16 +17,6 @@ const seen = signal('');
 const all = signal('');
 const pointed = signal<Pointed | undefined>(undefined);
 let shownView: WaveView | undefined;
-
-function description(): string {
-  return waveText({
-    range: state.range.value,
-    cursors: state.cursors.value,
-    selected: selectedCycle.value,
-    rows: state.rowCount.value,
-    seen: seen.value,
-  });
-}
 
 function useWave() {
   const wave = useRef<HTMLCanvasElement>(null);
@@ -43,7 +33,7 @@ function useWave() {
     shownView = view;
     return () => {
       stopOverview();
-      whole.close();
+      whole.surface.close();
       input.close();
       view.close();
       shownView = undefined;
@@ -53,26 +43,17 @@ function useWave() {
 }
 
 // The number of the cycle that is selected.
-const selectedCycle = signal<number | undefined>(undefined);
-
-function useSelectedCycle(): void {
+function useSelectedCycle(): number | undefined {
   const row = state.selectedRow.value;
   const isKnown = row !== undefined && row < state.rowCount.value;
-  useEffect(() => {
-    if (!isKnown) {
-      selectedCycle.value = undefined;
-      return;
-    }
-    core().ask('column', { name: 'cycle', from: row, to: row + 1 }, { lane: 'wave.selected' }).then(
-      ({ values }) => { selectedCycle.value = values[0] === undefined ? undefined : Number(values[0]); },
-      () => {},
-    );
-  }, [row, isKnown, state.generation.value]);
+  const ask = isKnown ? { name: 'cycle', from: row, to: row + 1 } : undefined;
+  const value = useAnswer('column', ask, [row, state.generation.value])?.answer?.values[0];
+  return value === undefined ? undefined : Number(value);
 }
 
 export function Wave() {
   const { wave, overview } = useWave();
-  useSelectedCycle();
+  const selected = useSelectedCycle();
   return (
     <section class="wave" aria-label="Waveform">
       <Toolbar />
@@ -81,7 +62,7 @@ export function Wave() {
       </div>
       <div class="wave-picture" data-keys="waveform" tabIndex={0} role="group"
         aria-label="Waveform. Arrow keys move and zoom, ? lists the keys.">
-        <canvas ref={wave} role="img" aria-label={description()} />
+        <canvas ref={wave} role="img" aria-label={waveText(selected, seen.value)} />
       </div>
     </section>
   );
