@@ -44,6 +44,15 @@ class ByteSource {
   virtual int regular_file() const { return -1; }
 };
 
+/// Calls this function of a C library for what a unique_ptr owns.
+template <auto release>
+struct Released {
+  template <class T>
+  void operator()(T* owned) const {
+    release(owned);
+  }
+};
+
 /// Reads a source in blocks: small at first, and twice as large after each that the source has
 /// filled, up to 64 KiB.
 class BlockReader {

@@ -139,10 +139,6 @@ class ZstdBytes final : public CompressedBytes {
   }
 
  private:
-  struct Free {
-    void operator()(ZSTD_DStream* stream) const { ZSTD_freeDStream(stream); }
-  };
-
   Step decompress(std::string_view& input, std::span<char> into) override {
     // A call that fails delivers nothing. Therefore each gets at most one block: zstd wishes for a
     // block and the header of the next one.
@@ -175,7 +171,7 @@ class ZstdBytes final : public CompressedBytes {
   bool holds_output() const override { return holds_output_; }
   bool whole() const override { return between_frames_; }
 
-  std::unique_ptr<ZSTD_DStream, Free> stream_;
+  std::unique_ptr<ZSTD_DStream, Released<ZSTD_freeDStream>> stream_;
   std::size_t wish_ = 1;
   bool between_frames_ = false;
   bool holds_output_ = false;

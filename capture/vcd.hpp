@@ -10,7 +10,7 @@
 #include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
 #include "capture/edge_writer.hpp"
-#include "capture/text_piece.hpp"
+#include "capture/pair_source.hpp"
 #include "capture/timescale.hpp"
 
 namespace biss::capture {

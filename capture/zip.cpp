@@ -1,8 +1,5 @@
 #include "capture/zip.hpp"
 
-#include <libdeflate.h>
-#include <zip.h>
-
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -23,10 +20,7 @@ T* or_throw(T* allocated) {
   return allocated;
 }
 
-struct FreeSource {
-  void operator()(zip_source_t* source) const { zip_source_free(source); }
-};
-using Source = std::unique_ptr<zip_source_t, FreeSource>;
+using Source = std::unique_ptr<zip_source_t, Released<zip_source_free>>;
 
 constexpr CaptureError read_failed{.cause = CaptureCause::read_failed};
 
@@ -84,14 +78,6 @@ void put32(std::string& out, std::uint64_t value) {
 
 }  // namespace
 
-void Inflater::Free::operator()(libdeflate_decompressor* decompressor) const {
-  libdeflate_free_decompressor(decompressor);
-}
-
-void Deflater::Free::operator()(libdeflate_compressor* compressor) const {
-  libdeflate_free_compressor(compressor);
-}
-
 Inflater::Inflater() : decompressor_(or_throw(libdeflate_alloc_decompressor())) {}
 
 Deflater::Deflater() : compressor_(or_throw(libdeflate_alloc_compressor(compression_level))) {}
@@ -128,15 +114,9 @@ CaptureError unread_member(std::string_view name, const char* expected) {
   return error;
 }
 
-void ZipArchive::CloseArchive::operator()(zip* archive) const { zip_discard(archive); }
-
-void ZipArchive::CloseFile::operator()(zip_file* file) const { zip_fclose(file); }
-
 bool looks_like_zip(std::string_view head) {
   return head.starts_with("PK\x03\x04") || head.starts_with("PK\x05\x06");
 }
-
-ZipArchive::~ZipArchive() = default;
 
 OpenedZip ZipArchive::open(std::unique_ptr<ByteSource> bytes) {
   std::unique_ptr<ZipArchive> archive(new ZipArchive);
@@ -201,8 +181,7 @@ std::vector<std::string> ZipArchive::names(std::string_view begin) const {
 }
 
 bool ZipArchive::read_compressed(const ZipMember& member, std::span<std::uint8_t> into) {
-  const std::unique_ptr<zip_file, CloseFile> file(
-      zip_fopen_index(archive_.get(), member.index, ZIP_FL_COMPRESSED));
+  const File file(zip_fopen_index(archive_.get(), member.index, ZIP_FL_COMPRESSED));
   return file && fill(file.get(), into);
 }
 
