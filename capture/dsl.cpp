@@ -1,6 +1,8 @@
 #include "capture/dsl.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstring>
 #include <map>
 #include <optional>
@@ -8,6 +10,7 @@
 #include <utility>
 
 #include "capture/buffer.hpp"
+#include "capture/decimal.hpp"
 #include "capture/key_file.hpp"
 #include "capture/sr.hpp"
 
@@ -145,7 +148,7 @@ class DslPieces final : public SamplePieces {
   static constexpr std::uint64_t plane_bytes = dsl_block_samples / 8;
   // What is deflated to more than this does not come from DSView; it is inflated as it is read.
   static constexpr std::uint64_t most_compressed = 2 * plane_bytes;
-  // A multiple of 8, so that every piece begins with a whole byte of each plane.
+  // A multiple of 64, so that every piece begins with a whole word of each plane.
   static constexpr std::uint64_t samples_of_piece = std::uint64_t{1} << 17U;
 
   Failure<CaptureError> damaged(const char* expected) const {
@@ -202,8 +205,11 @@ class DslPieces final : public SamplePieces {
     return nullptr;
   }
 
-  bool read_plane(const ZipMember& member, std::vector<std::uint8_t>& plane) {
-    plane.resize(static_cast<std::size_t>(member.size_bytes));
+  // What follows the samples up to the end of a word is 0.
+  bool read_plane(const ZipMember& member, std::string& words) {
+    const auto bytes = static_cast<std::size_t>(member.size_bytes);
+    words.assign((bytes + 7) / 8 * 8, '\0');
+    const std::span plane(reinterpret_cast<std::uint8_t*>(words.data()), bytes);
     if (!member.deflated || member.compressed_bytes > most_compressed) {
       return archive_->read_whole(member, plane);
     }
@@ -217,12 +223,11 @@ class DslPieces final : public SamplePieces {
   std::size_t join_planes() {
     const std::uint64_t first = before_ + at_;
     const std::size_t count = static_cast<std::size_t>(std::min(samples_ - at_, samples_of_piece));
-    joined_.resize((count + 7) / 8 * 8 * unit_bytes_);
-    const auto from = static_cast<std::size_t>(at_ / 8);
-    for (std::size_t byte = 0; byte < (count + 7) / 8; ++byte) {
-      for (std::size_t unit = 0; unit < unit_bytes_; ++unit) {
-        put_eight(from + byte, unit, joined_.data() + byte * 8 * unit_bytes_ + unit);
-      }
+    const std::size_t words = (count + word_bits - 1) / word_bits;
+    joined_.resize(words * word_bits * unit_bytes_ + max_unit_bytes);
+    for (std::size_t i = 0; i < words; ++i) {
+      join_word(static_cast<std::size_t>(at_ / word_bits) + i,
+                joined_.data() + i * word_bits * unit_bytes_);
     }
     at_ += count;
     const std::uint64_t timed = first > last_index_ ? 0 : last_index_ + 1 - first;
@@ -234,22 +239,29 @@ class DslPieces final : public SamplePieces {
     return usable;
   }
 
-  // The samples of one byte of up to eight planes: a matrix of eight by eight bits is transposed.
-  // Source: Warren, Hacker's Delight, 7-3.
-  void put_eight(std::size_t byte, std::size_t unit, std::uint8_t* into) const {
-    std::uint64_t bits = 0;
-    for (std::size_t i = 8 * unit; i < std::min(8 * unit + 8, planes_.size()); ++i) {
-      bits |= std::uint64_t{planes_[i][byte]} << 8U * (i % 8);
+  // The samples of a word of each plane: runs of equal ones.
+  void join_word(std::size_t word, std::uint8_t* into) {
+    std::uint64_t starts = 1;
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
+      levels_[i] = load_eight(planes_[i].data() + 8 * word);
+      starts |= levels_[i] ^ levels_[i] << 1U;
     }
-    const auto swap = [&bits](unsigned distance, std::uint64_t mask) {
-      const std::uint64_t differ = (bits ^ bits >> distance) & mask;
-      bits ^= differ ^ differ << distance;
-    };
-    swap(7, 0x00AA00AA00AA00AAU);
-    swap(14, 0x0000CCCC0000CCCCU);
-    swap(28, 0x00000000F0F0F0F0U);
-    for (std::size_t i = 0; i < 8; ++i)
-      into[i * unit_bytes_] = static_cast<std::uint8_t>(bits >> 8U * i);
+    while (starts != 0) {
+      const auto begin = static_cast<unsigned>(std::countr_zero(starts));
+      starts &= starts - 1;
+      const auto end = static_cast<unsigned>(std::countr_zero(starts));  // 64 if there is no other
+      std::uint64_t sample = 0;
+      for (std::size_t i = 0; i < planes_.size(); ++i) sample |= (levels_[i] >> begin & 1U) << i;
+      if (unit_bytes_ == 1) {
+        std::memset(into + begin, static_cast<int>(sample), end - begin);
+        continue;
+      }
+      if constexpr (std::endian::native == std::endian::big) sample = __builtin_bswap64(sample);
+      // The bytes after the sample are those of the next one.
+      for (std::size_t i = begin; i < end; ++i) {
+        std::memcpy(into + i * unit_bytes_, &sample, sizeof sample);
+      }
+    }
   }
 
   std::uint64_t sample(std::size_t number) const {
@@ -266,7 +278,8 @@ class DslPieces final : public SamplePieces {
   std::uint64_t blocks_;  // of each probe
   std::size_t unit_bytes_;
   std::vector<ZipMember> members_;
-  std::vector<std::vector<std::uint8_t>> planes_;
+  std::vector<std::string> planes_;
+  std::array<std::uint64_t, max_dsl_probes> levels_{};  // of a word
   Inflater inflater_;
   Buffer packed_;
   std::vector<std::uint8_t> joined_;
