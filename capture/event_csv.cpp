@@ -234,18 +234,21 @@ class EventCsvPiece final : public TextPiece {
 
   bool quick_parse() override {
     const char* row = begin();
+    const char* const text_end = end();
     EventCsvRow read{};
+    EventCsvShape shape;
     timed = false;
-    ma_ = slo_ = ChangeBatch();
+    ma_.restart();
+    slo_.restart();
     last_time = std::numeric_limits<std::int64_t>::min();
-    for (line_feeds = 0; row != end(); ++line_feeds) {
-      if (shape_.read(row, end(), read)) {
+    for (line_feeds = 0; row != text_end; ++line_feeds) {
+      if (shape.read(row, text_end, read)) {
         if (!add(read)) return false;
-        row += shape_.row_bytes();
+        row += shape.row_bytes();
         continue;
       }
-      const char* const row_end = find_or_end(row, end(), '\n');
-      const Read what = read_row(row, row_end, read);
+      const char* const row_end = find_or_end(row, text_end, '\n');
+      const Read what = read_row(row, row_end, shape, read);
       if (what == Read::wrong || (what == Read::row && !add(read))) return false;
       row = row_end + 1;
     }
@@ -253,7 +256,7 @@ class EventCsvPiece final : public TextPiece {
     return true;
   }
 
-  Read read_row(const char* row, const char* end, EventCsvRow& out) {
+  Read read_row(const char* row, const char* end, EventCsvShape& shape, EventCsvRow& out) {
     if (end - row > static_cast<std::ptrdiff_t>(max_token_bytes)) return Read::wrong;
     if (is_csv_comment(text_between(row, end))) return Read::comment;
     const char* const time_end = find_or_end(row, end, layout_.separator);
@@ -261,7 +264,7 @@ class EventCsvPiece final : public TextPiece {
     const auto time = event_csv_time(text_between(row, time_end), layout_);
     if (!time.ok() || !read_cells(time_end + 1, end, out)) return Read::wrong;
     out.time = *time;
-    shape_.learn(row, time_end, end, layout_, ma_column_, slo_column_);
+    shape.learn(row, time_end, end, layout_, ma_column_, slo_column_);
     return Read::row;
   }
 
@@ -304,7 +307,6 @@ class EventCsvPiece final : public TextPiece {
   EventCsvLayout layout_;
   wire::LineIndex ma_column_;
   wire::LineIndex slo_column_;
-  EventCsvShape shape_;
   ChangeBatch ma_;
   ChangeBatch slo_;
 };
@@ -321,29 +323,27 @@ class EventCsvReader final : public TextSource {
   std::optional<CaptureError> open() {
     bool any_text = false;
     for (;;) {
-      switch (window_.next()) {
-        case TextWindow::Fill::failed:
-          return window_.error();
-        case TextWindow::Fill::ended:
-          if (!any_text) return CaptureError{.cause = CaptureCause::empty};
+      if (window_.begin() == window_.end()) {
+        const TextWindow::Fill fill = window_.next();
+        if (fill == TextWindow::Fill::failed) return window_.error();
+        if (fill == TextWindow::Fill::ended && !any_text) {
+          return CaptureError{.cause = CaptureCause::empty};
+        }
+        if (fill == TextWindow::Fill::ended) {
           return window_.error_at(window_.end(), CaptureCause::truncated, "a header and rows");
-        case TextWindow::Fill::ready:
-          break;
+        }
       }
-      while (window_.begin() != window_.end()) {
-        const char* const row = window_.begin();
-        const char* const end = find_or_end(row, window_.end(), '\n');
-        window_.advance(end + 1);
-        const std::string_view text = trim_cell(text_between(row, end), ',');
-        any_text = any_text || !text.empty();
-        if (end - row <= static_cast<std::ptrdiff_t>(max_token_bytes) && is_csv_comment(text))
-          continue;
-        if (!take_header(row, end)) return error();
-        return std::nullopt;
-      }
+      const char* const row = window_.begin();
+      const char* const end = find_or_end(row, window_.end(), '\n');
+      window_.advance(end + 1);
+      const std::string_view text = trim_cell(text_between(row, end), ',');
+      any_text = any_text || !text.empty();
+      const bool fits = end - row <= static_cast<std::ptrdiff_t>(max_token_bytes);
+      if (fits && is_csv_comment(text)) continue;
+      if (!take_header(row, end)) return error();
+      return std::nullopt;
     }
   }
-
   Picoseconds sample_period() const override { return layout_.rows.sample_period; }
 
  private:

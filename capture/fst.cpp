@@ -352,9 +352,7 @@ class FstReader final : public StepSource {
       if (place.place == 0 || !driven_.drives(variable)) continue;
       std::uint32_t& data = data_of[place.owner];
       if (data == 0) {
-        auto unpacked = chain_data(place, layout);
-        if (!unpacked) return false;
-        chain_data_.push_back(std::move(*unpacked));
+        if (!read_chain(place, layout, chain_data_.emplace_back())) return false;
         data = static_cast<std::uint32_t>(chain_data_.size());
       }
       if (!take_memory(sizeof(FstChain) + sizeof(std::uint64_t))) return false;
@@ -371,8 +369,8 @@ class FstReader final : public StepSource {
   bool add_chain(std::uint32_t variable, const FstChainPlace& place, const Layout& layout);
 
   // The changes of one chain, unpacked.
-  std::optional<std::vector<std::uint8_t>> chain_data(const FstChainPlace& place,
-                                                      const Layout& layout) {
+  bool read_chain(const FstChainPlace& place, const Layout& layout,
+                  std::vector<std::uint8_t>& changes) {
     constexpr std::uint64_t most_varint_bytes = 10;
     const std::uint64_t at = layout.chains_place + place.place;
     std::vector<std::uint8_t> head(
@@ -380,27 +378,18 @@ class FstReader final : public StepSource {
     FstCursor cursor(head);
     const bool whole = file_.read(at, head);
     const std::uint64_t size = cursor.varint();
-    if (!whole || cursor.failed()) {
-      damaged("the size of each chain of changes");
-      return std::nullopt;
-    }
+    if (!whole || cursor.failed()) return damaged("the size of each chain of changes");
     const std::uint64_t packed = place.size - cursor.at();
-    if (size / max_packing_ratio > packed) {
-      damaged("a size that the compressed data can have");
-      return std::nullopt;
-    }
+    if (size / max_packing_ratio > packed)
+      return damaged("a size that the compressed data can have");
     const std::uint64_t unpacked_size = size == 0 ? packed : size;
-    if (!take_memory(unpacked_size + packed + sizeof(std::vector<std::uint8_t>))) {
-      return std::nullopt;
-    }
+    if (!take_memory(unpacked_size + packed + sizeof(std::vector<std::uint8_t>))) return false;
     memory_left_ += packed;  // only while it is unpacked
-    std::vector<std::uint8_t> changes(static_cast<std::size_t>(unpacked_size));
+    changes.resize(static_cast<std::size_t>(unpacked_size));
     const bool good = size == 0
                           ? file_.read(at + cursor.at(), changes)
                           : file_.unpack(layout.packing, at + cursor.at(), packed, changes, false);
-    if (good) return changes;
-    damaged("changes that unpack to their size");
-    return std::nullopt;
+    return good || damaged("changes that unpack to their size");
   }
 
   // Puts the next change of a chain among those to come.

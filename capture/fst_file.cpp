@@ -73,13 +73,13 @@ std::string name_of(std::string_view text) {
 }  // namespace
 
 std::uint64_t FstCursor::varint() {
-  const auto value = unsigned_leb128([this] { return byte(); });
+  const auto value = leb128<std::uint64_t>([this] { return byte(); });
   failed_ = failed_ || !value;
   return value.value_or(0);
 }
 
 std::int64_t FstCursor::signed_varint() {
-  const auto value = signed_leb128([this] { return byte(); });
+  const auto value = leb128<std::int64_t>([this] { return byte(); });
   failed_ = failed_ || !value;
   return value.value_or(0);
 }

@@ -19,7 +19,6 @@ constexpr std::size_t chunk_count_bytes = 8;  // of version 1
 constexpr std::size_t chunk_bytes_of_0 = 28;  // level, begin, end, number of changes
 constexpr std::size_t chunk_bytes_of_1 = 36;  // with the sample rate after the level
 constexpr std::uint32_t digital_export = 0;
-constexpr std::uint32_t analog_export = 1;
 
 class SaleaeBinary final : public StepSource {
  public:
@@ -38,11 +37,6 @@ class SaleaeBinary final : public StepSource {
       return CaptureError{
           .cause = CaptureCause::unknown_format,
           .expected = "version 0 or 1 of Saleae's binary export; this is a newer one"};
-    }
-    if (type == analog_export) {
-      return CaptureError{
-          .cause = CaptureCause::unknown_format,
-          .expected = "a digital channel; this is the binary export of an analog one"};
     }
     if (type != digital_export) {
       return CaptureError{.cause = CaptureCause::malformed,

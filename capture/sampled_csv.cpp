@@ -181,8 +181,8 @@ class SampledCsvReader final : public AnalogSamples {
     }
     if (!check_order(time)) return;
     if (rows_read_++ < beginning_rows) {
-      const bool by_index = layout_.step_femtoseconds != 0 || layout_.rate.count != 0;
-      const std::int64_t digit = by_index ? 0 : last_digit_of(time_text_, layout_.time_scale);
+      const std::int64_t digit =
+          layout_.by_index() ? 0 : last_digit_of(time_text_, layout_.time_scale);
       digit_ = std::min(digit_, picoseconds(digit));
     }
     rows.times.push_back(time);
@@ -211,16 +211,15 @@ class SampledCsvReader final : public AnalogSamples {
   }
 
   bool read_time(std::string_view cell, std::size_t column, Picoseconds& time) {
-    const bool by_index = layout_.step_femtoseconds != 0 || layout_.rate.count != 0;
-    if (by_index && !layout_.time_cell) return time_of_index(rows_read_, time);
-    const int scale = by_index ? 0 : layout_.time_scale;
+    if (layout_.by_index() && !layout_.time_cell) return time_of_index(rows_read_, time);
+    const int scale = layout_.by_index() ? 0 : layout_.time_scale;
     const auto number = parse_decimal(cell, scale, layout_.separator != ',');
     if (!number.ok()) {
       const bool range = number.error() == DecimalCause::out_of_range;
       return stop(range ? CaptureCause::time_out_of_range : CaptureCause::malformed, column,
                   range ? nullptr : "a decimal number as the time");
     }
-    if (!by_index) {
+    if (!layout_.by_index()) {
       time = Picoseconds{*number};
       return true;
     }

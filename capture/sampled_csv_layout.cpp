@@ -216,11 +216,11 @@ CsvChannel channel_of(std::size_t cell, const std::string& text) {
 }
 
 // `t0 = -25s` and `tInc = 2e-06s`: the number after the equals sign.
-Result<std::int64_t, DecimalCause> number_after_equals(std::string_view cell, int scale) {
+std::string_view number_after_equals(std::string_view cell) {
   cell.remove_prefix(std::min(cell.find('='), cell.size() - 1) + 1);
   while (cell.ends_with(' ') || cell.ends_with('s')) cell.remove_suffix(1);
   while (cell.starts_with(' ')) cell.remove_prefix(1);
-  return parse_decimal(cell, scale);
+  return cell;
 }
 
 // Builds the layout from the rows of the beginning.
@@ -335,19 +335,27 @@ class LayoutParser {
     return take_named(last_header());
   }
 
+  void take_start(std::string_view text) {
+    const auto start = parse_decimal(text, 12);
+    if (start.ok()) layout_.start = Picoseconds{*start};
+    any_start_ = any_start_ || start.ok();
+  }
+
+  void take_step(std::string_view text) {
+    const auto step = parse_decimal(text, 15);
+    if (step.ok() && *step > 0) layout_.step_femtoseconds = *step;
+  }
+
   const char* take_rigol() {
     if (header_.size() != 2) return expected_header;
     const Cells names = cells(header_[0]);
     const Cells units = cells(header_[1]);
     layout_.time_cell = 0;
-    std::optional<Picoseconds> start;
     for (std::size_t i = 1; i < names.size() && i < units.size(); ++i) {
       if (names[i] == "Start") {
-        const auto value = parse_decimal(units[i], 12);
-        if (value.ok()) start = Picoseconds{*value};
+        take_start(units[i]);
       } else if (names[i] == "Increment") {
-        const auto value = parse_decimal(units[i], 15);
-        if (value.ok() && *value > 0) layout_.step_femtoseconds = *value;
+        take_step(units[i]);
       } else if (lower_case(units[i]).starts_with("volt")) {
         std::string name = names[i];
         if (name.starts_with("X(") && name.ends_with(')')) name = name.substr(2, name.size() - 3);
@@ -356,10 +364,8 @@ class LayoutParser {
     }
     if (units[0] == "Second") {
       layout_.step_femtoseconds = 0;
-    } else if (!start || layout_.step_femtoseconds == 0) {
+    } else if (!any_start_ || layout_.step_femtoseconds == 0) {
       return "Start and Increment in the second row";
-    } else {
-      layout_.start = *start;
     }
     return nullptr;
   }
@@ -367,21 +373,17 @@ class LayoutParser {
   const char* take_rigol_memory() {
     if (header_.size() != 1) return expected_header;
     const Cells names = cells(header_[0]);
-    bool any_start = false;
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (names[i].empty()) continue;
       if (names[i].starts_with("t0")) {
-        const auto start = number_after_equals(names[i], 12);
-        any_start = start.ok();
-        if (start.ok()) layout_.start = Picoseconds{*start};
+        take_start(number_after_equals(names[i]));
       } else if (names[i].starts_with("tInc")) {
-        const auto step = number_after_equals(names[i], 15);
-        if (step.ok() && *step > 0) layout_.step_femtoseconds = *step;
+        take_step(number_after_equals(names[i]));
       } else {
         layout_.channels.push_back(channel_of(i, names[i]));
       }
     }
-    if (!any_start || layout_.step_femtoseconds == 0) return "t0 = TIME and tInc = TIME";
+    if (!any_start_ || layout_.step_femtoseconds == 0) return "t0 = TIME and tInc = TIME";
     return nullptr;
   }
 
@@ -517,6 +519,7 @@ class LayoutParser {
 
   const std::vector<std::string_view>& rows_;
   SampledCsvLayout layout_;
+  bool any_start_ = false;
   // Rows before the samples that are neither blank nor comments; the first sample.
   std::vector<std::size_t> header_;
   std::size_t samples_ = 0;

@@ -109,6 +109,11 @@ class ChangeBatch {
     changes.first_high = (level_ == 1) == (changes.times.size() % 2 == 1);
   }
   void forget() { count_ = 0; }
+  /// The level before the next change is not known.
+  void restart() {
+    forget();
+    level_ = no_level;
+  }
 
  private:
   std::array<std::int64_t, size> times_;
@@ -116,9 +121,9 @@ class ChangeBatch {
   std::uint32_t level_ = no_level;
 };
 
-/// Divides a text into stretches, in order and without gaps. A stretch is what one read brings, so that
-/// the changes of a slow pipe are delivered as they arrive. Reads begin small and double while the
-/// source fills them.
+/// Divides a text into stretches, in order and without gaps. A stretch is what one read brings, so
+/// that the changes of a slow pipe are delivered as they arrive. Reads begin small and double while
+/// the source fills them.
 class TextCutter {
  public:
   /// Where stretches may end: after any white space, or only after a line feed.
@@ -129,7 +134,7 @@ class TextCutter {
 
   /// The next stretch; false after the last, which is `rest` or `failed`.
   bool next(TextStretch& text);
-  /// What begins with `from` in the last stretch, and is whole or its end was added, comes next.
+  /// The text of the last stretch from `from` on comes next.
   void put_back(const TextStretch& last, const char* from);
 
  private:

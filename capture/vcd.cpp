@@ -170,14 +170,11 @@ class VcdReader final : public TextSource {
   // Reads the declarations; the cause when there are none.
   std::optional<CaptureError> open() {
     for (;;) {
-      switch (window_.next(header_->in_comment())) {
-        case TextWindow::Fill::failed:
-          return window_.error();
-        case TextWindow::Fill::ended:
-          if (!header_->started()) return CaptureError{.cause = CaptureCause::empty};
-          return window_.error_at(window_.end(), CaptureCause::truncated, "$enddefinitions");
-        case TextWindow::Fill::ready:
-          break;
+      const TextWindow::Fill fill = window_.next(header_->in_comment());
+      if (fill == TextWindow::Fill::failed) return window_.error();
+      if (fill == TextWindow::Fill::ended) {
+        if (!header_->started()) return CaptureError{.cause = CaptureCause::empty};
+        return window_.error_at(window_.end(), CaptureCause::truncated, "$enddefinitions");
       }
       const VcdHeader::Step step = read_declarations();
       if (step == VcdHeader::Step::failed) return error();

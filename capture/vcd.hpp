@@ -46,7 +46,6 @@ class VcdWriter final : public EdgeWriter {
   void put(const wire::Edge& edge, bool new_time) override;
   void put_end(Picoseconds end_time, bool later) override;
   bool negative_times() const override { return false; }
-  void put_header();
   void put_time(Picoseconds time);
 
   std::vector<std::string> ids_;

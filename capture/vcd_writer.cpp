@@ -32,14 +32,10 @@ std::string one_word(std::string_view name) {
 
 VcdWriter::VcdWriter(std::vector<std::string> lines, ByteSink& sink)
     : EdgeWriter(std::move(lines), sink) {
-  for (std::size_t line = 0; line < this->lines().size(); ++line) ids_.push_back(id_of(line));
-  put_header();
-}
-
-void VcdWriter::put_header() {
   text() += "$timescale 1ps $end\n$scope module capture $end\n";
-  for (std::size_t line = 0; line < lines().size(); ++line) {
-    text() += "$var wire 1 " + ids_[line] + ' ' + one_word(lines()[line]) + " $end\n";
+  for (const std::string& line : this->lines()) {
+    ids_.push_back(id_of(ids_.size()));
+    text() += "$var wire 1 " + ids_.back() + ' ' + one_word(line) + " $end\n";
   }
   text() += "$upscope $end\n$enddefinitions $end\n";
 }

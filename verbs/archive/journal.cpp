@@ -69,7 +69,7 @@ ExitStatus Journal::read_lines(const std::string& header, const OnEntry& on_entr
   std::string line;
   const auto next_whole_line = [&] { return std::getline(file, line) && !file.eof(); };
   const bool any = next_whole_line();
-  if (file.bad()) return fail_with(EIO);
+  if (!file.is_open() || file.bad()) return fail_with(EIO);
   // A run that was killed may have left the beginning of a header.
   const bool begun = !any && archive::own_files_begin.starts_with(line);
   if (!begun && !line.starts_with(archive::own_files_begin)) {
