@@ -275,7 +275,9 @@ class VcdReader final : public TextSource {
     }
   }
 
-  const char* stop(const char* place, CaptureCause cause, const char* expected = nullptr) {
+  // Cold: it is called once, and the loop over the words is not laid out for it.
+  [[gnu::cold]] const char* stop(const char* place, CaptureCause cause,
+                                 const char* expected = nullptr) {
     fail(window_.error_at(place, cause, expected));
     return nullptr;
   }
