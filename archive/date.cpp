@@ -39,12 +39,15 @@ std::optional<Day> likely_day(std::string_view year, std::string_view month, std
   return day_of_parts(number, number_of(month), number_of(day));
 }
 
-// `2024-03-17` at the beginning of the text, with any of the separators.
+// The text begins like `2024-03-17`, with any of these separators.
+bool is_separated(std::string_view text, std::string_view separators) {
+  return text.size() >= 10 && separators.find(text[4]) != std::string_view::npos &&
+         text[7] == text[4] && digits_at(text) == 4 && digits_at(text.substr(5)) == 2 &&
+         digits_at(text.substr(8)) == 2;
+}
+
 std::optional<Day> separated(std::string_view text) {
-  constexpr std::string_view separators = "-_./";
-  if (text.size() < 10 || separators.find(text[4]) == std::string_view::npos) return std::nullopt;
-  if (text[7] != text[4] || digits_at(text) != 4) return std::nullopt;
-  if (digits_at(text.substr(5)) != 2 || digits_at(text.substr(8)) != 2) return std::nullopt;
+  if (!is_separated(text, "-_./")) return std::nullopt;
   return likely_day(text.substr(0, 4), text.substr(5, 2), text.substr(8, 2));
 }
 
@@ -81,10 +84,7 @@ std::string day_text(Day day) {
 }
 
 std::optional<Day> day_from(std::string_view text) {
-  const bool shaped = text.size() == 10 && digits_at(text) == 4 && text[4] == '-' &&
-                      digits_at(text.substr(5)) == 2 && text[7] == '-' &&
-                      digits_at(text.substr(8)) == 2;
-  if (!shaped) return std::nullopt;
+  if (text.size() != 10 || !is_separated(text, "-")) return std::nullopt;
   return day_of_parts(number_of(text.substr(0, 4)), number_of(text.substr(5, 2)),
                       number_of(text.substr(8, 2)));
 }

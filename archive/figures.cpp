@@ -15,21 +15,11 @@ void add_each(std::array<std::uint64_t, size>& sum, const std::array<std::uint64
 }  // namespace
 
 const decode::Distribution& distribution_of(const Statistics& statistics, Quantity quantity) {
-  switch (quantity) {
-    case Quantity::period:
-      return statistics.period();
-    case Quantity::interval:
-      return statistics.interval();
-    case Quantity::line_delay:
-      return statistics.line_delay();
-    case Quantity::ack:
-      return statistics.ack();
-    case Quantity::ack_clocks:
-      return statistics.ack_clocks();
-    case Quantity::duty:
-      break;
-  }
-  return statistics.duty();
+  constexpr std::array by_quantity{&Statistics::period,     &Statistics::interval,
+                                   &Statistics::line_delay, &Statistics::ack,
+                                   &Statistics::ack_clocks, &Statistics::duty};
+  static_assert(by_quantity.size() == quantity_count);
+  return (statistics.*by_quantity[static_cast<std::size_t>(quantity)])();
 }
 
 void Counts::add(const Counts& other) {

@@ -1,7 +1,7 @@
 // A line of the journal: a checksum, then the entry as JSON.
 #include <fmt/format.h>
 
-#include <charconv>
+#include <exception>
 
 #include "archive/hash.hpp"
 #include "archive/json.hpp"
@@ -20,7 +20,7 @@ std::string journal_line(const StampedEntry& stamped) {
   // Times before 1970 are negative, so the time is text.
   const Json json{{"bytes", json_of(stamped.stamp.bytes)},
                   {"time_ns", fmt::format("{}", stamped.stamp.time)},
-                  {"entry", json_of(stamped.entry)}};
+                  {"entry", stamped.entry}};
   const std::string text = text_of(json);
   return checksum_of(text) + ' ' + text;
 }
@@ -31,21 +31,18 @@ tl::expected<StampedEntry, std::string> read_journal_line(std::string_view line)
   if (line.substr(0, checksum_digits + 1) != checksum_of(text) + ' ') {
     return tl::unexpected(std::string("its checksum is wrong"));
   }
-  const Json json = Json::parse(text, nullptr, false);
-  JsonReader reader;
-  StampedEntry stamped;
-  stamped.stamp.bytes = reader.number(json, "bytes");
-  const std::string time = reader.text(json, "time_ns");
-  const auto [rest, error] =
-      std::from_chars(time.data(), time.data() + time.size(), stamped.stamp.time);
-  if (error != std::errc() || rest != time.data() + time.size())
-    reader.fail("'time_ns' is no time");
-  stamped.entry = reader.entry(reader.member(json, "entry"));
-  for (const LinkEntry& link : stamped.entry.links) {
-    if (link.histograms.empty()) reader.fail("'histograms' is missing");
+  try {
+    const Json json = Json::parse(text);
+    const auto time = whole_number<std::int64_t>(json.at("time_ns").get<std::string>());
+    if (!time) wrong_json("'time_ns' is no time");
+    StampedEntry stamped{{member_number(json, "bytes"), *time}, json.at("entry").get<FileEntry>()};
+    for (const LinkEntry& link : stamped.entry.links) {
+      if (link.histograms.empty()) wrong_json("'histograms' is missing");
+    }
+    return stamped;
+  } catch (const std::exception& error) {
+    return tl::unexpected(std::string(error.what()));
   }
-  if (!reader.good()) return tl::unexpected(reader.error());
-  return stamped;
 }
 
 }  // namespace biss::archive

@@ -1,8 +1,5 @@
 #include "archive/json.hpp"
 
-#include <algorithm>
-#include <charconv>
-
 namespace biss::archive {
 
 using decode::CycleStatus;
@@ -13,13 +10,12 @@ namespace {
 constexpr std::uint64_t exact_in_doubles = std::uint64_t{1} << 53U;
 constexpr auto largest_time = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
 
-const Json& nothing() {
-  static const Json empty = Json::object();
-  return empty;
-}
-
 // \pre not negative
 Json time_json(std::int64_t value) { return json_of(static_cast<std::uint64_t>(value)); }
+
+std::int64_t time_from(const Json& json, std::string_view name) {
+  return static_cast<std::int64_t>(number_from(json, name, largest_time));
+}
 
 // The counts that are not 0, by name.
 template <class Enum, std::size_t size>
@@ -32,12 +28,10 @@ Json named_counts(const std::array<std::uint64_t, size>& counts) {
 }
 
 template <class Enum, std::size_t size>
-void read_named_counts(JsonReader& reader, const Json& object, std::string_view name,
-                       std::array<std::uint64_t, size>& counts) {
-  const Json& named = reader.member(object, name);
+void read_named_counts(const Json& named, std::array<std::uint64_t, size>& counts) {
   for (std::size_t i = 0; i < size; ++i) {
     const std::string_view key = name_of(static_cast<Enum>(i));
-    if (named.contains(key)) counts[i] = reader.number(named, key);
+    if (named.contains(key)) counts[i] = member_number(named, key);
   }
 }
 
@@ -52,23 +46,22 @@ Json json_of(std::uint64_t value) {
   return value;
 }
 
-Json json_of(const Histogram& histogram) {
+void to_json(Json& json, const Histogram& histogram) {
   Json buckets = Json::array();
   for (const Histogram::Bucket& bucket : histogram.buckets()) {
     buckets.push_back(Json::array({time_json(bucket.begin), json_of(bucket.count)}));
   }
-  Json json{{"count", json_of(histogram.count())}};
+  json = {{"count", json_of(histogram.count())}};
   if (histogram.count() != 0) {
     json["min"] = time_json(histogram.min());
     json["median"] = time_json(histogram.median());
     json["max"] = time_json(histogram.max());
   }
   json["buckets"] = std::move(buckets);
-  return json;
 }
 
-Json json_of(const Counts& counts) {
-  return {{"cycles", json_of(counts.cycles)},
+void to_json(Json& json, const Counts& counts) {
+  json = {{"cycles", json_of(counts.cycles)},
           {"faults", json_of(counts.faults())},
           {"status", named_counts<CycleStatus>(counts.by_status)},
           {"errors", json_of(counts.errors)},
@@ -79,197 +72,126 @@ Json json_of(const Counts& counts) {
           {"margin_judged", json_of(counts.margin_judged)}};
 }
 
-Json json_of(const LinkEntry& link) {
-  Json json{{"ma", link.ma}, {"slo", link.slo}, {"format", link.format}};
-  if (link.format.empty()) json["format"] = nullptr;
-  json["encoders"] = link.encoders;
+void to_json(Json& json, const LinkEntry& link) {
+  json = {{"ma", link.ma},
+          {"slo", link.slo},
+          {"format", text_or_null(link.format)},
+          {"encoders", link.encoders}};
   if (!link.other_format.empty()) json["other_format"] = link.other_format;
-  json.update(json_of(link.counts));
+  json.update(Json(link.counts));
   for (std::size_t i = 0; i < quantity_count; ++i) {
     const auto& range = link.ranges[i];
     if (!range) continue;
     json[std::string(name_of(static_cast<Quantity>(i)))] =
         Json::array({time_json(range->min), time_json(range->median), time_json(range->max)});
   }
-  if (link.histograms.empty()) return json;
-  Json histograms = Json::array();
-  for (const Histogram& histogram : link.histograms) histograms.push_back(json_of(histogram));
-  json["histograms"] = std::move(histograms);
-  return json;
+  if (!link.histograms.empty()) json["histograms"] = link.histograms;
 }
 
-Json json_of(const FileEntry& entry) {
-  Json json{{"file", entry.path},
-            {"place", json_of(entry.place)},
-            {"bytes", json_of(entry.bytes)},
-            {"date", entry.day ? Json(day_text(*entry.day)) : Json(nullptr)},
-            {"date_from", entry.dated_by_path ? "path" : "file"},
-            {"read", name_of(entry.reading)}};
+void to_json(Json& json, const FileEntry& entry) {
+  json = {{"file", entry.path},
+          {"place", json_of(entry.place)},
+          {"bytes", json_of(entry.bytes)},
+          {"date", text_or_null(entry.day ? day_text(*entry.day) : "")},
+          {"date_from", entry.dated_by_path ? "path" : "file"},
+          {"read", name_of(entry.reading)}};
   if (!entry.cause.empty()) {
     json["cause"] = entry.cause;
     json["message"] = entry.message;
   }
-  Json links = Json::array();
-  for (const LinkEntry& link : entry.links) links.push_back(json_of(link));
-  json["links"] = std::move(links);
-  return json;
+  json["links"] = entry.links;
 }
 
-const Json& JsonReader::member(const Json& object, std::string_view name) {
-  if (object.is_object()) {
-    const auto at = object.find(name);
-    if (at != object.end()) return *at;
-  }
-  fail(fmt::format("'{}' is missing", name));
-  return nothing();
+std::string text_from(const Json& json) { return json.is_null() ? "" : json.get<std::string>(); }
+
+std::uint64_t number_from(const Json& json, std::string_view name, std::uint64_t most) {
+  std::optional<std::uint64_t> number;
+  if (json.is_number_unsigned()) number = json.get<std::uint64_t>();
+  if (json.is_string()) number = whole_number<std::uint64_t>(json.get_ref<const std::string&>());
+  if (number && *number <= most) return *number;
+  wrong_json(fmt::format("'{}' is {}, not a whole number from 0 to {}", name, shown(json), most));
 }
 
-const Json& JsonReader::list(const Json& object, std::string_view name) {
-  const Json& value = member(object, name);
-  if (value.is_array()) return value;
-  fail(fmt::format("'{}' is no list", name));
-  return nothing();
-}
-
-std::string JsonReader::text(const Json& object, std::string_view name) {
-  const Json& value = member(object, name);
-  if (value.is_string()) return value.get<std::string>();
-  fail(fmt::format("'{}' is no text", name));
-  return {};
-}
-
-std::vector<std::string> JsonReader::texts(const Json& object, std::string_view name) {
-  std::vector<std::string> texts;
-  for (const Json& value : list(object, name)) {
-    if (value.is_string()) {
-      texts.push_back(value.get<std::string>());
-    } else {
-      fail(fmt::format("'{}' has an entry that is no text", name));
-    }
-  }
-  return texts;
-}
-
-std::uint64_t JsonReader::value(const Json& json, std::string_view name, std::uint64_t most) {
-  std::uint64_t number = 0;
-  bool valid = false;
-  if (json.is_number_unsigned()) {
-    number = json.get<std::uint64_t>();
-    valid = true;
-  } else if (json.is_string()) {
-    const std::string& digits = json.get_ref<const std::string&>();
-    const char* const end = digits.data() + digits.size();
-    const auto [rest, error] = std::from_chars(digits.data(), end, number);
-    valid = error == std::errc() && rest == end;
-  }
-  if (valid && number <= most) return number;
-  fail(fmt::format("'{}' is {}, not a whole number from 0 to {}", name, shown(json), most));
-  return 0;
-}
-
-std::uint64_t JsonReader::number(const Json& object, std::string_view name, std::uint64_t most) {
-  return value(member(object, name), name, most);
-}
-
-std::uint64_t JsonReader::element(const Json& list, std::size_t at, std::string_view name,
-                                  std::uint64_t most) {
-  if (list.is_array() && at < list.size()) return value(list[at], name, most);
-  fail(fmt::format("'{}' has too few values", name));
-  return 0;
-}
-
-Counts JsonReader::counts(const Json& object) {
-  Counts counts;
-  counts.cycles = number(object, "cycles");
-  read_named_counts<CycleStatus>(*this, object, "status", counts.by_status);
-  counts.errors = number(object, "errors", counts.cycles);
-  counts.warnings = number(object, "warnings", counts.cycles);
-  counts.limited = number(object, "limited", counts.cycles);
-  read_named_counts<Limit>(*this, object, "limits", counts.by_limit);
-  counts.margin_judged = number(object, "margin_judged", counts.cycles);
-  counts.marginal = number(object, "marginal", counts.margin_judged);
+void from_json(const Json& json, Counts& counts) {
+  counts.cycles = member_number(json, "cycles");
+  read_named_counts<CycleStatus>(json.at("status"), counts.by_status);
+  counts.errors = member_number(json, "errors", counts.cycles);
+  counts.warnings = member_number(json, "warnings", counts.cycles);
+  counts.limited = member_number(json, "limited", counts.cycles);
+  read_named_counts<Limit>(json.at("limits"), counts.by_limit);
+  counts.margin_judged = member_number(json, "margin_judged", counts.cycles);
+  counts.marginal = member_number(json, "marginal", counts.margin_judged);
   std::uint64_t left = counts.cycles;
   for (const std::uint64_t count : counts.by_status) {
-    if (count > left) fail("'status' has more cycles than 'cycles'");
-    left -= std::min(left, count);
+    if (count > left) wrong_json("'status' has more cycles than 'cycles'");
+    left -= count;
   }
-  if (left != 0) fail("'status' has fewer cycles than 'cycles'");
+  if (left != 0) wrong_json("'status' has fewer cycles than 'cycles'");
   for (const std::uint64_t count : counts.by_limit) {
-    if (count > counts.limited) fail("'limits' has more cycles than 'limited'");
+    if (count > counts.limited) wrong_json("'limits' has more cycles than 'limited'");
   }
-  return counts;
 }
 
-Histogram JsonReader::histogram(const Json& object) {
+void from_json(const Json& json, Histogram& histogram) {
   std::vector<Histogram::Bucket> buckets;
-  for (const Json& bucket : list(object, "buckets")) {
-    buckets.push_back({static_cast<std::int64_t>(element(bucket, 0, "buckets", largest_time)),
-                       element(bucket, 1, "buckets")});
+  for (const Json& bucket : json.at("buckets")) {
+    buckets.push_back({time_from(bucket.at(0), "buckets"), number_from(bucket.at(1), "buckets")});
   }
-  std::int64_t min = 0;
-  std::int64_t max = 0;
-  if (!buckets.empty()) {
-    min = static_cast<std::int64_t>(number(object, "min", largest_time));
-    max = static_cast<std::int64_t>(number(object, "max", largest_time));
+  const bool any = !buckets.empty();
+  const std::int64_t min = any ? time_from(json.at("min"), "min") : 0;
+  const std::int64_t max = any ? time_from(json.at("max"), "max") : 0;
+  if (!histogram.assign(std::move(buckets), min, max)) wrong_json("'buckets' are no histogram");
+  if (histogram.count() != member_number(json, "count")) {
+    wrong_json("'count' is not that of the 'buckets'");
   }
-  Histogram histogram;
-  if (!histogram.assign(std::move(buckets), min, max)) fail("'buckets' are no histogram");
-  if (histogram.count() != number(object, "count")) fail("'count' is not that of the 'buckets'");
-  return histogram;
 }
 
-LinkEntry JsonReader::link(const Json& object) {
-  LinkEntry link;
-  link.ma = text(object, "ma");
-  link.slo = text(object, "slo");
-  if (!member(object, "format").is_null()) link.format = text(object, "format");
-  link.encoders = texts(object, "encoders");
-  if (object.contains("other_format")) link.other_format = text(object, "other_format");
-  link.counts = counts(object);
+void from_json(const Json& json, LinkEntry& link) {
+  json.at("ma").get_to(link.ma);
+  json.at("slo").get_to(link.slo);
+  link.format = text_from(json.at("format"));
+  json.at("encoders").get_to(link.encoders);
+  link.other_format = json.value("other_format", "");
+  json.get_to(link.counts);
   for (std::size_t i = 0; i < quantity_count; ++i) {
     const std::string_view name = name_of(static_cast<Quantity>(i));
-    if (!object.contains(name)) continue;
-    const Json& values = list(object, name);
-    const auto at = [&](std::size_t place) {
-      return static_cast<std::int64_t>(element(values, place, name, largest_time));
-    };
-    const Range range{at(0), at(1), at(2)};
+    if (!json.contains(name)) continue;
+    const Json& values = json.at(name);
+    const Range range{time_from(values.at(0), name), time_from(values.at(1), name),
+                      time_from(values.at(2), name)};
     if (range.min > range.median || range.median > range.max) {
-      fail(fmt::format("'{}' is not in ascending order", name));
+      wrong_json(fmt::format("'{}' is not in ascending order", name));
     }
     link.ranges[i] = range;
   }
-  if (!object.contains("histograms")) return link;
-  for (const Json& each : list(object, "histograms")) link.histograms.push_back(histogram(each));
-  if (link.histograms.size() != quantity_count) fail("'histograms' are too few or too many");
-  return link;
+  if (!json.contains("histograms")) return;
+  json.at("histograms").get_to(link.histograms);
+  if (link.histograms.size() != quantity_count) wrong_json("'histograms' are too few or too many");
 }
 
-FileEntry JsonReader::entry(const Json& object) {
-  FileEntry entry;
-  entry.path = text(object, "file");
-  entry.place = number(object, "place");
-  entry.bytes = number(object, "bytes");
-  if (!member(object, "date").is_null()) {
-    entry.day = day_from(text(object, "date"));
-    if (!entry.day) fail("'date' is no date");
+void from_json(const Json& json, FileEntry& entry) {
+  json.at("file").get_to(entry.path);
+  entry.place = member_number(json, "place");
+  entry.bytes = member_number(json, "bytes");
+  if (const std::string date = text_from(json.at("date")); !date.empty()) {
+    entry.day = day_from(date);
+    if (!entry.day) wrong_json("'date' is no date");
   }
-  entry.dated_by_path = text(object, "date_from") == "path";
-  const std::string read = text(object, "read");
+  entry.dated_by_path = json.at("date_from") == "path";
+  const Json& read = json.at("read");
   for (const Reading reading : {Reading::whole, Reading::part, Reading::none}) {
     if (read == name_of(reading)) entry.reading = reading;
   }
-  if (read != name_of(entry.reading)) fail(fmt::format("'read' is {}", shown(read)));
-  if (object.contains("cause")) {
-    entry.cause = text(object, "cause");
-    entry.message = text(object, "message");
+  if (read != name_of(entry.reading)) wrong_json(fmt::format("'read' is {}", shown(read)));
+  if (json.contains("cause")) {
+    json.at("cause").get_to(entry.cause);
+    json.at("message").get_to(entry.message);
   }
   if (entry.cause.empty() != (entry.reading == Reading::whole)) {
-    fail("'cause' and 'read' contradict each other");
+    wrong_json("'cause' and 'read' contradict each other");
   }
-  for (const Json& each : list(object, "links")) entry.links.push_back(link(each));
-  if (!entry.links.empty() && !entry.day) fail("'date' is missing");
-  return entry;
+  json.at("links").get_to(entry.links);
+  if (!entry.links.empty() && !entry.day) wrong_json("'date' is missing");
 }
 
 }  // namespace biss::archive

@@ -1,14 +1,18 @@
-// JSON of this room: numbers of any size, and reading that names the first thing that is wrong.
+// JSON of this room: numbers of any size. The from_json() functions throw a std::exception that says
+// what is wrong first.
 #pragma once
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
 #include <string>
 #include <string_view>
-#include <vector>
+#include <system_error>
 
 #include "archive/entry.hpp"
 
@@ -19,46 +23,43 @@ using Json = nlohmann::ordered_json;
 
 /// Above 2^53 a string, as JSON numbers are doubles elsewhere.
 Json json_of(std::uint64_t value);
-Json json_of(const Histogram& histogram);
-Json json_of(const Counts& counts);
+void to_json(Json& json, const Histogram& histogram);
+void to_json(Json& json, const Counts& counts);
 /// With the histograms, where it has some.
-Json json_of(const LinkEntry& link);
-Json json_of(const FileEntry& entry);
+void to_json(Json& json, const LinkEntry& link);
+void to_json(Json& json, const FileEntry& entry);
+
+/// A text, or null where it is empty.
+inline Json text_or_null(const std::string& text) {
+  return text.empty() ? Json(nullptr) : Json(text);
+}
 
 /// One line, as all texts of this room. \pre its texts are valid UTF-8
 inline std::string text_of(const Json& json) { return json.dump(); }
 
-/// Reads members of objects. After the first wrong one, error() says what it is; values read are
-/// then empty and mean nothing.
-class JsonReader {
- public:
-  const std::string& error() const { return error_; }
-  bool good() const { return error_.empty(); }
-  void fail(std::string what) {
-    if (error_.empty()) error_ = std::move(what);
-  }
+/// The whole text as a number; nothing where it is none.
+template <class Number>
+std::optional<Number> whole_number(std::string_view digits, int base = 10) {
+  Number number = 0;
+  const char* const end = digits.data() + digits.size();
+  const auto [rest, error] = std::from_chars(digits.data(), end, number, base);
+  return error == std::errc() && rest == end ? std::optional(number) : std::nullopt;
+}
 
-  /// An empty object where it is missing.
-  const Json& member(const Json& object, std::string_view name);
-  /// A list, or an empty one.
-  const Json& list(const Json& object, std::string_view name);
-  std::string text(const Json& object, std::string_view name);
-  std::vector<std::string> texts(const Json& object, std::string_view name);
-  std::uint64_t number(const Json& object, std::string_view name,
-                       std::uint64_t most = std::numeric_limits<std::uint64_t>::max());
-  /// An element of a list.
-  std::uint64_t element(const Json& list, std::size_t at, std::string_view name,
-                        std::uint64_t most = std::numeric_limits<std::uint64_t>::max());
+[[noreturn]] inline void wrong_json(const std::string& what) { throw std::runtime_error(what); }
 
-  Counts counts(const Json& object);
-  Histogram histogram(const Json& object);
-  LinkEntry link(const Json& object);
-  FileEntry entry(const Json& object);
-
- private:
-  std::uint64_t value(const Json& json, std::string_view name, std::uint64_t most);
-
-  std::string error_;
-};
+/// The text of text_or_null().
+std::string text_from(const Json& json);
+/// The number of json_of(), at most `most`; `name` is for the message.
+std::uint64_t number_from(const Json& json, std::string_view name,
+                          std::uint64_t most = std::numeric_limits<std::uint64_t>::max());
+inline std::uint64_t member_number(const Json& object, std::string_view name,
+                                   std::uint64_t most = std::numeric_limits<std::uint64_t>::max()) {
+  return number_from(object.at(name), name, most);
+}
+void from_json(const Json& json, Histogram& histogram);
+void from_json(const Json& json, Counts& counts);
+void from_json(const Json& json, LinkEntry& link);
+void from_json(const Json& json, FileEntry& entry);
 
 }  // namespace biss::archive

@@ -1,18 +1,12 @@
 #include "archive/listing.hpp"
 
-#include <dirent.h>
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
-#include <cstdlib>
 #include <filesystem>
-#include <memory>
-#include <optional>
+#include <fstream>
 #include <set>
 #include <system_error>
 #include <tuple>
@@ -36,10 +30,12 @@ FileStamp stamp_of(const Status& status) {
 }
 
 // The path without links; empty where it leads nowhere.
+std::string real_path(const std::string& path, std::error_code& cause) {
+  return std::filesystem::canonical(path, cause).string();
+}
 std::string real_path(const std::string& path) {
-  const std::unique_ptr<char, decltype(&std::free)> real(::realpath(path.c_str(), nullptr),
-                                                         &std::free);
-  return real ? std::string(real.get()) : std::string();
+  std::error_code none;
+  return real_path(path, none);
 }
 
 std::string below(const std::string& folder, const std::string& name) {
@@ -83,18 +79,13 @@ std::string name_of_path(const std::string& path) {
   return path.substr(path.rfind('/') + 1);  // npos + 1 is 0
 }
 
-// The names in a folder, sorted; nothing and errno where it cannot be read.
-std::optional<std::vector<std::string>> names_in(const std::string& folder) {
-  const std::unique_ptr<DIR, int (*)(DIR*)> open(::opendir(folder.c_str()), ::closedir);
-  if (!open) return std::nullopt;
+// The names in a folder, sorted; all of them unless there is a cause.
+std::vector<std::string> names_in(const std::string& folder, std::error_code& cause) {
   std::vector<std::string> names;
-  errno = 0;
-  while (const dirent* entry = ::readdir(open.get())) {
-    const std::string name = entry->d_name;
-    if (name != "." && name != "..") names.push_back(name);
-    errno = 0;
+  for (std::filesystem::directory_iterator at(folder, cause), end; !cause && at != end;
+       at.increment(cause)) {
+    names.push_back(at->path().filename());
   }
-  if (errno != 0) return std::nullopt;
   std::sort(names.begin(), names.end());
   return names;
 }
@@ -106,13 +97,10 @@ bool is_own_file(const std::string& path, const Status& status) {
   const bool journal = name.ends_with(".journal");
   if (!journal && !name.ends_with(".json")) return false;
   if (status.st_size == 0) return journal;
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
-  if (file < 0) return false;
-  std::array<char, own_files_begin.size()> head{};
-  const bool own = ::read(file, head.data(), head.size()) == static_cast<ssize_t>(head.size()) &&
-                   std::string_view(head.data(), head.size()) == own_files_begin;
-  ::close(file);
-  return own;
+  std::string head(own_files_begin.size(), '\0');
+  std::ifstream file(path, std::ios::binary);
+  return file.read(head.data(), static_cast<std::streamsize>(head.size())) &&
+         head == own_files_begin;
 }
 
 class Walk {
@@ -150,9 +138,10 @@ class Walk {
   }
 
   void walk_folder(const std::string& folder) {
-    const auto names = names_in(folder);
-    if (!names) return leave_out(folder, "folder_unreadable", reason(errno));
-    for (const std::string& name : *names) {
+    std::error_code cause;
+    const auto names = names_in(folder, cause);
+    if (cause) return leave_out(folder, "folder_unreadable", cause.message());
+    for (const std::string& name : names) {
       const std::string path = below(folder, name);
       Status status{};
       if (::lstat(path.c_str(), &status) != 0) {
@@ -216,17 +205,18 @@ bool read_stamp(const std::string& path, FileStamp& stamp) {
 tl::expected<std::vector<ListedFile>, std::string> list_files(
     const std::vector<std::string>& paths, const std::vector<std::string>& listed) {
   std::vector<std::pair<std::string, std::string>> roots;
+  std::error_code cause;
   for (const std::string& path : paths) {
-    std::string real = real_path(path);
-    if (real.empty()) return tl::unexpected(fmt::format("{}: {}", path, reason(errno)));
+    std::string real = real_path(path, cause);
+    if (cause) return tl::unexpected(fmt::format("{}: {}", path, cause.message()));
     roots.emplace_back(plain_path(path), std::move(real));
   }
   std::vector<ListedFile> gone;
   for (const std::string& path : listed) {
     std::string plain = plain_path(path);
-    std::string real = real_path(path);
-    if (real.empty()) {
-      gone.push_back({plain, {}, "cannot_open", fmt::format("{}: {}", plain, reason(errno))});
+    std::string real = real_path(path, cause);
+    if (cause) {
+      gone.push_back({plain, {}, "cannot_open", fmt::format("{}: {}", plain, cause.message())});
     } else {
       roots.emplace_back(std::move(plain), std::move(real));
     }

@@ -69,6 +69,18 @@ void Summary::add(FileEntry entry) {
   files.push_back(std::move(entry));
 }
 
+Totals totals_of(const Summary& summary) {
+  Totals totals;
+  for (const FileEntry& file : summary.files) {
+    ++totals.by_reading[static_cast<std::size_t>(file.reading)];
+    totals.bytes += file.bytes;
+    totals.links += file.links.size();
+    for (const LinkEntry& link : file.links) totals.counts.add(link.counts);
+    if (!file.cause.empty()) ++totals.causes[file.cause];
+  }
+  return totals;
+}
+
 std::map<GroupKey, std::vector<PlacedLink>> captures_of(const Summary& summary) {
   std::map<GroupKey, std::vector<PlacedLink>> captures;
   for (const FileEntry& file : summary.files) {

@@ -88,6 +88,17 @@ struct Summary {
   void add(FileEntry entry);
 };
 
+/// The sums of all files.
+struct Totals {
+  std::array<std::uint64_t, 3> by_reading{};
+  std::uint64_t bytes = 0;
+  std::uint64_t links = 0;
+  Counts counts;
+  std::map<std::string, std::uint64_t> causes;
+};
+
+Totals totals_of(const Summary& summary);
+
 /// A summary and what the user calls it.
 using NamedSummary = std::pair<std::string, Summary>;
 

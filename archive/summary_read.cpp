@@ -1,6 +1,6 @@
 // The JSON of a summary, read: every figure is checked before it is used.
 #include <array>
-#include <charconv>
+#include <exception>
 #include <streambuf>
 #include <utility>
 
@@ -42,44 +42,30 @@ class CheckedText : public std::streambuf {
   std::uint64_t hash_ = hash_of("");
 };
 
-std::uint64_t hex_number(JsonReader& reader, const std::string& digits) {
-  std::uint64_t number = 0;
-  const char* const end = digits.data() + digits.size();
-  const auto [rest, error] = std::from_chars(digits.data(), end, number, 16);
-  if (error != std::errc() || rest != end) reader.fail("'hash' is no hexadecimal number");
-  return number;
-}
-
-Parts read_parts(JsonReader& reader, const Json& object) {
+Parts read_parts(const Json& json) {
   Parts parts;
-  parts.count = reader.number(object, "count", most_parts);
-  const Json& done = reader.list(object, "done");
-  for (std::size_t i = 0; i < done.size(); ++i) {
-    const std::uint64_t part = reader.element(done, i, "done", parts.count);
-    if (part == 0 || !parts.done.insert(part).second) reader.fail("'done' has a wrong shard");
+  parts.count = member_number(json, "count", most_parts);
+  for (const Json& each : json.at("done")) {
+    const std::uint64_t part = number_from(each, "done", parts.count);
+    if (part == 0 || !parts.done.insert(part).second) wrong_json("'done' has a wrong shard");
   }
-  if (parts.count == 0 || parts.done.empty()) reader.fail("'shards' has no shard");
+  if (parts.count == 0 || parts.done.empty()) wrong_json("'shards' has no shard");
   return parts;
 }
 
-void read_group(JsonReader& reader, const Json& object, Summary& summary) {
-  GroupKey key{
-      reader.text(object, "folder"), reader.text(object, "ma"), reader.text(object, "slo"), {}};
-  if (!reader.member(object, "format").is_null()) key.format = reader.text(object, "format");
-  Group group;
-  group.captures = reader.number(object, "captures");
-  group.counts = reader.counts(object);
+void read_group(const Json& json, Summary& summary) {
+  GroupKey key{json.at("folder"), json.at("ma"), json.at("slo"), text_from(json.at("format"))};
+  Group group{.captures = member_number(json, "captures"), .counts = json, .histograms = {}};
   for (std::size_t i = 0; i < quantity_count; ++i) {
-    group.histograms[i] =
-        reader.histogram(reader.member(object, name_of(static_cast<Quantity>(i))));
+    json.at(name_of(static_cast<Quantity>(i))).get_to(group.histograms[i]);
   }
   if (!summary.groups.emplace(std::move(key), std::move(group)).second) {
-    reader.fail("an encoder is listed twice");
+    wrong_json("an encoder is listed twice");
   }
 }
 
 // The sums of the groups are those of the files, and the files are those of the list.
-void compare_sums(JsonReader& reader, const Summary& summary) {
+void compare_sums(const Summary& summary) {
   std::map<GroupKey, Group> sums;
   ListMark list;
   for (const FileEntry& file : summary.files) {
@@ -91,11 +77,11 @@ void compare_sums(JsonReader& reader, const Summary& summary) {
     }
   }
   if (list.files != summary.parts.files_of(summary.list.files)) {
-    reader.fail(fmt::format("it has {} files, its shards have {}", list.files,
-                            summary.parts.files_of(summary.list.files)));
+    wrong_json(fmt::format("it has {} files, its shards have {}", list.files,
+                           summary.parts.files_of(summary.list.files)));
   }
   if (summary.parts.complete() && list != summary.list) {
-    reader.fail("its files are not those of its list");
+    wrong_json("its files are not those of its list");
   }
   const bool same = sums.size() == summary.groups.size() &&
                     std::equal(sums.begin(), sums.end(), summary.groups.begin(),
@@ -104,46 +90,51 @@ void compare_sums(JsonReader& reader, const Summary& summary) {
                                         a.second.captures == b.second.captures &&
                                         a.second.counts == b.second.counts;
                                });
-  if (!same) reader.fail("the figures of its encoders are not the sums of its files");
+  if (!same) wrong_json("the figures of its encoders are not the sums of its files");
 }
 
-}  // namespace
-
-tl::expected<Summary, std::string> read_summary(std::istream& text) {
+Summary summary_from(std::istream& text) {
   using Event = Json::parse_event_t;
   Summary summary;
-  JsonReader reader;
   std::string key;
   // Files are many: each is taken as soon as it is complete, so that its JSON needs no memory.
   const auto take = [&](int depth, Event event, Json& parsed) {
     if (event == Event::key && depth == 1) key = parsed.get<std::string>();
     if (event != Event::object_end || depth != 2) return true;
-    if (key == "files") summary.files.push_back(reader.entry(parsed));
-    if (key == "encoders") read_group(reader, parsed, summary);
+    if (key == "files") summary.files.push_back(parsed);
+    if (key == "encoders") read_group(parsed, summary);
     return key != "files" && key != "encoders";
   };
   CheckedText checked(text);
   std::istream stream(&checked);
   const Json json = Json::parse(stream, take, false);
-  if (json.is_discarded()) return tl::unexpected(std::string("it is no JSON, or ends early"));
+  if (json.is_discarded()) wrong_json("it is no JSON, or ends early");
   if (!json.is_object() || !json.contains("biss_archive")) {
-    return tl::unexpected(std::string("it is no summary of biss archive"));
+    wrong_json("it is no summary of biss archive");
   }
-  const std::uint64_t version = reader.number(json, "biss_archive");
-  if (reader.good() && version != version_read) {
-    return tl::unexpected(
+  if (const std::uint64_t version = member_number(json, "biss_archive"); version != version_read) {
+    wrong_json(
         fmt::format("its version is {}, this program reads version {}", version, version_read));
   }
-  summary.setup = {reader.text(json, "program"), reader.texts(json, "settings")};
-  const Json& list = reader.member(json, "list");
-  summary.list = {reader.number(list, "files"), hex_number(reader, reader.text(list, "hash"))};
-  summary.parts = read_parts(reader, reader.member(json, "shards"));
-  reader.list(json, "encoders");
-  reader.list(json, "files");
-  if (reader.good()) compare_sums(reader, summary);
-  if (!checked.checksum_holds()) reader.fail(std::string(checksum_wrong));
-  if (!reader.good()) return tl::unexpected(reader.error());
+  summary.setup = {json.at("program"), json.at("settings")};
+  const Json& list = json.at("list");
+  const auto hash = whole_number<std::uint64_t>(list.at("hash").get<std::string>(), 16);
+  if (!hash) wrong_json("'hash' is no hexadecimal number");
+  summary.list = {member_number(list, "files"), *hash};
+  summary.parts = read_parts(json.at("shards"));
+  compare_sums(summary);
+  if (!checked.checksum_holds()) wrong_json(std::string(checksum_wrong));
   return summary;
+}
+
+}  // namespace
+
+tl::expected<Summary, std::string> read_summary(std::istream& text) {
+  try {
+    return summary_from(text);
+  } catch (const std::exception& error) {
+    return tl::unexpected(std::string(error.what()));
+  }
 }
 
 }  // namespace biss::archive

@@ -57,43 +57,18 @@ class ObjectWriter {
 
 std::string hex(std::uint64_t hash) { return fmt::format("{:016x}", hash); }
 
-Json format_json(const std::string& format) {
-  return format.empty() ? Json(nullptr) : Json(format);
-}
-
 Json number_or_null(const std::optional<std::int64_t>& value) {
   return value ? Json(*value) : Json(nullptr);
 }
 
-struct Totals {
-  std::array<std::uint64_t, 3> by_reading{};
-  std::uint64_t bytes = 0;
-  std::uint64_t links = 0;
-  Counts counts;
-  std::map<std::string, std::uint64_t> causes;
-};
-
-Totals totals_of(const Summary& summary) {
-  Totals totals;
-  for (const FileEntry& file : summary.files) {
-    ++totals.by_reading[static_cast<std::size_t>(file.reading)];
-    totals.bytes += file.bytes;
-    totals.links += file.links.size();
-    for (const LinkEntry& link : file.links) totals.counts.add(link.counts);
-    if (!file.cause.empty()) ++totals.causes[file.cause];
-  }
-  return totals;
-}
-
-Json json_of(const Totals& totals, std::size_t files) {
-  Json json{{"files", archive::json_of(std::uint64_t{files})},
-            {"bytes", archive::json_of(totals.bytes)}};
+Json totals_json(const Totals& totals, std::size_t files) {
+  Json json{{"files", json_of(std::uint64_t{files})}, {"bytes", json_of(totals.bytes)}};
   for (const Reading reading : {Reading::whole, Reading::part, Reading::none}) {
     json[std::string(name_of(reading))] =
-        archive::json_of(totals.by_reading[static_cast<std::size_t>(reading)]);
+        json_of(totals.by_reading[static_cast<std::size_t>(reading)]);
   }
-  json["links"] = archive::json_of(totals.links);
-  json.update(archive::json_of(totals.counts));
+  json["links"] = json_of(totals.links);
+  json.update(Json(totals.counts));
   return json;
 }
 
@@ -116,13 +91,13 @@ Json drift_json(const std::vector<PlacedLink>& captures) {
 
 Json day_json(const DayFigures& day) {
   Json json{{"date", day_text(day.day)},
-            {"captures", archive::json_of(day.captures)},
-            {"cycles", archive::json_of(day.counts.cycles)},
-            {"faults", archive::json_of(day.counts.faults())},
-            {"errors", archive::json_of(day.counts.errors)},
-            {"warnings", archive::json_of(day.counts.warnings)},
-            {"limited", archive::json_of(day.counts.limited)},
-            {"marginal", archive::json_of(day.counts.marginal)}};
+            {"captures", json_of(day.captures)},
+            {"cycles", json_of(day.counts.cycles)},
+            {"faults", json_of(day.counts.faults())},
+            {"errors", json_of(day.counts.errors)},
+            {"warnings", json_of(day.counts.warnings)},
+            {"limited", json_of(day.counts.limited)},
+            {"marginal", json_of(day.counts.marginal)}};
   for (const Quantity quantity : {Quantity::line_delay, Quantity::ack, Quantity::period}) {
     json[std::string(name_of(quantity))] =
         number_or_null(day.medians[static_cast<std::size_t>(quantity)]);
@@ -134,17 +109,16 @@ Json group_json(const GroupKey& key, const Group& group, const std::vector<Place
   Json json{{"folder", key.folder},
             {"ma", key.ma},
             {"slo", key.slo},
-            {"format", format_json(key.format)},
+            {"format", text_or_null(key.format)},
             {"encoders", encoders_of(captures)},
-            {"captures", archive::json_of(group.captures)}};
-  json.update(archive::json_of(group.counts));
+            {"captures", json_of(group.captures)}};
+  json.update(Json(group.counts));
   for (std::size_t i = 0; i < quantity_count; ++i) {
-    json[std::string(name_of(static_cast<Quantity>(i)))] = archive::json_of(group.histograms[i]);
+    json[std::string(name_of(static_cast<Quantity>(i)))] = group.histograms[i];
   }
   json["drift"] = drift_json(captures);
-  Json days = Json::array();
-  for (const DayFigures& day : days_of(captures)) days.push_back(day_json(day));
-  json["days"] = std::move(days);
+  json["days"] = Json::array();
+  for (const DayFigures& day : days_of(captures)) json["days"].push_back(day_json(day));
   return json;
 }
 
@@ -170,18 +144,16 @@ bool write_summary(const Summary& summary, report::TextSink& sink) {
   writer.member("biss_archive", summary_version);
   writer.member("program", summary.setup.program);
   writer.member("settings", summary.setup.settings);
-  writer.member("shards",
-                {{"count", archive::json_of(summary.parts.count)}, {"done", summary.parts.done}});
-  writer.member(
-      "list", {{"files", archive::json_of(summary.list.files)}, {"hash", hex(summary.list.hash)}});
-  writer.member("totals", json_of(totals, summary.files.size()));
+  writer.member("shards", {{"count", json_of(summary.parts.count)}, {"done", summary.parts.done}});
+  writer.member("list", {{"files", json_of(summary.list.files)}, {"hash", hex(summary.list.hash)}});
+  writer.member("totals", totals_json(totals, summary.files.size()));
   writer.member("causes", Json(totals.causes));
   writer.list("formats", [&](const auto& add) {
     for (const auto& [format, of_format] : formats) {
-      Json json{{"format", format_json(format)},
+      Json json{{"format", text_or_null(format)},
                 {"encoders", of_format.encoders},
-                {"captures", archive::json_of(of_format.captures)}};
-      json.update(archive::json_of(of_format.counts));
+                {"captures", json_of(of_format.captures)}};
+      json.update(Json(of_format.counts));
       add(json);
     }
   });
@@ -189,7 +161,7 @@ bool write_summary(const Summary& summary, report::TextSink& sink) {
     for (const auto& [key, group] : summary.groups) add(group_json(key, group, captures.at(key)));
   });
   writer.list("files", [&](const auto& add) {
-    for (const FileEntry& file : summary.files) add(archive::json_of(file));
+    for (const FileEntry& file : summary.files) add(file);
   });
   return writer.finish();
 }

@@ -1,6 +1,6 @@
 #include "bench/line.hpp"
 
-#include <sstream>
+#include <string>
 
 #include "biss/frame/format_text.hpp"
 #include "capture/bytes.hpp"
@@ -14,11 +14,11 @@ namespace {
 
 template <class Writer>
 std::string written(const Line& line) {
-  std::ostringstream text;
-  capture::StreamSink sink(text);
+  std::string text;
+  capture::StringSink sink(text);
   Writer writer({"MA", "SLO"}, sink);
-  if (!writer.write(line.edges).ok() || !writer.finish(line.end).ok() || !sink.flush()) return {};
-  return text.str();
+  if (!writer.write(line.edges).ok() || !writer.finish(line.end).ok()) return {};
+  return text;
 }
 
 }  // namespace

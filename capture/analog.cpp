@@ -131,63 +131,6 @@ class Slicer {
   Picoseconds longest_step_ = endless;
 };
 
-class AnalogSource final : public EdgeSource {
- public:
-  explicit AnalogSource(std::unique_ptr<AnalogSamples> samples)
-      : samples_(std::move(samples)), columns_(samples_->channels().size()) {}
-
-  // Finds the lines and their thresholds; the cause where it cannot.
-  std::optional<CaptureError> open(const AnalogOptions& options);
-
-  const std::vector<std::string>& lines() const override { return names_; }
-  Picoseconds end_time() const override { return end_time_; }
-  Picoseconds sample_period() const override { return sample_period_; }
-  Hertz sample_rate() const override { return samples_->sample_rate(); }
-  bool is_analog() const override { return any_analog_; }
-  Result<std::span<const wire::Edge>, CaptureError> next_block() override;
-
- private:
-  std::optional<CaptureError> find_lines(const std::vector<Differential>& differentials);
-  std::optional<CaptureError> measure();
-  std::optional<std::vector<std::optional<SignalLevels>>> judge(bool last_try);
-  bool hold_more(std::size_t rows);
-  void refuse_short_steps(std::size_t from);
-  void drop_held();
-  void set_thresholds(const std::vector<std::optional<SignalLevels>>& levels);
-  std::optional<CaptureError> measure_steps();
-  std::size_t repeats(std::size_t rows) const;
-  Picoseconds longest_step_of(const AnalogLine& line, Picoseconds digit) const;
-  void slice_rows();
-  const Nanovolts* row(std::size_t index) const { return rows_.values.data() + index * columns_; }
-  std::size_t rows_held() const { return rows_.times.size(); }
-
-  std::unique_ptr<AnalogSamples> samples_;
-  std::size_t columns_;
-  std::vector<AnalogLine> analog_lines_;
-  std::vector<std::string> names_;
-  bool any_analog_ = false;
-  bool any_logic_ = false;
-  std::vector<Slicer> slicers_;
-  Picoseconds sample_period_;
-  Picoseconds longest_step_ = endless;  // between two rows
-  Picoseconds shortest_step_{};
-  std::vector<Picoseconds> longest_of_line_;  // between two samples
-
-  // Rows that are not sliced yet, from next_row_ on; what follows them.
-  SampleRows rows_;
-  SampleRows fresh_;
-  std::size_t next_row_ = 0;
-  bool ended_ = false;
-  std::optional<CaptureError> error_;
-  // A row before those that are held; rows between were dropped, and perhaps there was a hole.
-  SampleRows first_row_;
-  bool hole_dropped_ = false;
-
-  EdgeBlock block_;
-  std::vector<wire::Edge> row_edges_;
-  Picoseconds end_time_;
-};
-
 // Where `pair` divides into two of the names; nothing where it does not, or where it can in two
 // ways.
 std::optional<std::pair<std::size_t, std::size_t>> divide(
@@ -211,73 +154,6 @@ std::optional<std::pair<std::size_t, std::size_t>> divide(
   return found;
 }
 
-std::optional<CaptureError> AnalogSource::find_lines(
-    const std::vector<Differential>& differentials) {
-  const std::vector<AnalogChannel>& channels = samples_->channels();
-  std::vector<bool> taken(channels.size());
-  std::vector<AnalogLine> pairs;
-  for (const Differential& differential : differentials) {
-    const auto divided = divide(differential.pair, channels);
-    if (!divided) return CaptureError{.cause = CaptureCause::no_such_channel};
-    pairs.push_back({divided->first, divided->second, false});
-    taken[divided->first] = taken[divided->second] = true;
-  }
-  LineNames names;
-  for (std::size_t i = 0; i < channels.size(); ++i) {
-    if (taken[i]) continue;
-    analog_lines_.push_back({i, std::nullopt, channels[i].logic});
-    names_.push_back(names.claim(channels[i].name));
-  }
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    analog_lines_.push_back(pairs[i]);
-    names_.push_back(names.claim(differentials[i].name));
-  }
-  for (const AnalogLine& line : analog_lines_) (line.logic ? any_logic_ : any_analog_) = true;
-  return std::nullopt;
-}
-
-// Reads until that many rows are held; false when there are no more.
-bool AnalogSource::hold_more(std::size_t rows) {
-  while (!ended_ && rows_held() < rows) {
-    fresh_.clear();
-    error_ = samples_->next(fresh_);
-    ended_ = error_.has_value() || fresh_.times.empty();
-    const std::size_t before = rows_held();
-    rows_.times.insert(rows_.times.end(), fresh_.times.begin(), fresh_.times.end());
-    rows_.values.insert(rows_.values.end(), fresh_.values.begin(), fresh_.values.end());
-    refuse_short_steps(before);
-  }
-  return rows_held() >= rows;
-}
-
-// Voltages have a constant step up to the end. What comes before is delivered.
-void AnalogSource::refuse_short_steps(std::size_t from) {
-  for (std::size_t i = std::max<std::size_t>(from, 1); i < rows_held(); ++i) {
-    const Picoseconds each = elapsed(rows_.times[i - 1], rows_.times[i]);
-    if (each == Picoseconds{} || each >= shortest_step_) continue;
-    rows_.times.resize(i);
-    rows_.values.resize(i * columns_);
-    error_ = CaptureError{.cause = CaptureCause::malformed, .expected = expected_step};
-    ended_ = true;
-  }
-}
-
-// No line changes in the rows held: of these the first and the last quarter, in which a burst may
-// have begun, are enough.
-void AnalogSource::drop_held() {
-  if (first_row_.times.empty()) {
-    first_row_.times.assign(1, rows_.times.front());
-    first_row_.values.assign(row(0), row(1));
-  }
-  const auto dropped = static_cast<std::ptrdiff_t>(rows_held() - rows_held() / 4);
-  for (auto time = rows_.times.begin(); time != rows_.times.begin() + dropped; ++time) {
-    hole_dropped_ = hole_dropped_ || elapsed(time[0], time[1]) > longest_step_;
-  }
-  rows_.times.erase(rows_.times.begin(), rows_.times.begin() + dropped);
-  rows_.values.erase(rows_.values.begin(),
-                     rows_.values.begin() + dropped * static_cast<std::ptrdiff_t>(columns_));
-}
-
 unsigned changes_between(SignalLevels levels, std::span<const Nanovolts> samples,
                          std::size_t stride) {
   const std::int64_t middle = levels.low.count + (levels.high.count - levels.low.count) / 2;
@@ -293,26 +169,6 @@ unsigned changes_between(SignalLevels levels, std::span<const Nanovolts> samples
   return changes;
 }
 
-// The levels of each line in the rows held; nothing where more rows are needed to be sure.
-std::optional<std::vector<std::optional<SignalLevels>>> AnalogSource::judge(bool last_try) {
-  std::vector<std::optional<SignalLevels>> levels;
-  bool any = false;
-  std::vector<Nanovolts> voltages(rows_held());
-  for (const AnalogLine& line : analog_lines_) {
-    levels.emplace_back();
-    if (line.logic) continue;
-    for (std::size_t i = 0; i < rows_held(); ++i) voltages[i] = voltage_of(line, row(i));
-    levels.back() = estimate_levels(voltages);
-    any = any || levels.back().has_value();
-    if (last_try) continue;
-    if (!levels.back()) return std::nullopt;
-    if (changes_between(*levels.back(), voltages, 1) < changes_of_sure_levels) return std::nullopt;
-  }
-  // A file with logic channels is worth reading without its analog ones.
-  if (!any && !(last_try && any_logic_)) return std::nullopt;
-  return levels;
-}
-
 std::int64_t swing_of(const SignalLevels& levels) { return levels.high.count - levels.low.count; }
 
 Threshold middle_of(const SignalLevels& levels) {
@@ -320,157 +176,277 @@ Threshold middle_of(const SignalLevels& levels) {
   return {{levels.low.count + swing / 2}, {swing / hysteresis_part}};
 }
 
-void AnalogSource::set_thresholds(const std::vector<std::optional<SignalLevels>>& levels) {
-  // The largest swing of plain lines and of differentials.
-  std::array<std::optional<SignalLevels>, 2> largest;
-  for (std::size_t i = 0; i < levels.size(); ++i) {
-    auto& best = largest[analog_lines_[i].minus ? 1 : 0];
-    if (levels[i] && (!best || swing_of(*levels[i]) > swing_of(*best))) best = levels[i];
-  }
-  for (std::size_t i = 0; i < levels.size(); ++i) {
-    const AnalogLine& line = analog_lines_[i];
-    if (line.logic) {
-      slicers_.emplace_back(logic_threshold, false);
-      continue;
-    }
-    const auto& best = largest[line.minus ? 1 : 0];
-    const bool own = levels[i] && swing_of(*levels[i]) >= swing_of(*best) / least_part_of_swing;
-    std::optional<Threshold> threshold;
-    if (own || best) threshold = middle_of(own ? *levels[i] : *best);
-    // A differential without a change is compared with 0 V.
-    if (!threshold && line.minus) threshold = Threshold{{}, default_hysteresis};
-    slicers_.emplace_back(threshold, true);
-  }
-}
+class AnalogSource final : public StepSource {
+ public:
+  explicit AnalogSource(std::unique_ptr<AnalogSamples> samples)
+      : samples_(std::move(samples)), columns_(samples_->channels().size()) {}
 
-std::optional<CaptureError> AnalogSource::measure() {
-  const std::size_t most_rows = most_samples_held / columns_;
-  std::size_t wanted = first_rows_judged;
-  for (;;) {
-    const bool more = hold_more(wanted);
-    const bool last_try = !more || wanted >= most_rows;
-    if (const auto levels = judge(last_try)) {
-      set_thresholds(*levels);
-      return std::nullopt;
+  // Finds the lines and their thresholds; the cause where it cannot.
+  std::optional<CaptureError> open(const AnalogOptions& options) {
+    if (const auto error = find_lines(options.differentials)) return error;
+    if (const auto error = measure_steps()) return error;
+    if (rows_held() == 0 && samples_ended_) {
+      if (sample_error_) return sample_error_;
+      return CaptureError{.cause = CaptureCause::empty};
     }
-    if (!more) {
-      if (error_) return error_;
-      return CaptureError{.cause = CaptureCause::no_two_levels};
-    }
-    if (wanted >= most_rows) {
-      drop_held();
+    std::optional<CaptureError> error;
+    if (any_analog_ && !options.threshold) {
+      error = measure();
     } else {
-      wanted = std::min(4 * wanted, most_rows);
-    }
-  }
-}
-
-// Nothing is a hole for a line whose samples have no constant step.
-Picoseconds AnalogSource::longest_step_of(const AnalogLine& line, Picoseconds digit) const {
-  std::vector<Picoseconds> times;
-  for (std::size_t i = 0; i < std::min(rows_held(), rows_of_period); ++i) {
-    if (voltage_of(line, row(i)) != no_sample) times.push_back(rows_.times[i]);
-  }
-  const SampleSteps steps = steps_of(times, digit);
-  return steps.constant ? steps.longest : endless;
-}
-
-// How many rows are as the row before.
-std::size_t AnalogSource::repeats(std::size_t rows) const {
-  std::size_t found = 0;
-  for (std::size_t i = 1; i < rows; ++i) found += std::equal(row(i - 1), row(i), row(i)) ? 1U : 0U;
-  return found;
-}
-
-std::optional<CaptureError> AnalogSource::measure_steps() {
-  sample_period_ = samples_->sample_period();
-  if (!samples_->time_digit() && sample_period_ != Picoseconds{}) return std::nullopt;
-  hold_more(rows_of_period);
-  const std::size_t judged = std::min(rows_held(), rows_of_period);
-  if (const auto digit = samples_->time_digit()) {
-    const SampleSteps steps = steps_of(std::span(rows_.times).first(judged), *digit);
-    if (!steps.constant && any_analog_) {
-      return CaptureError{.cause = CaptureCause::malformed, .expected = expected_step};
-    }
-    // Rows of logic channels that never repeat the row before are changes.
-    if (any_analog_ || (steps.constant && 8 * repeats(judged) >= judged)) {
-      longest_step_ = steps.longest;
-      shortest_step_ = steps.shortest;
-      refuse_short_steps(1);
       for (const AnalogLine& line : analog_lines_) {
-        longest_of_line_.push_back(longest_step_of(line, *digit));
+        slicers_.emplace_back(line.logic ? std::optional(logic_threshold) : options.threshold,
+                              !line.logic);
+      }
+    }
+    for (std::size_t i = 0; !error && i < longest_of_line_.size(); ++i) {
+      slicers_[i].set_longest_step(longest_of_line_[i]);
+    }
+    return error;
+  }
+
+  Picoseconds sample_period() const override { return sample_period_; }
+  Hertz sample_rate() const override { return samples_->sample_rate(); }
+  bool is_analog() const override { return any_analog_; }
+
+ private:
+  std::optional<CaptureError> find_lines(const std::vector<Differential>& differentials) {
+    const std::vector<AnalogChannel>& channels = samples_->channels();
+    std::vector<bool> taken(channels.size());
+    std::vector<AnalogLine> pairs;
+    for (const Differential& differential : differentials) {
+      const auto divided = divide(differential.pair, channels);
+      if (!divided) return CaptureError{.cause = CaptureCause::no_such_channel};
+      pairs.push_back({divided->first, divided->second, false});
+      taken[divided->first] = taken[divided->second] = true;
+    }
+    LineNames names;
+    std::vector<std::string> lines;
+    for (std::size_t i = 0; i < channels.size(); ++i) {
+      if (taken[i]) continue;
+      analog_lines_.push_back({i, std::nullopt, channels[i].logic});
+      lines.push_back(names.claim(channels[i].name));
+    }
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      analog_lines_.push_back(pairs[i]);
+      lines.push_back(names.claim(differentials[i].name));
+    }
+    set_lines(std::move(lines));
+    for (const AnalogLine& line : analog_lines_) (line.logic ? any_logic_ : any_analog_) = true;
+    return std::nullopt;
+  }
+
+  std::optional<CaptureError> measure() {
+    const std::size_t most_rows = most_samples_held / columns_;
+    std::size_t wanted = first_rows_judged;
+    for (;;) {
+      const bool more = hold_more(wanted);
+      const bool last_try = !more || wanted >= most_rows;
+      if (const auto levels = judge(last_try)) {
+        set_thresholds(*levels);
+        return std::nullopt;
+      }
+      if (!more) {
+        if (sample_error_) return sample_error_;
+        return CaptureError{.cause = CaptureCause::no_two_levels};
+      }
+      if (wanted >= most_rows) {
+        drop_held();
+      } else {
+        wanted = std::min(4 * wanted, most_rows);
       }
     }
   }
-  if (sample_period_ != Picoseconds{}) return std::nullopt;
-  for (std::size_t i = 1; i < judged; ++i) {
-    const Picoseconds step = elapsed(rows_.times[i - 1], rows_.times[i]);
-    if (step <= longest_step_) sample_period_ = std::max(sample_period_, step);
-  }
-  return std::nullopt;
-}
 
-std::optional<CaptureError> AnalogSource::open(const AnalogOptions& options) {
-  if (const auto error = find_lines(options.differentials)) return error;
-  if (const auto error = measure_steps()) return error;
-  if (rows_held() == 0 && ended_) {
-    if (error_) return error_;
-    return CaptureError{.cause = CaptureCause::empty};
-  }
-  std::optional<CaptureError> error;
-  if (any_analog_ && !options.threshold) {
-    error = measure();
-  } else {
+  // The levels of each line in the rows held; nothing where more rows are needed to be sure.
+  std::optional<std::vector<std::optional<SignalLevels>>> judge(bool last_try) {
+    std::vector<std::optional<SignalLevels>> levels;
+    bool any = false;
+    std::vector<Nanovolts> voltages(rows_held());
     for (const AnalogLine& line : analog_lines_) {
-      slicers_.emplace_back(line.logic ? std::optional(logic_threshold) : options.threshold,
-                            !line.logic);
+      levels.emplace_back();
+      if (line.logic) continue;
+      for (std::size_t i = 0; i < rows_held(); ++i) voltages[i] = voltage_of(line, row(i));
+      levels.back() = estimate_levels(voltages);
+      any = any || levels.back().has_value();
+      if (last_try) continue;
+      if (!levels.back()) return std::nullopt;
+      if (changes_between(*levels.back(), voltages, 1) < changes_of_sure_levels)
+        return std::nullopt;
     }
+    // A file with logic channels is worth reading without its analog ones.
+    if (!any && !(last_try && any_logic_)) return std::nullopt;
+    return levels;
   }
-  for (std::size_t i = 0; !error && i < longest_of_line_.size(); ++i) {
-    slicers_[i].set_longest_step(longest_of_line_[i]);
-  }
-  return error;
-}
 
-void AnalogSource::slice_rows() {
-  const auto slice = [this](const SampleRows& rows, std::size_t index) {
-    row_edges_.clear();
-    for (std::size_t i = 0; i < analog_lines_.size(); ++i) {
-      const Nanovolts voltage = voltage_of(analog_lines_[i], rows.values.data() + index * columns_);
-      slicers_[i].push(end_time_, rows.times[index], voltage, static_cast<wire::LineIndex>(i),
-                       row_edges_);
+  // Reads until that many rows are held; false when there are no more.
+  bool hold_more(std::size_t rows) {
+    while (!samples_ended_ && rows_held() < rows) {
+      fresh_.clear();
+      sample_error_ = samples_->next(fresh_);
+      samples_ended_ = sample_error_.has_value() || fresh_.times.empty();
+      const std::size_t before = rows_held();
+      rows_.times.insert(rows_.times.end(), fresh_.times.begin(), fresh_.times.end());
+      rows_.values.insert(rows_.values.end(), fresh_.values.begin(), fresh_.values.end());
+      refuse_short_steps(before);
     }
-    end_time_ = rows.times[index];
-    if (row_edges_.size() > 1) {
-      std::stable_sort(row_edges_.begin(), row_edges_.end(),
-                       [](const wire::Edge& a, const wire::Edge& b) { return a.time < b.time; });
-    }
-    for (const wire::Edge& edge : row_edges_) block_.push(edge);
-  };
-  if (!first_row_.times.empty()) {
-    slice(first_row_, 0);
-    first_row_.clear();
-    for (Slicer& slicer : slicers_) slicer.skip_to(hole_dropped_ ? end_time_ : rows_.times[0]);
+    return rows_held() >= rows;
   }
-  while (next_row_ < rows_held() && !block_.full()) slice(rows_, next_row_++);
-}
 
-Result<std::span<const wire::Edge>, CaptureError> AnalogSource::next_block() {
-  block_.grow();
-  block_.prepare(names_.size() * 2);
-  while (block_.empty()) {
+  // Voltages have a constant step up to the end. What comes before is delivered.
+  void refuse_short_steps(std::size_t from) {
+    for (std::size_t i = std::max<std::size_t>(from, 1); i < rows_held(); ++i) {
+      const Picoseconds each = elapsed(rows_.times[i - 1], rows_.times[i]);
+      if (each == Picoseconds{} || each >= shortest_step_) continue;
+      rows_.times.resize(i);
+      rows_.values.resize(i * columns_);
+      sample_error_ = CaptureError{.cause = CaptureCause::malformed, .expected = expected_step};
+      samples_ended_ = true;
+    }
+  }
+
+  // No line changes in the rows held: of these the first and the last quarter, in which a burst may
+  // have begun, are enough.
+  void drop_held() {
+    if (first_row_.times.empty()) {
+      first_row_.times.assign(1, rows_.times.front());
+      first_row_.values.assign(row(0), row(1));
+    }
+    const auto dropped = static_cast<std::ptrdiff_t>(rows_held() - rows_held() / 4);
+    for (auto time = rows_.times.begin(); time != rows_.times.begin() + dropped; ++time) {
+      hole_dropped_ = hole_dropped_ || elapsed(time[0], time[1]) > longest_step_;
+    }
+    rows_.times.erase(rows_.times.begin(), rows_.times.begin() + dropped);
+    rows_.values.erase(rows_.values.begin(),
+                       rows_.values.begin() + dropped * static_cast<std::ptrdiff_t>(columns_));
+  }
+
+  void set_thresholds(const std::vector<std::optional<SignalLevels>>& levels) {
+    // The largest swing of plain lines and of differentials.
+    std::array<std::optional<SignalLevels>, 2> largest;
+    for (std::size_t i = 0; i < levels.size(); ++i) {
+      auto& best = largest[analog_lines_[i].minus ? 1 : 0];
+      if (levels[i] && (!best || swing_of(*levels[i]) > swing_of(*best))) best = levels[i];
+    }
+    for (std::size_t i = 0; i < levels.size(); ++i) {
+      const AnalogLine& line = analog_lines_[i];
+      if (line.logic) {
+        slicers_.emplace_back(logic_threshold, false);
+        continue;
+      }
+      const auto& best = largest[line.minus ? 1 : 0];
+      const bool own = levels[i] && swing_of(*levels[i]) >= swing_of(*best) / least_part_of_swing;
+      std::optional<Threshold> threshold;
+      if (own || best) threshold = middle_of(own ? *levels[i] : *best);
+      // A differential without a change is compared with 0 V.
+      if (!threshold && line.minus) threshold = Threshold{{}, default_hysteresis};
+      slicers_.emplace_back(threshold, true);
+    }
+  }
+
+  std::optional<CaptureError> measure_steps() {
+    sample_period_ = samples_->sample_period();
+    if (!samples_->time_digit() && sample_period_ != Picoseconds{}) return std::nullopt;
+    hold_more(rows_of_period);
+    const std::size_t judged = std::min(rows_held(), rows_of_period);
+    if (const auto digit = samples_->time_digit()) {
+      const SampleSteps steps = steps_of(std::span(rows_.times).first(judged), *digit);
+      if (!steps.constant && any_analog_) {
+        return CaptureError{.cause = CaptureCause::malformed, .expected = expected_step};
+      }
+      // Rows of logic channels that never repeat the row before are changes.
+      if (any_analog_ || (steps.constant && 8 * repeats(judged) >= judged)) {
+        longest_step_ = steps.longest;
+        shortest_step_ = steps.shortest;
+        refuse_short_steps(1);
+        for (const AnalogLine& line : analog_lines_) {
+          longest_of_line_.push_back(longest_step_of(line, *digit));
+        }
+      }
+    }
+    if (sample_period_ != Picoseconds{}) return std::nullopt;
+    for (std::size_t i = 1; i < judged; ++i) {
+      const Picoseconds step = elapsed(rows_.times[i - 1], rows_.times[i]);
+      if (step <= longest_step_) sample_period_ = std::max(sample_period_, step);
+    }
+    return std::nullopt;
+  }
+
+  // How many rows are as the row before.
+  std::size_t repeats(std::size_t rows) const {
+    std::size_t found = 0;
+    for (std::size_t i = 1; i < rows; ++i)
+      found += std::equal(row(i - 1), row(i), row(i)) ? 1U : 0U;
+    return found;
+  }
+
+  // Nothing is a hole for a line whose samples have no constant step.
+  Picoseconds longest_step_of(const AnalogLine& line, Picoseconds digit) const {
+    std::vector<Picoseconds> times;
+    for (std::size_t i = 0; i < std::min(rows_held(), rows_of_period); ++i) {
+      if (voltage_of(line, row(i)) != no_sample) times.push_back(rows_.times[i]);
+    }
+    const SampleSteps steps = steps_of(times, digit);
+    return steps.constant ? steps.longest : endless;
+  }
+
+  void step() override {
     if (next_row_ == rows_held() && first_row_.times.empty()) {
-      if (ended_) break;
+      if (sample_error_) return fail(*sample_error_);
+      if (samples_ended_) return finish();
       rows_.clear();
       next_row_ = 0;
       hold_more(1);
-      continue;
+      return;
     }
-    slice_rows();
+    const auto slice = [this](const SampleRows& rows, std::size_t index) {
+      row_edges_.clear();
+      for (std::size_t i = 0; i < analog_lines_.size(); ++i) {
+        const Nanovolts voltage =
+            voltage_of(analog_lines_[i], rows.values.data() + index * columns_);
+        slicers_[i].push(end_time_, rows.times[index], voltage, static_cast<wire::LineIndex>(i),
+                         row_edges_);
+      }
+      end_time_ = rows.times[index];
+      if (row_edges_.size() > 1) {
+        std::stable_sort(row_edges_.begin(), row_edges_.end(),
+                         [](const wire::Edge& a, const wire::Edge& b) { return a.time < b.time; });
+      }
+      for (const wire::Edge& edge : row_edges_) block_.push(edge);
+    };
+    if (!first_row_.times.empty()) {
+      slice(first_row_, 0);
+      first_row_.clear();
+      for (Slicer& slicer : slicers_) slicer.skip_to(hole_dropped_ ? end_time_ : rows_.times[0]);
+    }
+    while (next_row_ < rows_held() && !block_.full()) slice(rows_, next_row_++);
   }
-  if (block_.empty() && error_) return failure(*error_);
-  return block_.edges();
-}
+
+  const Nanovolts* row(std::size_t index) const { return rows_.values.data() + index * columns_; }
+  std::size_t rows_held() const { return rows_.times.size(); }
+
+  std::unique_ptr<AnalogSamples> samples_;
+  std::size_t columns_;
+  std::vector<AnalogLine> analog_lines_;
+  bool any_analog_ = false;
+  bool any_logic_ = false;
+  std::vector<Slicer> slicers_;
+  Picoseconds sample_period_;
+  Picoseconds longest_step_ = endless;  // between two rows
+  Picoseconds shortest_step_{};
+  std::vector<Picoseconds> longest_of_line_;  // between two samples
+
+  // Rows that are not sliced yet, from next_row_ on; what follows them.
+  SampleRows rows_;
+  SampleRows fresh_;
+  std::size_t next_row_ = 0;
+  bool samples_ended_ = false;
+  std::optional<CaptureError> sample_error_;
+  // A row before those that are held; rows between were dropped, and perhaps there was a hole.
+  SampleRows first_row_;
+  bool hole_dropped_ = false;
+
+  std::vector<wire::Edge> row_edges_;
+};
 
 }  // namespace
 

@@ -5,20 +5,12 @@
 #include <bit>
 #include <cstring>
 
+#include "capture/decimal.hpp"
+
 namespace biss::capture {
 namespace {
 
 constexpr std::size_t word_samples = 64;
-
-std::uint64_t little_endian_word(const std::uint8_t* at, std::size_t bytes) {
-  std::uint64_t word = 0;
-  if constexpr (std::endian::native == std::endian::little) {
-    std::memcpy(&word, at, bytes);
-  } else {
-    for (std::size_t i = bytes; i-- > 0;) word = word << 8U | at[i];
-  }
-  return word;
-}
 
 // Eight samples fill as many words as a sample has bytes; this bit in each of them.
 template <std::size_t UnitBytes>
@@ -75,7 +67,8 @@ std::uint64_t plane_of(const std::uint8_t* at, std::size_t count, unsigned bit) 
     constexpr std::uint64_t lowest = 0x0101'0101'0101'0101U;
     constexpr std::uint64_t gather = 0x0102'0408'1020'4080U;
     for (; i + 8 <= count; i += 8) {
-      word |= ((little_endian_word(at + i, 8) >> bit & lowest) * gather >> 56U) << i;
+      word |= ((load_eight(reinterpret_cast<const char*>(at + i)) >> bit & lowest) * gather >> 56U)
+              << i;
     }
   }
   for (; i < count; ++i) {
@@ -118,36 +111,10 @@ void scan_units_plain(PairScan& scan) {
 }  // namespace
 
 void scan_pair_plain(PairScan& scan) {
-  switch (scan.unit_bytes) {
-    case 1:
-      return scan_units_plain<1>(scan);
-    case 2:
-      return scan_units_plain<2>(scan);
-    case 3:
-      return scan_units_plain<3>(scan);
-    case 4:
-      return scan_units_plain<4>(scan);
-    case 5:
-      return scan_units_plain<5>(scan);
-    case 6:
-      return scan_units_plain<6>(scan);
-    case 7:
-      return scan_units_plain<7>(scan);
-    default:
-      return scan_units_plain<8>(scan);
-  }
-}
-
-void scan_plane_plain(PlaneScan& scan) {
-  for (std::size_t at = 0; at < scan.count; at += word_samples) {
-    const std::size_t count = std::min(word_samples, scan.count - at);
-    const std::uint64_t levels = little_endian_word(scan.bits + at / 8, 8);
-    const std::uint64_t rest = scan.high ? ~std::uint64_t{0} : 0;
-    if (levels == rest && count == word_samples) continue;
-    scan.changes =
-        put_changes(changes_of(levels, count, scan.high),
-                    scan.time + static_cast<std::int64_t>(at) * scan.step, scan.step, scan.changes);
-  }
+  constexpr std::array scans{scan_units_plain<1>, scan_units_plain<2>, scan_units_plain<3>,
+                             scan_units_plain<4>, scan_units_plain<5>, scan_units_plain<6>,
+                             scan_units_plain<7>, scan_units_plain<8>};
+  scans[scan.unit_bytes - 1](scan);
 }
 
 }  // namespace biss::capture

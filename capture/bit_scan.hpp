@@ -27,23 +27,10 @@ struct PairScan {
   std::int64_t* slo = nullptr;
 };
 
-/// The same for one line whose samples are bits, the first in bit 0 of the first byte. Whole words of
-/// 64 samples are read: the bytes up to there exist.
-struct PlaneScan {
-  const std::uint8_t* bits = nullptr;
-  std::size_t count = 0;
-  bool high = false;      ///< before the first sample
-  std::int64_t time = 0;  ///< of the first sample
-  std::uint32_t step = 1;
-  std::int64_t* changes = nullptr;
-};
-
 /// Finds the changes with the best vectors that this processor has.
 void scan_pair(PairScan& scan);
-void scan_plane(PlaneScan& scan);
 
 /// The same without vectors.
 void scan_pair_plain(PairScan& scan);
-void scan_plane_plain(PlaneScan& scan);
 
 }  // namespace biss::capture

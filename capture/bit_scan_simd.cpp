@@ -23,7 +23,6 @@ namespace HWY_NAMESPACE {
 #if HWY_TARGET == HWY_SCALAR || HWY_TARGET == HWY_EMU128
 
 void scan_pair_vectors(PairScan& scan) { scan_pair_plain(scan); }
-void scan_plane_vectors(PlaneScan& scan) { scan_plane_plain(scan); }
 
 #else
 
@@ -198,36 +197,6 @@ void scan_pair_vectors(PairScan& scan) {
   }
 }
 
-void scan_plane_vectors(PlaneScan& scan) {
-  const hn::ScalableTag<std::uint64_t> d;
-  constexpr std::size_t group_bytes = 256;
-  const Clock clock{scan.time, scan.step};
-  std::uint64_t before = scan.high;
-  std::int64_t* out = scan.changes;
-  std::size_t at = 0;
-  for (; at + 8 * group_bytes <= scan.count; at += 8 * group_bytes) {
-    const std::uint8_t* const bytes = scan.bits + at / 8;
-    const auto* const words = reinterpret_cast<const std::uint64_t*>(bytes);
-    const auto rest = hn::Set(d, std::uint64_t{0} - before);
-    auto differ = hn::Xor(hn::LoadU(d, words), rest);
-    for (std::size_t i = hn::Lanes(d); i < group_bytes / 8; i += hn::Lanes(d)) {
-      differ = hn::Or(differ, hn::Xor(hn::LoadU(d, words + i), rest));
-    }
-    if (hn::AllTrue(d, hn::Eq(differ, hn::Zero(d)))) continue;
-    for (std::size_t i = 0; i < group_bytes; i += 8) {
-      std::uint64_t levels = 0;
-      std::memcpy(&levels, bytes + i, sizeof levels);
-      const std::uint64_t changes = levels ^ (levels << 1U | before);
-      before = levels >> 63U;
-      if (changes != 0) out = put_changes<16>(changes, clock.at(at + 8 * i), scan.step, out);
-    }
-  }
-  PlaneScan tail{scan.bits + at / 8, scan.count - at, before != 0, clock.at(at), scan.step, out};
-  scan_plane_plain(tail);
-  scan.high = tail.high;
-  scan.changes = tail.changes;
-}
-
 #endif
 
 }  // namespace HWY_NAMESPACE
@@ -239,10 +208,8 @@ HWY_AFTER_NAMESPACE();
 namespace biss::capture {
 
 HWY_EXPORT(scan_pair_vectors);
-HWY_EXPORT(scan_plane_vectors);
 
 void scan_pair(PairScan& scan) { HWY_DYNAMIC_DISPATCH(scan_pair_vectors)(scan); }
-void scan_plane(PlaneScan& scan) { HWY_DYNAMIC_DISPATCH(scan_plane_vectors)(scan); }
 
 }  // namespace biss::capture
 

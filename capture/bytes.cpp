@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstring>
-#include <ostream>
 #include <utility>
 
 namespace biss::capture {
@@ -173,22 +172,6 @@ std::unique_ptr<ByteSource> limited_bytes(std::unique_ptr<ByteSource> bytes, std
 
 std::unique_ptr<ByteSource> prefixed_bytes(std::string head, std::unique_ptr<ByteSource> rest) {
   return std::make_unique<PrefixedBytes>(std::move(head), std::move(rest));
-}
-
-bool FileSink::write(std::string_view bytes) {
-  return std::fwrite(bytes.data(), 1, bytes.size(), file_) == bytes.size();
-}
-
-bool FileSink::flush() { return std::fflush(file_) == 0; }
-
-bool StreamSink::write(std::string_view bytes) {
-  stream_->write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  return stream_->good();
-}
-
-bool StreamSink::flush() {
-  stream_->flush();
-  return stream_->good();
 }
 
 bool StringSink::write(std::string_view bytes) {

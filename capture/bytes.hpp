@@ -3,8 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <cstdio>
-#include <iosfwd>
 #include <limits>
 #include <memory>
 #include <span>
@@ -42,6 +40,15 @@ class ByteSource {
   /// that are read at any place; -1 where there is none. It stays open as long as the source lives,
   /// and may be read instead of the source, not beside it.
   virtual int regular_file() const { return -1; }
+};
+
+/// Calls this function of a C library for what a unique_ptr owns.
+template <auto release>
+struct Released {
+  template <class T>
+  void operator()(T* owned) const {
+    release(owned);
+  }
 };
 
 /// Reads a source in blocks: small at first, and twice as large after each that the source has
@@ -85,28 +92,6 @@ class ByteSink {
   virtual bool write(std::string_view bytes) = 0;
   /// Hands on what the sink has held back; false when that failed.
   virtual bool flush() = 0;
-};
-
-/// Writes to a C stream that the caller opens and closes.
-class FileSink final : public ByteSink {
- public:
-  explicit FileSink(std::FILE* file) : file_(file) {}
-  bool write(std::string_view bytes) override;
-  bool flush() override;
-
- private:
-  std::FILE* file_;
-};
-
-/// Writes to a C++ stream that outlives the sink.
-class StreamSink final : public ByteSink {
- public:
-  explicit StreamSink(std::ostream& stream) : stream_(&stream) {}
-  bool write(std::string_view bytes) override;
-  bool flush() override;
-
- private:
-  std::ostream* stream_;
 };
 
 /// Appends to a string that outlives the sink.

@@ -31,7 +31,7 @@ class CompressedBytes : public ByteSource {
  public:
   Result<std::size_t, CaptureError> read(std::span<char> into) final {
     while (!error_) {
-      if (input_.empty() && !holds_output() && !refill()) break;
+      if (input_.empty() && !holds_output_ && !refill()) break;
       if (ended_) return std::size_t{0};
       const Step step = decompress(input_, into);
       if (step.fault != nullptr) stop(CaptureCause::damaged, step.fault);
@@ -46,10 +46,9 @@ class CompressedBytes : public ByteSource {
 
   /// Takes bytes off the front of `input`.
   virtual Step decompress(std::string_view& input, std::span<char> into) = 0;
-  /// decompress() makes bytes without further input.
-  virtual bool holds_output() const = 0;
-  /// The compressed data may end here.
-  virtual bool whole() const = 0;
+
+  bool holds_output_ = false;  // decompress() makes bytes without further input
+  bool whole_ = false;         // the compressed data may end here
 
  private:
   void stop(CaptureCause cause, const char* expected) {
@@ -62,7 +61,7 @@ class CompressedBytes : public ByteSource {
       error_ = got.error();
     } else if (!got->empty()) {
       input_ = std::string_view(got->data(), got->size());
-    } else if (whole()) {
+    } else if (whole_) {
       ended_ = true;
     } else {
       stop(CaptureCause::truncated, "the rest of the compressed data");
@@ -91,7 +90,7 @@ class GzipBytes final : public CompressedBytes {
 
  private:
   Step decompress(std::string_view& input, std::span<char> into) override {
-    if (between_members_) {
+    if (whole_) {
       // Tapes and some tools pad the end with zeros.
       input.remove_prefix(std::min(input.find_first_not_of('\0'), input.size()));
       if (input.empty()) return {};
@@ -99,7 +98,7 @@ class GzipBytes final : public CompressedBytes {
         return {.fault = "another gzip member or the end of the file"};
       }
       inflateReset(&stream_);
-      between_members_ = false;
+      whole_ = false;
     }
     return inflate_member(input, into);
   }
@@ -114,7 +113,7 @@ class GzipBytes final : public CompressedBytes {
     const int result = inflate(&stream_, Z_NO_FLUSH);
     input.remove_prefix(input.size() - stream_.avail_in);
     Step step{.made = room - stream_.avail_out};
-    between_members_ = result == Z_STREAM_END;
+    whole_ = result == Z_STREAM_END;
     holds_output_ = result == Z_OK && stream_.avail_out == 0;
     if (result == Z_MEM_ERROR) throw std::bad_alloc();
     if (result != Z_OK && result != Z_STREAM_END && result != Z_BUF_ERROR) {
@@ -123,12 +122,7 @@ class GzipBytes final : public CompressedBytes {
     return step;
   }
 
-  bool holds_output() const override { return holds_output_; }
-  bool whole() const override { return between_members_; }
-
   z_stream stream_{};
-  bool between_members_ = false;
-  bool holds_output_ = false;
 };
 
 class ZstdBytes final : public CompressedBytes {
@@ -139,10 +133,6 @@ class ZstdBytes final : public CompressedBytes {
   }
 
  private:
-  struct Free {
-    void operator()(ZSTD_DStream* stream) const { ZSTD_freeDStream(stream); }
-  };
-
   Step decompress(std::string_view& input, std::span<char> into) override {
     // A call that fails delivers nothing. Therefore each gets at most one block: zstd wishes for a
     // block and the header of the next one.
@@ -152,7 +142,7 @@ class ZstdBytes final : public CompressedBytes {
     const std::size_t left = ZSTD_decompressStream(stream_.get(), &out, &in);
     input.remove_prefix(in.pos);
     wish_ = std::max<std::size_t>(left, 1);
-    between_frames_ = left == 0;
+    whole_ = left == 0;
     holds_output_ = left != 0 && out.pos == out.size;
     return {.made = out.pos, .fault = ZSTD_isError(left) != 0 ? fault_of_code(left) : nullptr};
   }
@@ -172,13 +162,8 @@ class ZstdBytes final : public CompressedBytes {
     }
   }
 
-  bool holds_output() const override { return holds_output_; }
-  bool whole() const override { return between_frames_; }
-
-  std::unique_ptr<ZSTD_DStream, Free> stream_;
+  std::unique_ptr<ZSTD_DStream, Released<ZSTD_freeDStream>> stream_;
   std::size_t wish_ = 1;
-  bool between_frames_ = false;
-  bool holds_output_ = false;
 };
 
 }  // namespace

@@ -61,6 +61,12 @@ std::vector<std::string> cells_of(std::string_view row, char separator) {
   return cells;
 }
 
+bool is_csv_comment(std::string_view row) {
+  if (!row.empty() && row.front() >= '-' && row.front() <= '9') return false;
+  row = trim_cell(row, ',');
+  return row.empty() || (row.front() == '#' && row.find('\r') == std::string_view::npos);
+}
+
 const char* find_or_end(const char* from, const char* end, char wanted) {
   const void* const found = std::memchr(from, wanted, static_cast<std::size_t>(end - from));
   return found == nullptr ? end : static_cast<const char*>(found);

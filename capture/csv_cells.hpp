@@ -25,6 +25,9 @@ std::string unquote(std::string_view cell);
 /// All cells of a row, unquoted.
 std::vector<std::string> cells_of(std::string_view row, char separator);
 
+/// A row that says nothing: blank, or a comment without a CR, which may have ended it.
+bool is_csv_comment(std::string_view row);
+
 /// The first place of `wanted`, or `end`.
 const char* find_or_end(const char* from, const char* end, char wanted);
 

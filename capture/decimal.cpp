@@ -1,6 +1,5 @@
 #include "capture/decimal.hpp"
 
-#include <array>
 #include <cstddef>
 #include <limits>
 #include <optional>
@@ -106,19 +105,6 @@ std::size_t append_digits(std::string_view text, std::uint64_t& value) {
 
 // The plain case, as nearly every cell is: `42007.500`, few digits, no exponent, nothing to round.
 std::optional<std::int64_t> parse_plain(std::string_view text, int scale, bool comma) {
-  constexpr std::array<std::uint64_t, 13> powers{1,
-                                                 10,
-                                                 100,
-                                                 1'000,
-                                                 10'000,
-                                                 100'000,
-                                                 1'000'000,
-                                                 10'000'000,
-                                                 100'000'000,
-                                                 1'000'000'000,
-                                                 10'000'000'000,
-                                                 100'000'000'000,
-                                                 1'000'000'000'000};
   if (text.empty() || text.size() > 18 || scale < 0 || scale > 12) return std::nullopt;
   std::uint64_t value = 0;
   std::size_t at = append_digits(text, value);
@@ -130,8 +116,8 @@ std::optional<std::int64_t> parse_plain(std::string_view text, int scale, bool c
     at += places;
     missing -= places;
   }
-  if (at != text.size() || value > largest / powers[missing]) return std::nullopt;
-  return static_cast<std::int64_t>(value * powers[missing]);
+  if (at != text.size() || value > largest / powers_of_ten[missing]) return std::nullopt;
+  return static_cast<std::int64_t>(value * powers_of_ten[missing]);
 }
 
 }  // namespace

@@ -12,8 +12,11 @@
 
 namespace biss::capture {
 
-inline constexpr std::array<std::uint64_t, 9> powers_of_ten{
-    1, 10, 100, 1'000, 10'000, 100'000, 1'000'000, 10'000'000, 100'000'000};
+inline constexpr std::array<std::uint64_t, 20> powers_of_ten = [] {
+  std::array<std::uint64_t, 20> powers{1};
+  for (std::size_t i = 1; i < powers.size(); ++i) powers[i] = 10 * powers[i - 1];
+  return powers;
+}();
 
 /// Eight bytes as a number, the first lowest.
 inline std::uint64_t load_eight(const char* text) {

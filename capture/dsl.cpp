@@ -9,7 +9,8 @@
 #include <span>
 #include <utility>
 
-#include "capture/dsl_blocks.hpp"
+#include "capture/buffer.hpp"
+#include "capture/decimal.hpp"
 #include "capture/key_file.hpp"
 #include "capture/sr.hpp"
 
@@ -117,198 +118,176 @@ class DslHeaderParser {
   CaptureError error_;
 };
 
-/// The samples of one probe in the block at hand, and its level before the next of them.
-struct Plane {
-  std::vector<std::uint64_t> words;
-  std::uint64_t last = 0;
-};
-
-class DslSource final : public EdgeSource {
+// The samples of all probes put together: bit k of a sample is that of the k-th probe.
+class DslPieces final : public SamplePieces {
  public:
-  DslSource(std::unique_ptr<ZipArchive> archive, const DslHeader& header, bool verify)
-      : blocks_(std::move(archive), header),
-        rate_(header.rate),
+  DslPieces(std::unique_ptr<ZipArchive> archive, const DslHeader& header, bool verify)
+      : archive_(std::move(archive)),
+        lines_(header.lines),
         verify_(verify),
-        clock_(header.rate),
-        last_index_(clock_.last_index()),
-        planes_(header.lines.size()) {
-    LineNames names;
-    for (const SampleLine& line : header.lines) lines_.push_back(names.claim(line.name));
-  }
+        last_index_(SampleClock(header.rate).last_index()),
+        total_samples_(header.total_samples),
+        blocks_(header.total_blocks == 0 ? header.needed_blocks() : header.total_blocks),
+        unit_bytes_((lines_.size() + 7) / 8),
+        planes_(lines_.size()) {}
 
-  const std::vector<std::string>& lines() const override { return lines_; }
-  Picoseconds end_time() const override { return end_time_; }
-  Picoseconds sample_period() const override { return longest_period(rate_); }
-  Hertz sample_rate() const override { return rate_; }
-
-  Result<std::span<const wire::Edge>, CaptureError> next_block() override {
-    edges_.grow();
-    edges_.prepare(lines_.size());
-    while (!stopped_ && edges_.empty()) {
+  Result<std::span<const std::uint8_t>, CaptureError> next() override {
+    for (;;) {
       if (at_ == samples_) {
-        load_block();
-      } else {
-        scan();
+        const auto more = load_block();
+        if (!more.ok()) return failure(more.error());
+        if (!*more) return std::span<const std::uint8_t>{};
+      }
+      if (const std::size_t count = join_planes(); count != 0) {
+        return std::span<const std::uint8_t>(joined_).first(count * unit_bytes_);
       }
     }
-    if (edges_.empty() && error_) return failure(*error_);
-    return edges_.edges();
-  }
-
-  std::unique_ptr<PairSource> pairs(wire::LineIndex ma, wire::LineIndex slo) override {
-    DslRead read;
-    read.first = before_ + at_;
-    read.end = before_ + samples_;
-    read.end_time = end_time_;
-    read.ended = stopped_;
-    read.error = error_;
-    for (std::size_t i = 0; i < planes_.size(); ++i) {
-      read.last_levels |= last_level(planes_[i]) << i;
-      read.levels |= level_before_next(planes_[i]) << i;
-    }
-    if (at_ != samples_) {
-      read.ma = rest_of(planes_[ma]);
-      read.slo = rest_of(planes_[slo]);
-      read.beyond = changes_beyond();
-    }
-    return dsl_pairs(blocks_, rate_, verify_, ma, slo, std::move(read));
   }
 
  private:
-  void stop(const CaptureError& error) {
-    stopped_ = true;
-    error_ = error;
+  static constexpr std::uint64_t plane_bytes = dsl_block_samples / 8;
+  // What is deflated to more than this does not come from DSView; it is inflated as it is read.
+  static constexpr std::uint64_t most_compressed = 2 * plane_bytes;
+  // A multiple of 64, so that every piece begins with a whole word of each plane.
+  static constexpr std::uint64_t samples_of_piece = std::uint64_t{1} << 17U;
+
+  Failure<CaptureError> damaged(const char* expected) const {
+    return failure(CaptureError{.cause = CaptureCause::damaged,
+                                .expected = expected,
+                                .part = "block",
+                                .part_number = block_});
   }
 
-  void load_block() {
+  // False at the end.
+  Result<bool, CaptureError> load_block() {
     before_ += samples_;
     at_ = samples_ = 0;
-    const auto got = blocks_.next(packed_);
-    if (!got.ok()) return stop(got.error());
-    stopped_ = !*got;
-    if (stopped_) return;
-    for (std::size_t i = 0; i < packed_.planes.size(); ++i) {
-      if (!inflate(packed_.planes[i], planes_[i].words)) {
-        return stop(packed_.damaged(damaged_plane));
+    if (block_ == blocks_) {
+      if (before_ == 0) return failure(CaptureError{.cause = CaptureCause::empty});
+      // DSView stores whole bytes of whole words.
+      if (total_samples_ - before_ < word_bits) return false;
+      return failure(CaptureError{.cause = CaptureCause::truncated,
+                                  .expected = "as many samples as the header has"});
+    }
+    ++block_;
+    const char* const fault = find_planes();
+    for (std::size_t i = 0; i < members_.size(); ++i) {
+      if (!read_plane(members_[i], planes_[i])) {
+        return damaged("data that inflates to its size and checksum");
       }
     }
-    if (packed_.fault != nullptr) return stop(packed_.damaged(packed_.fault));
-    samples_ = packed_.samples;
-  }
-
-  bool inflate(const PackedPlane& packed, std::vector<std::uint64_t>& words) {
-    words.resize(static_cast<std::size_t>((packed.size_bytes + 7) / 8));
-    if (!words.empty()) words.back() = 0;
-    const std::span bytes(reinterpret_cast<std::uint8_t*>(words.data()),
-                          static_cast<std::size_t>(packed.size_bytes));
-    if (!packed.inflate(inflater_, verify_, bytes)) return false;
-    if constexpr (std::endian::native == std::endian::big) {
-      for (std::uint64_t& word : words) word = __builtin_bswap64(word);
+    if (fault != nullptr) return damaged(fault);
+    const std::uint64_t held = 8 * members_.front().size_bytes;
+    samples_ = std::min({total_samples_ - before_, dsl_block_samples, held});
+    if (block_ != blocks_ && samples_ != dsl_block_samples) {
+      return damaged("2 MiB in every block but the last");
     }
+    if (held - samples_ >= word_bits) return damaged("no more samples than the header has");
     return true;
   }
 
-  // The samples of the word from at_ on at which a line changes.
-  std::uint64_t changes(std::size_t word) const {
-    std::uint64_t any = 0;
-    for (const Plane& plane : planes_) {
-      const std::uint64_t levels = plane.words[word];
-      any |= levels ^ ((levels << 1U) | plane.last);
-    }
-    if (before_ + word == 0) any |= 1;
-    return any & (~std::uint64_t{0} << (at_ % word_bits));
-  }
-
-  // Edges of the samples up to the end of the block, or until the block of edges is full.
-  void scan() {
-    while (at_ != samples_) {
-      const auto word = static_cast<std::size_t>(at_ / word_bits);
-      const std::uint64_t valid = std::min(word_bits, samples_ - word * word_bits);
-      const std::uint64_t end = word * word_bits + valid;
-      std::uint64_t any = changes(word) & (~std::uint64_t{0} >> (word_bits - valid));
-      for (; any != 0; any &= any - 1) {
-        at_ = word * word_bits + static_cast<std::uint64_t>(std::countr_zero(any));
-        if (edges_.full()) return;
-        if (before_ + at_ > last_index_) {
-          end_time_ = clock_.time_of(last_index_);
-          return stop({.cause = CaptureCause::time_out_of_range});
-        }
-        push_changes(word, at_ % word_bits);
+  // Returns the first fault that the directory shows.
+  const char* find_planes() {
+    members_.clear();
+    for (const SampleLine& line : lines_) {
+      const auto member =
+          archive_->find("L-" + std::to_string(line.bit) + '/' + std::to_string(block_ - 1));
+      if (!member) return "this block of every probe";
+      if (member->size_bytes > plane_bytes) return "at most 2 MiB";
+      if (member->size_bytes / max_deflate_ratio > member->compressed_bytes) {
+        return "a size that the compressed data can have";
       }
-      at_ = end;
-      for (Plane& plane : planes_) plane.last = (plane.words[word] >> (valid - 1)) & 1U;
-      end_time_ = clock_.time_of(std::min(before_ + at_ - 1, last_index_));
-    }
-  }
-
-  void push_changes(std::size_t word, std::uint64_t bit) {
-    end_time_ = clock_.time_of(before_ + at_);
-    for (std::size_t line = 0; line < planes_.size(); ++line) {
-      const Plane& plane = planes_[line];
-      const std::uint64_t level = (plane.words[word] >> bit) & 1U;
-      const std::uint64_t before = bit == 0 ? plane.last : (plane.words[word] >> (bit - 1)) & 1U;
-      if (level == before && before_ + at_ != 0) continue;
-      edges_.push({end_time_, static_cast<wire::LineIndex>(line),
-                   level == 1 ? wire::Level::high : wire::Level::low});
-    }
-  }
-
-  std::uint64_t last_level(const Plane& plane) const {
-    if (at_ == samples_) return plane.last;
-    const std::uint64_t last = samples_ - 1;
-    return plane.words[static_cast<std::size_t>(last / word_bits)] >> last % word_bits & 1U;
-  }
-
-  // The level before the sample at hand.
-  std::uint64_t level_before_next(const Plane& plane) const {
-    if (at_ % word_bits == 0 || at_ == samples_) return plane.last;
-    return plane.words[static_cast<std::size_t>(at_ / word_bits)] >> (at_ - 1) % word_bits & 1U;
-  }
-
-  // The words from the sample at hand on, their bytes as in the file. Samples before it show its
-  // level.
-  std::vector<std::uint64_t> rest_of(const Plane& plane) const {
-    std::vector<std::uint64_t> words(
-        plane.words.begin() + static_cast<std::ptrdiff_t>(at_ / word_bits), plane.words.end());
-    const std::uint64_t before = (std::uint64_t{1} << at_ % word_bits) - 1;
-    const bool high = (words.front() >> at_ % word_bits & 1U) != 0;
-    words.front() = high ? words.front() & ~before : words.front() | before;
-    if constexpr (std::endian::native == std::endian::big) {
-      for (std::uint64_t& word : words) word = __builtin_bswap64(word);
-    }
-    return words;
-  }
-
-  // Whether a line changes in the rest of the block where no time can be represented.
-  bool changes_beyond() const {
-    const auto level = [](const Plane& plane, std::uint64_t sample) {
-      return plane.words[static_cast<std::size_t>(sample / word_bits)] >> sample % word_bits & 1U;
-    };
-    const std::uint64_t first = last_index_ < before_ ? 0 : last_index_ + 1 - before_;
-    for (std::uint64_t at = std::max(first, at_); at < samples_; ++at) {
-      for (const Plane& plane : planes_) {
-        if (level(plane, at) != (at == 0 ? plane.last : level(plane, at - 1))) return true;
+      members_.push_back(*member);
+      if (member->size_bytes != members_.front().size_bytes) {
+        return "blocks of the same size for all probes";
       }
     }
-    return false;
+    return nullptr;
   }
 
-  DslBlocks blocks_;
-  Hertz rate_;
+  // What follows the samples up to the end of a word is 0.
+  bool read_plane(const ZipMember& member, std::string& words) {
+    const auto bytes = static_cast<std::size_t>(member.size_bytes);
+    words.assign((bytes + 7) / 8 * 8, '\0');
+    const std::span plane(reinterpret_cast<std::uint8_t*>(words.data()), bytes);
+    if (!member.deflated || member.compressed_bytes > most_compressed) {
+      return archive_->read_whole(member, plane);
+    }
+    const auto packed = packed_.take(static_cast<std::size_t>(member.compressed_bytes));
+    return archive_->read_compressed(member, packed) && inflater_.inflate(packed, plane) &&
+           (!verify_ || zip_checksum(plane) == member.checksum);
+  }
+
+  // The next samples of the block, in joined_; returns how many. Samples beyond the last time that
+  // can be represented are left out if they are all like the one before.
+  std::size_t join_planes() {
+    const std::uint64_t first = before_ + at_;
+    const std::size_t count = static_cast<std::size_t>(std::min(samples_ - at_, samples_of_piece));
+    const std::size_t words = (count + word_bits - 1) / word_bits;
+    joined_.resize(words * word_bits * unit_bytes_ + max_unit_bytes);
+    for (std::size_t i = 0; i < words; ++i) {
+      join_word(static_cast<std::size_t>(at_ / word_bits) + i,
+                joined_.data() + i * word_bits * unit_bytes_);
+    }
+    at_ += count;
+    const std::uint64_t timed = first > last_index_ ? 0 : last_index_ + 1 - first;
+    const auto usable = static_cast<std::size_t>(std::min<std::uint64_t>(count, timed));
+    if (usable != 0) last_sample_ = sample(usable - 1);
+    for (std::size_t i = usable; i < count; ++i) {
+      if (sample(i) != last_sample_) return count;
+    }
+    return usable;
+  }
+
+  // The samples of a word of each plane: runs of equal ones.
+  void join_word(std::size_t word, std::uint8_t* into) {
+    std::uint64_t starts = 1;
+    for (std::size_t i = 0; i < planes_.size(); ++i) {
+      levels_[i] = load_eight(planes_[i].data() + 8 * word);
+      starts |= levels_[i] ^ levels_[i] << 1U;
+    }
+    while (starts != 0) {
+      const auto begin = static_cast<unsigned>(std::countr_zero(starts));
+      starts &= starts - 1;
+      const auto end = static_cast<unsigned>(std::countr_zero(starts));  // 64 if there is no other
+      std::uint64_t sample = 0;
+      for (std::size_t i = 0; i < planes_.size(); ++i) sample |= (levels_[i] >> begin & 1U) << i;
+      if (unit_bytes_ == 1) {
+        std::memset(into + begin, static_cast<int>(sample), end - begin);
+        continue;
+      }
+      if constexpr (std::endian::native == std::endian::big) sample = __builtin_bswap64(sample);
+      // The bytes after the sample are those of the next one.
+      for (std::size_t i = begin; i < end; ++i) {
+        std::memcpy(into + i * unit_bytes_, &sample, sizeof sample);
+      }
+    }
+  }
+
+  std::uint64_t sample(std::size_t number) const {
+    std::uint64_t value = 0;
+    std::memcpy(&value, joined_.data() + number * unit_bytes_, unit_bytes_);
+    return value;
+  }
+
+  std::unique_ptr<ZipArchive> archive_;
+  std::vector<SampleLine> lines_;
   bool verify_;
-  SampleClock clock_;
-  std::uint64_t last_index_;
-  std::vector<std::string> lines_;
-  PackedBlock packed_;
+  std::uint64_t last_index_;  // of a sample that has a time
+  std::uint64_t total_samples_;
+  std::uint64_t blocks_;  // of each probe
+  std::size_t unit_bytes_;
+  std::vector<ZipMember> members_;
+  std::vector<std::string> planes_;
+  std::array<std::uint64_t, max_dsl_probes> levels_{};  // of a word
   Inflater inflater_;
-  std::vector<Plane> planes_;
-  std::uint64_t before_ = 0;   // samples of the blocks before the one at hand
-  std::uint64_t samples_ = 0;  // of the block at hand
-  std::uint64_t at_ = 0;       // the next of these
-  Picoseconds end_time_;
-  EdgeBlock edges_;
-  bool stopped_ = false;
-  std::optional<CaptureError> error_;
+  Buffer packed_;
+  std::vector<std::uint8_t> joined_;
+  std::uint64_t last_sample_ = 0;  // that has a time
+  std::uint64_t block_ = 0;        // the one at hand, from 1
+  std::uint64_t before_ = 0;       // samples of the blocks before it
+  std::uint64_t samples_ = 0;      // of it
+  std::uint64_t at_ = 0;           // the next of these
 };
 
 // Every block in the archive is one that the header counts, of a probe that it names.
@@ -352,7 +331,11 @@ Opened open_dsl(std::unique_ptr<ZipArchive> archive, const SampleReading& readin
     return open_zip_samples(layout, std::move(archive), std::move(header->capture_file), reading);
   }
   if (const auto error = find_unread_block(*archive, *header)) return tl::unexpected(*error);
-  return std::make_unique<DslSource>(std::move(archive), *header, reading.verify);
+  std::vector<std::string> names;
+  for (const SampleLine& line : header->lines) names.push_back(line.name);
+  return open_samples(packed_layout(names, header->rate),
+                      std::make_unique<DslPieces>(std::move(archive), *header, reading.verify),
+                      reading);
 }
 
 DslWriter::DslWriter(const std::vector<std::string>& lines, Hertz rate, ByteSink& sink)

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <tl/expected.hpp>
@@ -137,6 +138,42 @@ class EdgeBlock {
   std::size_t limit_ = 128;
   std::size_t count_ = 0;
   std::vector<wire::Edge> edges_;
+};
+
+/// An EdgeSource whose edges come in blocks: a format adds step().
+class StepSource : public EdgeSource {
+ public:
+  const std::vector<std::string>& lines() const final { return lines_; }
+  Picoseconds end_time() const override { return end_time_; }
+  Result<std::span<const wire::Edge>, CaptureError> next_block() final;
+
+ protected:
+  /// The names of the lines, before the first step. Two edges a line fit into a block that is not
+  /// full.
+  void set_lines(std::vector<std::string> lines);
+  /// Reads on and pushes edges into block_, or calls finish() or fail(). Called again while there are
+  /// no edges.
+  virtual void step() = 0;
+
+  void finish() { ended_ = true; }
+  /// Ends reading with an error, to be returned after the edges that came before it.
+  void fail(const CaptureError& error) {
+    error_ = error;
+    ended_ = true;
+  }
+  bool ended() const { return ended_; }
+  const std::optional<CaptureError>& error() const { return error_; }
+  /// Makes the block empty again.
+  void renew_block();
+
+  EdgeBlock block_;
+  Picoseconds end_time_;
+
+ private:
+  std::vector<std::string> lines_;
+  bool delivered_ = false;
+  bool ended_ = false;
+  std::optional<CaptureError> error_;
 };
 
 /// Hands out names; the second that asks for a name gets `name#2`, and so on.

@@ -7,12 +7,13 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
 #include "capture/edge_writer.hpp"
-#include "capture/text_piece.hpp"
+#include "capture/pair_source.hpp"
 
 namespace biss::capture {
 
@@ -56,10 +57,12 @@ bool looks_like_event_csv(std::string_view row);
 /// last row without one is `truncated` when columns are missing or its last cell is empty.
 ///
 /// \param piece_limit the most text of a piece of pairs()
-Opened open_event_csv(std::unique_ptr<ByteSource> bytes,
-                      std::size_t piece_limit = default_piece_bytes);
 Opened open_event_csv(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit,
                       const EventCsvRows& rows);
+inline Opened open_event_csv(std::unique_ptr<ByteSource> bytes,
+                             std::size_t piece_limit = default_piece_bytes) {
+  return open_event_csv(std::move(bytes), piece_limit, {});
+}
 
 /// How rows are written.
 enum class CsvDialect : std::uint8_t {

@@ -6,12 +6,10 @@
 #include <functional>
 #include <optional>
 #include <span>
-#include <string>
 #include <utility>
 #include <vector>
 
 #include "capture/fst_file.hpp"
-#include "capture/step_source.hpp"
 
 namespace biss::capture {
 namespace {
@@ -177,10 +175,10 @@ class FstChainIndex {
 class FstReader final : public StepSource {
  public:
   explicit FstReader(FstFile file)
-      : StepSource(file.declared().take_names()),
-        file_(std::move(file)),
+      : file_(std::move(file)),
         driven_(file_.declared(), static_cast<std::uint32_t>(file_.lengths().size())),
         levels_(file_.lengths().size(), no_level) {
+    set_lines(file_.declared().take_names());
     constexpr std::uint64_t most_changes_a_byte = 1U << 20U;
     changes_left_ = file_.size() * most_changes_a_byte;
   }
@@ -225,22 +223,270 @@ class FstReader final : public StepSource {
     return false;
   }
 
-  void step() override;
-  void open_block();
-  bool read_layout(const FstBlock& block, Layout& layout);
-  bool read_head(const FstBlock& block, Layout& layout);
-  bool read_times(const Layout& layout);
-  bool read_chains(const FstBlock& block, const Layout& layout);
+  void step() override {
+    while (!ended() && !block_.full()) {
+      if (!in_block_) {
+        open_block();
+      } else if (heap_.empty()) {
+        finish_block();
+      } else if (go_to(heap_.front() >> 32U)) {
+        take_change();
+      }
+    }
+  }
+
+  void open_block() {
+    ++block_number_;
+    const auto next = file_.next_block();
+    if (!next) return fail(next.error().cause);
+    if (!*next) {
+      // What is left of the switches at the last time.
+      if (!apply_switch(tick_ + 1)) finish();
+      return;
+    }
+    const FstBlock& block = **next;
+    memory_left_ = FstFile::most_block_bytes;
+    chains_.clear();
+    chain_data_.clear();
+    heap_.clear();
+    times_ = {};
+    Layout layout;
+    in_block_ = true;
+    if (!read_layout(block, layout) || !read_times(layout)) return;
+    if (block_number_ == 1 && !read_frame(layout)) return;
+    read_chains(block, layout);
+  }
+
+  bool read_layout(const FstBlock& block, Layout& layout) {
+    constexpr std::uint64_t tail_bytes = 24;
+    constexpr std::uint64_t index_size_bytes = 8;
+    if (!read_head(block, layout)) return false;
+    const std::uint64_t end = block.place + block.size;
+    std::array<std::uint8_t, tail_bytes> tail{};
+    if (end - layout.chains_place < tail_bytes + index_size_bytes ||
+        !file_.read(end - tail_bytes, tail)) {
+      return damaged("the sizes of its times");
+    }
+    FstCursor cursor(tail);
+    layout.times_size = cursor.fixed64();
+    layout.times_packed = cursor.fixed64();
+    layout.times_count = cursor.fixed64();
+    std::uint64_t room = end - layout.chains_place - tail_bytes - index_size_bytes;
+    if (layout.times_packed > room) return damaged("times that fit into it");
+    layout.times_place = end - tail_bytes - layout.times_packed;
+    room -= layout.times_packed;
+    std::array<std::uint8_t, index_size_bytes> index_size{};
+    if (!file_.read(layout.times_place - index_size_bytes, index_size)) {
+      return damaged("the size of its index");
+    }
+    layout.index_size = FstCursor(index_size).fixed64();
+    if (layout.index_size > room) return damaged("an index that fits into it");
+    layout.index_place = layout.times_place - index_size_bytes - layout.index_size;
+    return true;
+  }
+
+  // From the times of the block to the letter of its packing.
+  bool read_head(const FstBlock& block, Layout& layout) {
+    constexpr std::uint64_t times_and_three_numbers = 24 + 30;
+    constexpr std::uint64_t number_and_letter = 11;
+    const auto head_part = [&](std::uint64_t place, std::uint64_t most) {
+      const std::uint64_t room = block.place + block.size - place;
+      std::vector<std::uint8_t> bytes(static_cast<std::size_t>(std::min(room, most)));
+      if (!file_.read(place, bytes)) bytes.clear();
+      return bytes;
+    };
+    const auto head = head_part(block.place, times_and_three_numbers);
+    FstCursor cursor(head);
+    layout.begin_tick = cursor.fixed64();
+    cursor.fixed64();  // the end
+    cursor.fixed64();  // the memory that fstapi takes for it
+    layout.frame_size = cursor.varint();
+    layout.frame_packed = cursor.varint();
+    cursor.varint();  // variables in the frame
+    layout.frame_place = block.place + cursor.at();
+    if (cursor.failed() || layout.frame_packed > block.size - cursor.at()) {
+      return damaged("initial values that fit into it");
+    }
+    const auto rest = head_part(layout.frame_place + layout.frame_packed, number_and_letter);
+    FstCursor letter(rest);
+    letter.varint();  // variables with changes
+    const std::uint8_t packing = letter.byte();
+    if (letter.failed()) return damaged("how its changes are packed");
+    layout.chains_place = layout.frame_place + layout.frame_packed + letter.at() - 1;
+    layout.packing = packing == '4'   ? Packing::lz4
+                     : packing == 'F' ? Packing::fastlz
+                                      : Packing::zlib;
+    if (packing == '4' || packing == 'F' || packing == 'Z' || packing == '!') return true;
+    return damaged("changes packed by zlib, LZ4 or FastLZ");
+  }
+
+  bool read_times(const Layout& layout) {
+    if (layout.times_size / max_packing_ratio > layout.times_packed) {
+      return damaged("a size of its times that the compressed data can have");
+    }
+    if (layout.times_count > layout.times_size || layout.times_count > UINT32_MAX) {
+      return damaged("no more times than bytes of them");
+    }
+    if (!take_memory(layout.times_size + layout.times_packed)) return false;
+    std::vector<std::uint8_t> times(static_cast<std::size_t>(layout.times_size));
+    if (!file_.unpack(Packing::zlib, layout.times_place, layout.times_packed, times)) {
+      return damaged("times that inflate to their size");
+    }
+    times_ = FstTimes(std::move(times), layout.times_count);
+    return true;
+  }
+
+  bool read_chains(const FstBlock& block, const Layout& layout) {
+    FstChainIndex index;
+    const std::size_t handles = levels_.size();
+    if (!take_memory(layout.index_size + handles * sizeof(FstChainPlace))) return false;
+    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(layout.index_size));
+    if (!file_.read(layout.index_place, bytes) ||
+        !index.read(bytes, block.signed_index, handles, layout.index_place - layout.chains_place)) {
+      return damaged("an index of its changes");
+    }
+    // Where the data of an owner is, from 1.
+    std::vector<std::uint32_t> data_of(index.places().size());
+    for (std::uint32_t variable = 0; variable < index.places().size(); ++variable) {
+      const FstChainPlace& place = index.places()[variable];
+      if (place.place == 0 || !driven_.drives(variable)) continue;
+      std::uint32_t& data = data_of[place.owner];
+      if (data == 0) {
+        if (!read_chain(place, layout, chain_data_.emplace_back())) return false;
+        data = static_cast<std::uint32_t>(chain_data_.size());
+      }
+      if (!take_memory(sizeof(FstChain) + sizeof(std::uint64_t))) return false;
+      const std::vector<std::uint8_t>& changes = chain_data_[data - 1];
+      const std::uint64_t most_edges = changes.size() * driven_.lines_of(variable);
+      if (most_edges > changes_left_) return damaged("fewer changes than a file of its size has");
+      changes_left_ -= most_edges;
+      chains_.push_back({.variable = variable, .rest = changes});
+      if (!push_chain(chains_.back(), chains_.size() - 1)) return false;
+    }
+    return true;
+  }
+
   bool add_chain(std::uint32_t variable, const FstChainPlace& place, const Layout& layout);
-  std::optional<std::vector<std::uint8_t>> chain_data(const FstChainPlace& place,
-                                                      const Layout& layout);
-  bool push_chain(FstChain chain, std::size_t number);
-  bool read_frame(const Layout& layout);
-  void take_change();
-  void finish_block();
-  bool go_to(std::uint64_t time_index);
-  bool apply_switch(std::uint64_t before_tick);
-  void set_tick(std::uint64_t tick);
+
+  // The changes of one chain, unpacked.
+  bool read_chain(const FstChainPlace& place, const Layout& layout,
+                  std::vector<std::uint8_t>& changes) {
+    constexpr std::uint64_t most_varint_bytes = 10;
+    const std::uint64_t at = layout.chains_place + place.place;
+    std::vector<std::uint8_t> head(
+        static_cast<std::size_t>(std::min(place.size, most_varint_bytes)));
+    FstCursor cursor(head);
+    const bool whole = file_.read(at, head);
+    const std::uint64_t size = cursor.varint();
+    if (!whole || cursor.failed()) return damaged("the size of each chain of changes");
+    const std::uint64_t packed = place.size - cursor.at();
+    if (size / max_packing_ratio > packed)
+      return damaged("a size that the compressed data can have");
+    const std::uint64_t unpacked_size = size == 0 ? packed : size;
+    if (!take_memory(unpacked_size + packed + sizeof(std::vector<std::uint8_t>))) return false;
+    memory_left_ += packed;  // only while it is unpacked
+    changes.resize(static_cast<std::size_t>(unpacked_size));
+    const bool good = size == 0
+                          ? file_.read(at + cursor.at(), changes)
+                          : file_.unpack(layout.packing, at + cursor.at(), packed, changes, false);
+    return good || damaged("changes that unpack to their size");
+  }
+
+  // Puts the next change of a chain among those to come.
+  bool push_chain(FstChain chain, std::size_t number) {
+    bool is_damaged = false;
+    const bool more = chain.next(is_damaged);
+    if (is_damaged) return damaged("changes that are whole");
+    if (more && chain.time_index >= times_.count()) return damaged("a time for each change");
+    chains_[number] = chain;
+    if (!more) return true;
+    heap_.push_back(chain.time_index << 32U | number);
+    std::push_heap(heap_.begin(), heap_.end(), std::greater<>());
+    return true;
+  }
+
+  // The initial values. Where changes begin at the same time, an unknown one says only that there is
+  // none: fst2vcd leaves it out too.
+  bool read_frame(const Layout& layout) {
+    const std::uint64_t last_tick = file_.timescale().last_tick();
+    if (times_.count() == 0) return true;
+    const auto first = times_.tick_at(0, last_tick);
+    if (!first) return wrong_time();
+    if (layout.begin_tick > *first) return damaged("a first time after its begin");
+    if (layout.frame_size / max_packing_ratio > layout.frame_packed) {
+      return damaged("a size of its initial values that the compressed data can have");
+    }
+    if (!take_memory(layout.frame_size + layout.frame_packed)) return false;
+    std::vector<std::uint8_t> values(static_cast<std::size_t>(layout.frame_size));
+    if (!file_.unpack(Packing::zlib, layout.frame_place, layout.frame_packed, values)) {
+      return damaged("initial values that inflate to their size");
+    }
+    set_tick(layout.begin_tick);
+    std::uint64_t at = 0;
+    for (std::uint32_t variable = 0; variable < levels_.size() && at < values.size(); ++variable) {
+      const std::uint64_t place = std::exchange(at, at + file_.lengths()[variable]);
+      if (!driven_.drives(variable)) continue;
+      const Level level = level_of(values[static_cast<std::size_t>(place)]);
+      if (level == Level::unknown && layout.begin_tick == *first) continue;
+      levels_[variable] = static_cast<std::uint8_t>(level);
+      driven_.set(variable, level, end_time_, block_);
+    }
+    memory_left_ += layout.frame_size + layout.frame_packed;
+    return true;
+  }
+
+  void take_change() {
+    std::pop_heap(heap_.begin(), heap_.end(), std::greater<>());
+    const auto number = static_cast<std::uint32_t>(heap_.back());
+    heap_.pop_back();
+    FstChain& chain = chains_[number];
+    levels_[chain.variable] = static_cast<std::uint8_t>(chain.level);
+    if (on_) driven_.set(chain.variable, chain.level, end_time_, block_);
+    push_chain(chain, number);
+  }
+
+  // The last times may be without changes.
+  void finish_block() {
+    if (times_.count() != 0 && !go_to(times_.count() - 1)) return;
+    in_block_ = false;
+  }
+
+  // False if something else comes first.
+  bool go_to(std::uint64_t time_index) {
+    const auto tick = times_.tick_at(time_index, file_.timescale().last_tick());
+    if (!tick) return wrong_time();
+    if (*tick < tick_) {
+      fail(CaptureCause::time_backwards);
+      return false;
+    }
+    if (apply_switch(*tick)) return false;
+    set_tick(*tick);
+    return true;
+  }
+
+  // Switches at a time come after its changes. False if there is none before that tick.
+  bool apply_switch(std::uint64_t before_tick) {
+    const std::vector<FstSwitch>& switches = file_.switches();
+    if (next_switch_ == switches.size() || switches[next_switch_].tick >= before_tick) return false;
+    const FstSwitch change = switches[next_switch_++];
+    set_tick(std::max(tick_, change.tick));
+    if (change.on == on_) return true;
+    on_ = change.on;
+    if (!on_) {
+      driven_.lose_levels(end_time_, block_);
+      return true;
+    }
+    for (std::uint32_t variable = 0; variable < levels_.size(); ++variable) {
+      if (levels_[variable] == no_level || !driven_.drives(variable)) continue;
+      driven_.set(variable, static_cast<Level>(levels_[variable]), end_time_, block_);
+    }
+    return true;
+  }
+
+  void set_tick(std::uint64_t tick) {
+    tick_ = tick;
+    end_time_ = file_.timescale().time_of(tick);
+  }
 
   FstFile file_;
   DrivenLines driven_;
@@ -259,272 +505,6 @@ class FstReader final : public StepSource {
   std::vector<FstChain> chains_;
   std::vector<std::uint64_t> heap_;  // time index and number of the chain, the earliest first
 };
-
-// Each step pushes at most one edge a line.
-void FstReader::step() {
-  if (!in_block_) return open_block();
-  if (heap_.empty()) return finish_block();
-  if (go_to(heap_.front() >> 32U)) take_change();
-}
-
-void FstReader::set_tick(std::uint64_t tick) {
-  tick_ = tick;
-  now_ = file_.timescale().time_of(tick);
-}
-
-// Switches at a time come after its changes. False if there is none before that tick.
-bool FstReader::apply_switch(std::uint64_t before_tick) {
-  const std::vector<FstSwitch>& switches = file_.switches();
-  if (next_switch_ == switches.size() || switches[next_switch_].tick >= before_tick) return false;
-  const FstSwitch change = switches[next_switch_++];
-  set_tick(std::max(tick_, change.tick));
-  if (change.on == on_) return true;
-  on_ = change.on;
-  if (!on_) {
-    driven_.lose_levels(now_, block_);
-    return true;
-  }
-  for (std::uint32_t variable = 0; variable < levels_.size(); ++variable) {
-    if (levels_[variable] == no_level || !driven_.drives(variable)) continue;
-    driven_.set(variable, static_cast<Level>(levels_[variable]), now_, block_);
-  }
-  return true;
-}
-
-// False if something else comes first.
-bool FstReader::go_to(std::uint64_t time_index) {
-  const auto tick = times_.tick_at(time_index, file_.timescale().last_tick());
-  if (!tick) return wrong_time();
-  if (*tick < tick_) {
-    fail(CaptureCause::time_backwards);
-    return false;
-  }
-  if (apply_switch(*tick)) return false;
-  set_tick(*tick);
-  return true;
-}
-
-void FstReader::take_change() {
-  std::pop_heap(heap_.begin(), heap_.end(), std::greater<>());
-  const auto number = static_cast<std::uint32_t>(heap_.back());
-  heap_.pop_back();
-  FstChain& chain = chains_[number];
-  levels_[chain.variable] = static_cast<std::uint8_t>(chain.level);
-  if (on_) driven_.set(chain.variable, chain.level, now_, block_);
-  push_chain(chain, number);
-}
-
-// Puts the next change of a chain among those to come.
-bool FstReader::push_chain(FstChain chain, std::size_t number) {
-  bool is_damaged = false;
-  const bool more = chain.next(is_damaged);
-  if (is_damaged) return damaged("changes that are whole");
-  if (more && chain.time_index >= times_.count()) return damaged("a time for each change");
-  chains_[number] = chain;
-  if (!more) return true;
-  heap_.push_back(chain.time_index << 32U | number);
-  std::push_heap(heap_.begin(), heap_.end(), std::greater<>());
-  return true;
-}
-
-// The last times may be without changes.
-void FstReader::finish_block() {
-  if (times_.count() != 0 && !go_to(times_.count() - 1)) return;
-  in_block_ = false;
-}
-
-void FstReader::open_block() {
-  ++block_number_;
-  const auto next = file_.next_block();
-  if (!next) return fail(next.error().cause);
-  if (!*next) {
-    // What is left of the switches at the last time.
-    if (!apply_switch(tick_ + 1)) finish();
-    return;
-  }
-  const FstBlock& block = **next;
-  memory_left_ = FstFile::most_block_bytes;
-  chains_.clear();
-  chain_data_.clear();
-  heap_.clear();
-  times_ = {};
-  Layout layout;
-  in_block_ = true;
-  if (!read_layout(block, layout) || !read_times(layout)) return;
-  if (block_number_ == 1 && !read_frame(layout)) return;
-  read_chains(block, layout);
-}
-
-bool FstReader::read_layout(const FstBlock& block, Layout& layout) {
-  constexpr std::uint64_t tail_bytes = 24;
-  constexpr std::uint64_t index_size_bytes = 8;
-  if (!read_head(block, layout)) return false;
-  const std::uint64_t end = block.place + block.size;
-  std::array<std::uint8_t, tail_bytes> tail{};
-  if (end - layout.chains_place < tail_bytes + index_size_bytes ||
-      !file_.read(end - tail_bytes, tail)) {
-    return damaged("the sizes of its times");
-  }
-  FstCursor cursor(tail);
-  layout.times_size = cursor.fixed64();
-  layout.times_packed = cursor.fixed64();
-  layout.times_count = cursor.fixed64();
-  std::uint64_t room = end - layout.chains_place - tail_bytes - index_size_bytes;
-  if (layout.times_packed > room) return damaged("times that fit into it");
-  layout.times_place = end - tail_bytes - layout.times_packed;
-  room -= layout.times_packed;
-  std::array<std::uint8_t, index_size_bytes> index_size{};
-  if (!file_.read(layout.times_place - index_size_bytes, index_size)) {
-    return damaged("the size of its index");
-  }
-  layout.index_size = FstCursor(index_size).fixed64();
-  if (layout.index_size > room) return damaged("an index that fits into it");
-  layout.index_place = layout.times_place - index_size_bytes - layout.index_size;
-  return true;
-}
-
-// From the times of the block to the letter of its packing.
-bool FstReader::read_head(const FstBlock& block, Layout& layout) {
-  constexpr std::uint64_t times_and_three_numbers = 24 + 30;
-  constexpr std::uint64_t number_and_letter = 11;
-  const auto head_part = [&](std::uint64_t place, std::uint64_t most) {
-    const std::uint64_t room = block.place + block.size - place;
-    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(std::min(room, most)));
-    if (!file_.read(place, bytes)) bytes.clear();
-    return bytes;
-  };
-  const auto head = head_part(block.place, times_and_three_numbers);
-  FstCursor cursor(head);
-  layout.begin_tick = cursor.fixed64();
-  cursor.fixed64();  // the end
-  cursor.fixed64();  // the memory that fstapi takes for it
-  layout.frame_size = cursor.varint();
-  layout.frame_packed = cursor.varint();
-  cursor.varint();  // variables in the frame
-  layout.frame_place = block.place + cursor.at();
-  if (cursor.failed() || layout.frame_packed > block.size - cursor.at()) {
-    return damaged("initial values that fit into it");
-  }
-  const auto rest = head_part(layout.frame_place + layout.frame_packed, number_and_letter);
-  FstCursor letter(rest);
-  letter.varint();  // variables with changes
-  const std::uint8_t packing = letter.byte();
-  if (letter.failed()) return damaged("how its changes are packed");
-  layout.chains_place = layout.frame_place + layout.frame_packed + letter.at() - 1;
-  layout.packing = packing == '4' ? Packing::lz4 : packing == 'F' ? Packing::fastlz : Packing::zlib;
-  if (packing == '4' || packing == 'F' || packing == 'Z' || packing == '!') return true;
-  return damaged("changes packed by zlib, LZ4 or FastLZ");
-}
-
-bool FstReader::read_times(const Layout& layout) {
-  if (layout.times_size / max_packing_ratio > layout.times_packed) {
-    return damaged("a size of its times that the compressed data can have");
-  }
-  if (layout.times_count > layout.times_size || layout.times_count > UINT32_MAX) {
-    return damaged("no more times than bytes of them");
-  }
-  if (!take_memory(layout.times_size + layout.times_packed)) return false;
-  std::vector<std::uint8_t> times(static_cast<std::size_t>(layout.times_size));
-  if (!file_.unpack(Packing::zlib, layout.times_place, layout.times_packed, times)) {
-    return damaged("times that inflate to their size");
-  }
-  times_ = FstTimes(std::move(times), layout.times_count);
-  return true;
-}
-
-// The initial values. Where changes begin at the same time, an unknown one says only that there is
-// none: fst2vcd leaves it out too.
-bool FstReader::read_frame(const Layout& layout) {
-  const std::uint64_t last_tick = file_.timescale().last_tick();
-  if (times_.count() == 0) return true;
-  const auto first = times_.tick_at(0, last_tick);
-  if (!first) return wrong_time();
-  if (layout.begin_tick > *first) return damaged("a first time after its begin");
-  if (layout.frame_size / max_packing_ratio > layout.frame_packed) {
-    return damaged("a size of its initial values that the compressed data can have");
-  }
-  if (!take_memory(layout.frame_size + layout.frame_packed)) return false;
-  std::vector<std::uint8_t> values(static_cast<std::size_t>(layout.frame_size));
-  if (!file_.unpack(Packing::zlib, layout.frame_place, layout.frame_packed, values)) {
-    return damaged("initial values that inflate to their size");
-  }
-  set_tick(layout.begin_tick);
-  std::uint64_t at = 0;
-  for (std::uint32_t variable = 0; variable < levels_.size() && at < values.size(); ++variable) {
-    const std::uint64_t place = std::exchange(at, at + file_.lengths()[variable]);
-    if (!driven_.drives(variable)) continue;
-    const Level level = level_of(values[static_cast<std::size_t>(place)]);
-    if (level == Level::unknown && layout.begin_tick == *first) continue;
-    levels_[variable] = static_cast<std::uint8_t>(level);
-    driven_.set(variable, level, now_, block_);
-  }
-  memory_left_ += layout.frame_size + layout.frame_packed;
-  return true;
-}
-
-bool FstReader::read_chains(const FstBlock& block, const Layout& layout) {
-  FstChainIndex index;
-  const std::size_t handles = levels_.size();
-  if (!take_memory(layout.index_size + handles * sizeof(FstChainPlace))) return false;
-  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(layout.index_size));
-  if (!file_.read(layout.index_place, bytes) ||
-      !index.read(bytes, block.signed_index, handles, layout.index_place - layout.chains_place)) {
-    return damaged("an index of its changes");
-  }
-  // Where the data of an owner is, from 1.
-  std::vector<std::uint32_t> data_of(index.places().size());
-  for (std::uint32_t variable = 0; variable < index.places().size(); ++variable) {
-    const FstChainPlace& place = index.places()[variable];
-    if (place.place == 0 || !driven_.drives(variable)) continue;
-    std::uint32_t& data = data_of[place.owner];
-    if (data == 0) {
-      auto unpacked = chain_data(place, layout);
-      if (!unpacked) return false;
-      chain_data_.push_back(std::move(*unpacked));
-      data = static_cast<std::uint32_t>(chain_data_.size());
-    }
-    if (!take_memory(sizeof(FstChain) + sizeof(std::uint64_t))) return false;
-    const std::vector<std::uint8_t>& changes = chain_data_[data - 1];
-    const std::uint64_t most_edges = changes.size() * driven_.lines_of(variable);
-    if (most_edges > changes_left_) return damaged("fewer changes than a file of its size has");
-    changes_left_ -= most_edges;
-    chains_.push_back({.variable = variable, .rest = changes});
-    if (!push_chain(chains_.back(), chains_.size() - 1)) return false;
-  }
-  return true;
-}
-
-// The changes of one chain, unpacked.
-std::optional<std::vector<std::uint8_t>> FstReader::chain_data(const FstChainPlace& place,
-                                                               const Layout& layout) {
-  constexpr std::uint64_t most_varint_bytes = 10;
-  const std::uint64_t at = layout.chains_place + place.place;
-  std::vector<std::uint8_t> head(static_cast<std::size_t>(std::min(place.size, most_varint_bytes)));
-  FstCursor cursor(head);
-  const bool whole = file_.read(at, head);
-  const std::uint64_t size = cursor.varint();
-  if (!whole || cursor.failed()) {
-    damaged("the size of each chain of changes");
-    return std::nullopt;
-  }
-  const std::uint64_t packed = place.size - cursor.at();
-  if (size / max_packing_ratio > packed) {
-    damaged("a size that the compressed data can have");
-    return std::nullopt;
-  }
-  const std::uint64_t unpacked_size = size == 0 ? packed : size;
-  if (!take_memory(unpacked_size + packed + sizeof(std::vector<std::uint8_t>))) {
-    return std::nullopt;
-  }
-  memory_left_ += packed;  // only while it is unpacked
-  std::vector<std::uint8_t> changes(static_cast<std::size_t>(unpacked_size));
-  const bool good = size == 0
-                        ? file_.read(at + cursor.at(), changes)
-                        : file_.unpack(layout.packing, at + cursor.at(), packed, changes, false);
-  if (good) return changes;
-  damaged("changes that unpack to their size");
-  return std::nullopt;
-}
 
 }  // namespace
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "capture/compressed.hpp"
+#include "capture/decimal.hpp"
 #include "capture/leb128.hpp"
 
 namespace biss::capture {
@@ -72,13 +73,13 @@ std::string name_of(std::string_view text) {
 }  // namespace
 
 std::uint64_t FstCursor::varint() {
-  const auto value = unsigned_leb128([this] { return byte(); });
+  const auto value = leb128<std::uint64_t>([this] { return byte(); });
   failed_ = failed_ || !value;
   return value.value_or(0);
 }
 
 std::int64_t FstCursor::signed_varint() {
-  const auto value = signed_leb128([this] { return byte(); });
+  const auto value = leb128<std::int64_t>([this] { return byte(); });
   failed_ = failed_ || !value;
   return value.value_or(0);
 }
@@ -191,8 +192,8 @@ std::optional<CaptureError> FstFile::read_header(const Section& section) {
   if (exponent < -21 || exponent > 2) {
     return error_of(CaptureCause::malformed, "the header", "a time scale of 1 zs to 100 s");
   }
-  std::uint64_t power = 1;
-  for (int i = std::abs(exponent - picoseconds_exponent); i != 0; --i) power *= 10;
+  const std::uint64_t power =
+      powers_of_ten[static_cast<std::size_t>(std::abs(exponent - picoseconds_exponent))];
   timescale_ = exponent < picoseconds_exponent ? Timescale{1, power} : Timescale{power, 1};
   return std::nullopt;
 }

@@ -7,13 +7,10 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <string_view>
 #include <utility>
 
 namespace biss::capture {
 namespace {
-
-constexpr std::size_t most_in_memory = 16U * 1024U * 1024U;
 
 // A stream of its own on the same file.
 Stdio reopened(int descriptor) {
@@ -22,10 +19,6 @@ Stdio reopened(int descriptor) {
   Stdio file(::fdopen(copy, "rb"));
   if (!file) ::close(copy);
   return file;
-}
-
-bool write_all(std::string_view bytes, std::FILE* file) {
-  return std::fwrite(bytes.data(), 1, bytes.size(), file) == bytes.size();
 }
 
 // Reads on from a place.
@@ -50,40 +43,24 @@ class BytesFrom final : public ByteSource {
 
 }  // namespace
 
-// What cannot be read at any place is copied to where it can be. Small files do not pay for the
-// room that large ones want.
+// What cannot be read at any place is copied to where it can be.
 tl::expected<Gathered, CaptureError> gather(std::unique_ptr<ByteSource> bytes) {
   const auto no_room = tl::unexpected(CaptureError{.cause = CaptureCause::read_failed});
-  constexpr std::size_t least_room = 4'096;
-  constexpr std::size_t most_room = 1'048'576;
-  Gathered gathered;
   if (const int descriptor = bytes->regular_file(); descriptor >= 0) {
-    gathered.file = reopened(descriptor);
-    if (!gathered.file) return no_room;
-    return gathered;
+    Stdio file = reopened(descriptor);
+    if (!file) return no_room;
+    return Gathered{std::move(file), {}};
   }
-  std::string& memory = gathered.memory;
-  std::size_t filled = 0;
+  Spool spool;
+  BlockReader block;
   for (;;) {
-    if (filled == memory.size()) memory.resize(filled + std::clamp(filled, least_room, most_room));
-    const auto got = bytes->read(std::span(memory).subspan(filled));
+    const auto got = block.read(*bytes);
     if (!got.ok()) return tl::unexpected(got.error());
-    if (*got == 0) break;
-    filled += *got;
-    if (filled < most_in_memory) continue;
-    if (!gathered.file) gathered.file = temporary_file();
-    if (!gathered.file || !write_all({memory.data(), filled}, gathered.file.get())) {
-      return no_room;
-    }
-    filled = 0;
+    if (got->empty()) break;
+    if (!spool.append({got->data(), got->size()})) return no_room;
   }
-  memory.resize(filled);
-  if (!gathered.file) return gathered;
-  if (!write_all(memory, gathered.file.get()) || std::fflush(gathered.file.get()) != 0) {
-    return no_room;
-  }
-  memory = {};
-  return gathered;
+  if (!spool.rewind()) return no_room;
+  return spool.take();
 }
 
 std::unique_ptr<ByteSource> bytes_from(const PlacedBytes& bytes, std::uint64_t place) {

@@ -93,14 +93,10 @@ Picoseconds MergedSource::read_to() const {
 
 Picoseconds MergedSource::end_time() const {
   if (failed_) return std::max(last_, read_to());
-  Picoseconds latest;
-  bool any = false;
-  for (const Input& input : inputs_) {
-    const Picoseconds end = input.source->end_time();
-    latest = any ? std::max(latest, end) : end;
-    any = true;
-  }
-  return latest;
+  const auto latest = std::max_element(
+      inputs_.begin(), inputs_.end(),
+      [](const Input& a, const Input& b) { return a.source->end_time() < b.source->end_time(); });
+  return latest == inputs_.end() ? Picoseconds{} : latest->source->end_time();
 }
 
 Picoseconds MergedSource::sample_period() const {

@@ -224,53 +224,39 @@ std::string place_of(const CaptureError& error, std::string_view path) {
   return place + ':' + std::to_string(error.line) + ':' + std::to_string(error.column);
 }
 
-// What is wrong, and what to do.
-std::pair<const char*, const char*> words_of(CaptureCause cause) {
-  constexpr const char* export_again = "export the capture again";
-  switch (cause) {
-    case CaptureCause::cannot_open:
-      return {"cannot be opened", "check that it exists and may be read"};
-    case CaptureCause::is_directory:
-      return {"is a folder", "name a capture file in it"};
-    case CaptureCause::read_failed:
-      return {"cannot be read further", "check the disk or the device and try again"};
-    case CaptureCause::empty:
-      return {"is empty", export_again};
-    case CaptureCause::unknown_format:
-      return {"is no capture of a known format", "export it as VCD, .sr or event CSV"};
-    case CaptureCause::compression:
-      return {"is compressed in a way that is not read", "decompress it first"};
-    case CaptureCause::malformed:
-      return {"is not as the format has it", "correct this place or export the capture again"};
-    case CaptureCause::token_too_long:
-      return {"a word or a row of more than 64 KiB", export_again};
-    case CaptureCause::too_many_lines:
-      return {"more signals than a capture may have (65536 of one bit)", "export fewer signals"};
-    case CaptureCause::block_too_large:
-      return {"a part of it needs more than 256 MiB of memory",
-              "record fewer signals or less time"};
-    case CaptureCause::time_backwards:
-      return {"time runs backwards", "sort by time or export the capture again"};
-    case CaptureCause::time_out_of_range:
-      return {"a time beyond 106 days", "check the unit of time"};
-    case CaptureCause::damaged:
-      return {"is damaged", "copy or save the capture again"};
-    case CaptureCause::too_large:
-      return {"is too large", "decompress it to a file first"};
-    case CaptureCause::layout_missing:
-      return {"the layout of raw samples is not known", "give their layout"};
-    case CaptureCause::bad_layout:
-      return {"has an impossible layout", "correct the layout given"};
-    case CaptureCause::no_two_levels:
-      return {"no signal with two levels", "give the threshold, as in --threshold 1.5V"};
-    case CaptureCause::no_such_channel:
-      return {"--differential does not name two of its analog channels",
-              "give the names of its header, as in CH1-CH2=MA"};
-    case CaptureCause::truncated:
-      return {"the file ends in the middle", "the part before was read; export the rest again"};
-  }
-  return {"", ""};
-}
+constexpr const char* export_again = "export the capture again";
+
+// By CaptureCause: its name, what is wrong, and what to do.
+struct CauseWords {
+  std::string_view name;
+  const char* what;
+  const char* advice;
+};
+constexpr auto causes = std::to_array<CauseWords>({
+    {"cannot_open", "cannot be opened", "check that it exists and may be read"},
+    {"is_directory", "is a folder", "name a capture file in it"},
+    {"read_failed", "cannot be read further", "check the disk or the device and try again"},
+    {"empty", "is empty", export_again},
+    {"unknown_format", "is no capture of a known format", "export it as VCD, .sr or event CSV"},
+    {"compression", "is compressed in a way that is not read", "decompress it first"},
+    {"malformed", "is not as the format has it", "correct this place or export the capture again"},
+    {"token_too_long", "a word or a row of more than 64 KiB", export_again},
+    {"too_many_lines", "more signals than a capture may have (65536 of one bit)",
+     "export fewer signals"},
+    {"block_too_large", "a part of it needs more than 256 MiB of memory",
+     "record fewer signals or less time"},
+    {"time_backwards", "time runs backwards", "sort by time or export the capture again"},
+    {"time_out_of_range", "a time beyond 106 days", "check the unit of time"},
+    {"damaged", "is damaged", "copy or save the capture again"},
+    {"too_large", "is too large", "decompress it to a file first"},
+    {"layout_missing", "the layout of raw samples is not known", "give their layout"},
+    {"bad_layout", "has an impossible layout", "correct the layout given"},
+    {"no_two_levels", "no signal with two levels", "give the threshold, as in --threshold 1.5V"},
+    {"no_such_channel", "--differential does not name two of its analog channels",
+     "give the names of its header, as in CH1-CH2=MA"},
+    {"truncated", "the file ends in the middle", "the part before was read; export the rest again"},
+});
+static_assert(causes.size() == static_cast<std::size_t>(CaptureCause::truncated) + 1);
 
 struct Head {
   std::string text;
@@ -361,51 +347,11 @@ Opened open_capture(const std::string& path, const OpenOptions& options) {
 }
 
 std::string_view name_of(CaptureCause cause) {
-  switch (cause) {
-    case CaptureCause::cannot_open:
-      return "cannot_open";
-    case CaptureCause::is_directory:
-      return "is_directory";
-    case CaptureCause::read_failed:
-      return "read_failed";
-    case CaptureCause::empty:
-      return "empty";
-    case CaptureCause::unknown_format:
-      return "unknown_format";
-    case CaptureCause::compression:
-      return "compression";
-    case CaptureCause::malformed:
-      return "malformed";
-    case CaptureCause::token_too_long:
-      return "token_too_long";
-    case CaptureCause::too_many_lines:
-      return "too_many_lines";
-    case CaptureCause::block_too_large:
-      return "block_too_large";
-    case CaptureCause::time_backwards:
-      return "time_backwards";
-    case CaptureCause::time_out_of_range:
-      return "time_out_of_range";
-    case CaptureCause::damaged:
-      return "damaged";
-    case CaptureCause::too_large:
-      return "too_large";
-    case CaptureCause::layout_missing:
-      return "layout_missing";
-    case CaptureCause::bad_layout:
-      return "bad_layout";
-    case CaptureCause::no_two_levels:
-      return "no_two_levels";
-    case CaptureCause::no_such_channel:
-      return "no_such_channel";
-    case CaptureCause::truncated:
-      return "truncated";
-  }
-  return "";
+  return causes[static_cast<std::size_t>(cause)].name;
 }
 
 std::string capture_error_text(const CaptureError& error, std::string_view path) {
-  const auto [what, advice] = words_of(error.cause);
+  const auto& [name, what, advice] = causes[static_cast<std::size_t>(error.cause)];
   std::string text = place_of(error, path) + ": " + what;
   if (error.expected != nullptr) text += std::string(", expected ") + error.expected;
   return text + "; " + advice;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <optional>
@@ -20,41 +19,180 @@ constexpr std::size_t chunk_count_bytes = 8;  // of version 1
 constexpr std::size_t chunk_bytes_of_0 = 28;  // level, begin, end, number of changes
 constexpr std::size_t chunk_bytes_of_1 = 36;  // with the sample rate after the level
 constexpr std::uint32_t digital_export = 0;
-constexpr std::uint32_t analog_export = 1;
 
-class SaleaeBinary final : public EdgeSource {
+class SaleaeBinary final : public StepSource {
  public:
   SaleaeBinary(std::unique_ptr<ByteSource> bytes, std::string name)
-      : bytes_(std::move(bytes)), lines_{std::move(name)}, buffer_(least_buffer_bytes) {}
+      : bytes_(std::move(bytes)), buffer_(least_buffer_bytes) {
+    set_lines({std::move(name)});
+  }
 
   /// Reads up to the first chunk; the cause when there is none.
-  std::optional<CaptureError> open();
+  std::optional<CaptureError> open() {
+    if (!ensure(saleae_header_bytes, "the header")) return error();
+    const char* const header = take(saleae_header_bytes);
+    const std::uint64_t version = get_number(header + 8, 4);
+    const std::uint64_t type = get_number(header + 12, 4);
+    if (version > 1) {
+      return CaptureError{
+          .cause = CaptureCause::unknown_format,
+          .expected = "version 0 or 1 of Saleae's binary export; this is a newer one"};
+    }
+    if (type != digital_export) {
+      return CaptureError{.cause = CaptureCause::malformed,
+                          .expected = "type 0 (digital) or 1 (analog)"};
+    }
+    version_ = version;
+    chunks_ = 1;
+    if (version == 1) {
+      if (!ensure(chunk_count_bytes, "the number of chunks")) return error();
+      chunks_ = get_number(take(chunk_count_bytes), 8);
+      if (chunks_ == 0) return CaptureError{.cause = CaptureCause::empty};
+    }
+    if (!begin_chunk()) return error();
+    return std::nullopt;
+  }
 
-  const std::vector<std::string>& lines() const override { return lines_; }
-  Picoseconds end_time() const override { return end_time_; }
   Picoseconds sample_period() const override { return period_; }
   Hertz sample_rate() const override { return rate_; }
-  Result<std::span<const wire::Edge>, CaptureError> next_block() override;
 
  private:
   static constexpr std::size_t least_buffer_bytes = 4'096;
   static constexpr std::size_t most_buffer_bytes = 65'536;
-  static constexpr std::size_t most_edges_of_a_step = 2;  // a chunk after a gap
 
-  bool ensure(std::size_t bytes, const char* expected);
-  const char* take(std::size_t bytes);
-  bool take_time(const char* at, Picoseconds earliest, Picoseconds& time);
-  bool begin_chunk();
-  bool take_rate(double rate);
-  void end_chunk_when_read();
-  void read_changes();
-  void finish();
-  void stop(CaptureCause cause, const char* expected = nullptr);
-  void push(Picoseconds time, wire::Level level);
+  void step() override {
+    while (!ended() && !block_.full()) {
+      if (changes_left_ != 0) {
+        read_changes();
+      } else if (chunk_ < chunks_) {
+        begin_chunk();
+      } else {
+        end();
+      }
+    }
+  }
+
+  // Has that many bytes in the buffer. False after the end, `truncated` when `expected` is not null.
+  bool ensure(std::size_t bytes, const char* expected) {
+    if (filled_ - at_ >= bytes) return true;
+    std::memmove(buffer_.data(), buffer_.data() + at_, filled_ - at_);
+    filled_ -= std::exchange(at_, 0);
+    while (filled_ < bytes) {
+      if (block_filled_) {
+        buffer_.resize(std::min(2 * buffer_.size(), most_buffer_bytes));
+      }
+      const std::span<char> room = std::span(buffer_).subspan(filled_);
+      const auto got = bytes_->read(room);
+      if (!got.ok()) {
+        fail(got.error());
+        return false;
+      }
+      if (*got == 0) {
+        if (expected != nullptr) stop(CaptureCause::truncated, expected);
+        return false;
+      }
+      filled_ += *got;
+      block_filled_ = *got == room.size();
+    }
+    return true;
+  }
+
+  const char* take(std::size_t bytes) { return buffer_.data() + std::exchange(at_, at_ + bytes); }
+
+  bool take_time(const char* at, Picoseconds earliest, Picoseconds& time) {
+    const auto found = picoseconds_of(get_double(at));
+    if (!found.ok()) {
+      stop(found.error(), "a time that is a number");
+    } else if (*found < earliest) {
+      stop(CaptureCause::time_backwards);
+    } else {
+      time = *found;
+    }
+    return !ended();
+  }
+
+  bool begin_chunk() {
+    ++chunk_;
+    const std::size_t bytes = version_ == 0 ? chunk_bytes_of_0 : chunk_bytes_of_1;
+    if (!ensure(bytes, "the header of a chunk")) return false;
+    const char* at = take(bytes);
+    const std::uint64_t level = get_number(at, 4);
+    if (level > 1) {
+      stop(CaptureCause::malformed, "0 or 1 as the first level");
+      return false;
+    }
+    at += 4;
+    const Picoseconds gap = chunk_period_;
+    if (version_ != 0) {
+      if (!take_rate(get_double(at))) return false;
+      at += 8;
+    }
+    Picoseconds begin;
+    const Picoseconds earliest = chunk_ == 1 ? Picoseconds{INT64_MIN} : end_time_;
+    if (!take_time(at, earliest, begin) || !take_time(at + 8, begin, chunk_end_)) return false;
+    changes_left_ = get_number(at + 16, 8);
+    // The difference of two times may be beyond what one can be.
+    const auto later = static_cast<std::uint64_t>(begin.count) -
+                       static_cast<std::uint64_t>(chunk_ == 1 ? begin.count : end_time_.count);
+    if (later > static_cast<std::uint64_t>(gap.count)) push(end_time_, wire::Level::unknown);
+    push(begin, level == 1 ? wire::Level::high : wire::Level::low);
+    end_time_ = begin;
+    end_chunk_when_read();
+    return true;
+  }
+
+  // A rate of 0 is one that is not known.
+  bool take_rate(double rate) {
+    constexpr double fastest = 1e12;
+    if (!(rate >= 0) || rate > fastest) {
+      stop(CaptureCause::malformed, "a sample rate of 0 to 1 THz");
+      return false;
+    }
+    chunk_period_ = rate == 0 ? Picoseconds{} : period_of_rate(rate);
+    period_ = std::max(period_, chunk_period_);
+    const Hertz of_chunk = whole_rate(rate);
+    rate_ = chunk_ == 1 || rate_ == of_chunk ? of_chunk : Hertz{};
+    return true;
+  }
+
+  void end_chunk_when_read() {
+    if (changes_left_ == 0) end_time_ = std::max(end_time_, chunk_end_);
+  }
+
+  void read_changes() {
+    constexpr auto high = static_cast<std::uint8_t>(wire::Level::high);
+    while (changes_left_ != 0 && !block_.full()) {
+      if (!ensure(8, "as many changes as the chunk has")) return;
+      if (!take_time(take(8), end_time_, end_time_)) return;
+      push(end_time_, level_ == high ? wire::Level::low : wire::Level::high);
+      --changes_left_;
+    }
+    end_chunk_when_read();
+  }
+
+  void end() {
+    finish();
+    if (ensure(1, nullptr)) {
+      stop(CaptureCause::malformed, "the end of the file after the last change");
+    }
+  }
+
+  void stop(CaptureCause cause, const char* expected = nullptr) {
+    CaptureError error{.cause = cause, .expected = expected};
+    if (version_ != 0 && chunk_ != 0) {
+      error.part = "chunk";
+      error.part_number = chunk_;
+    }
+    fail(error);
+  }
+
+  void push(Picoseconds time, wire::Level level) {
+    if (level_ == static_cast<std::uint8_t>(level)) return;
+    level_ = static_cast<std::uint8_t>(level);
+    block_.push({time, 0, level});
+  }
 
   std::unique_ptr<ByteSource> bytes_;
-  std::vector<std::string> lines_;
-  EdgeBlock block_;
   // Doubled after each block that fills it.
   std::vector<char> buffer_;
   bool block_filled_ = false;
@@ -65,187 +203,11 @@ class SaleaeBinary final : public EdgeSource {
   std::uint64_t chunk_ = 0;   // being read, from 1
   std::uint64_t changes_left_ = 0;
   Picoseconds chunk_end_;
-  Picoseconds end_time_;
   Picoseconds chunk_period_;
   Picoseconds period_;
   Hertz rate_;
   std::uint8_t level_ = no_level;
-  bool first_block_ = true;
-  bool stopped_ = false;
-  std::optional<CaptureError> error_;
 };
-
-void SaleaeBinary::stop(CaptureCause cause, const char* expected) {
-  stopped_ = true;
-  error_ = CaptureError{.cause = cause, .expected = expected};
-  if (version_ == 0 || chunk_ == 0) return;
-  error_->part = "chunk";
-  error_->part_number = chunk_;
-}
-
-// Has that many bytes in the buffer. False after the end, `truncated` when `expected` is not null.
-bool SaleaeBinary::ensure(std::size_t bytes, const char* expected) {
-  if (filled_ - at_ >= bytes) return true;
-  std::memmove(buffer_.data(), buffer_.data() + at_, filled_ - at_);
-  filled_ -= std::exchange(at_, 0);
-  while (filled_ < bytes) {
-    if (block_filled_) {
-      buffer_.resize(std::min(2 * buffer_.size(), most_buffer_bytes));
-    }
-    const std::span<char> room = std::span(buffer_).subspan(filled_);
-    const auto got = bytes_->read(room);
-    if (!got.ok()) {
-      stopped_ = true;
-      error_ = got.error();
-      return false;
-    }
-    if (*got == 0) {
-      if (expected != nullptr) stop(CaptureCause::truncated, expected);
-      return false;
-    }
-    filled_ += *got;
-    block_filled_ = *got == room.size();
-  }
-  return true;
-}
-
-const char* SaleaeBinary::take(std::size_t bytes) {
-  return buffer_.data() + std::exchange(at_, at_ + bytes);
-}
-
-std::optional<CaptureError> SaleaeBinary::open() {
-  if (!ensure(saleae_header_bytes, "the header")) return error_;
-  const char* const header = take(saleae_header_bytes);
-  const std::uint64_t version = get_number(header + 8, 4);
-  const std::uint64_t type = get_number(header + 12, 4);
-  if (version > 1) {
-    return CaptureError{
-        .cause = CaptureCause::unknown_format,
-        .expected = "version 0 or 1 of Saleae's binary export; this is a newer one"};
-  }
-  if (type == analog_export) {
-    return CaptureError{
-        .cause = CaptureCause::unknown_format,
-        .expected = "a digital channel; this is the binary export of an analog one"};
-  }
-  if (type != digital_export) {
-    return CaptureError{.cause = CaptureCause::malformed,
-                        .expected = "type 0 (digital) or 1 (analog)"};
-  }
-  version_ = version;
-  chunks_ = 1;
-  if (version == 1) {
-    if (!ensure(chunk_count_bytes, "the number of chunks")) return error_;
-    chunks_ = get_number(take(chunk_count_bytes), 8);
-    if (chunks_ == 0) return CaptureError{.cause = CaptureCause::empty};
-  }
-  block_.prepare(most_edges_of_a_step);
-  if (!begin_chunk()) return error_;
-  return std::nullopt;
-}
-
-bool SaleaeBinary::take_time(const char* at, Picoseconds earliest, Picoseconds& time) {
-  const auto found = picoseconds_of(get_double(at));
-  if (!found.ok()) {
-    stop(found.error(), "a time that is a number");
-  } else if (*found < earliest) {
-    stop(CaptureCause::time_backwards);
-  } else {
-    time = *found;
-  }
-  return !stopped_;
-}
-
-// A rate of 0 is one that is not known.
-bool SaleaeBinary::take_rate(double rate) {
-  constexpr double fastest = 1e12;
-  if (!(rate >= 0) || rate > fastest) {
-    stop(CaptureCause::malformed, "a sample rate of 0 to 1 THz");
-    return false;
-  }
-  chunk_period_ = rate == 0 ? Picoseconds{} : period_of_rate(rate);
-  period_ = std::max(period_, chunk_period_);
-  const Hertz of_chunk = whole_rate(rate);
-  rate_ = chunk_ == 1 || rate_ == of_chunk ? of_chunk : Hertz{};
-  return true;
-}
-
-bool SaleaeBinary::begin_chunk() {
-  ++chunk_;
-  const std::size_t bytes = version_ == 0 ? chunk_bytes_of_0 : chunk_bytes_of_1;
-  if (!ensure(bytes, "the header of a chunk")) return false;
-  const char* at = take(bytes);
-  const std::uint64_t level = get_number(at, 4);
-  if (level > 1) {
-    stop(CaptureCause::malformed, "0 or 1 as the first level");
-    return false;
-  }
-  at += 4;
-  const Picoseconds gap = chunk_period_;
-  if (version_ != 0) {
-    if (!take_rate(get_double(at))) return false;
-    at += 8;
-  }
-  Picoseconds begin;
-  const Picoseconds earliest = chunk_ == 1 ? Picoseconds{INT64_MIN} : end_time_;
-  if (!take_time(at, earliest, begin) || !take_time(at + 8, begin, chunk_end_)) return false;
-  changes_left_ = get_number(at + 16, 8);
-  // The difference of two times may be beyond what one can be.
-  const auto later = static_cast<std::uint64_t>(begin.count) -
-                     static_cast<std::uint64_t>(chunk_ == 1 ? begin.count : end_time_.count);
-  if (later > static_cast<std::uint64_t>(gap.count)) push(end_time_, wire::Level::unknown);
-  push(begin, level == 1 ? wire::Level::high : wire::Level::low);
-  end_time_ = begin;
-  end_chunk_when_read();
-  return true;
-}
-
-void SaleaeBinary::end_chunk_when_read() {
-  if (changes_left_ == 0) end_time_ = std::max(end_time_, chunk_end_);
-}
-
-void SaleaeBinary::push(Picoseconds time, wire::Level level) {
-  if (level_ == static_cast<std::uint8_t>(level)) return;
-  level_ = static_cast<std::uint8_t>(level);
-  block_.push({time, 0, level});
-}
-
-void SaleaeBinary::read_changes() {
-  constexpr auto high = static_cast<std::uint8_t>(wire::Level::high);
-  while (changes_left_ != 0 && !block_.full()) {
-    if (!ensure(8, "as many changes as the chunk has")) return;
-    if (!take_time(take(8), end_time_, end_time_)) return;
-    push(end_time_, level_ == high ? wire::Level::low : wire::Level::high);
-    --changes_left_;
-  }
-  end_chunk_when_read();
-}
-
-void SaleaeBinary::finish() {
-  if (ensure(1, nullptr)) {
-    stop(CaptureCause::malformed, "the end of the file after the last change");
-  }
-  stopped_ = true;
-}
-
-Result<std::span<const wire::Edge>, CaptureError> SaleaeBinary::next_block() {
-  // open() has put the level at the begin of the first chunk into the block.
-  if (!std::exchange(first_block_, false)) {
-    block_.grow();
-    block_.prepare(most_edges_of_a_step);
-  }
-  while (!stopped_ && !block_.full()) {
-    if (changes_left_ != 0) {
-      read_changes();
-    } else if (chunk_ < chunks_) {
-      begin_chunk();
-    } else {
-      finish();
-    }
-  }
-  if (block_.empty() && error_) return failure(*error_);
-  return block_.edges();
-}
 
 }  // namespace
 

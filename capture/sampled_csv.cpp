@@ -6,7 +6,6 @@
 
 #include "capture/csv_cells.hpp"
 #include "capture/decimal.hpp"
-#include "capture/event_csv_piece.hpp"
 #include "capture/samples.hpp"
 #include "capture/text_source.hpp"
 
@@ -49,13 +48,56 @@ class SampledCsvReader final : public AnalogSamples {
       : window_(std::move(bytes), TextWindow::Cut::lines) {}
 
   // Reads the header; the cause when there is none.
-  std::optional<CaptureError> open();
+  std::optional<CaptureError> open() {
+    if (const auto error = read_beginning()) return error;
+    std::vector<std::string_view> rows;
+    rows.reserve(beginning_.size());
+    for (const Row& row : beginning_) rows.push_back(row.text);
+    auto layout = parse_sampled_csv_layout(rows);
+    if (!layout) {
+      if (late_error_) return late_error_;
+      for (const Row& row : beginning_) {
+        if (has_cr_inside(row.text)) {
+          return CaptureError{CaptureCause::malformed, row.line, 1, expected_line_ends};
+        }
+      }
+      const bool cut = beginning_.back().cut;
+      return CaptureError{cut ? CaptureCause::truncated : CaptureCause::malformed,
+                          cut ? beginning_.back().line : beginning_.front().line, 1,
+                          layout.error()};
+    }
+    return use_layout(std::move(*layout));
+  }
 
   const std::vector<AnalogChannel>& channels() const override { return channels_; }
   Picoseconds sample_period() const override { return layout_.sample_period; }
   Hertz sample_rate() const override { return rate_of(layout_); }
   std::optional<Picoseconds> time_digit() const override { return digit_; }
-  std::optional<CaptureError> next(SampleRows& rows) override;
+  std::optional<CaptureError> next(SampleRows& rows) override {
+    for (; next_beginning_ < beginning_.size(); ++next_beginning_) {
+      const Row& row = beginning_[next_beginning_];
+      const std::uint64_t line = std::exchange(line_, row.line);
+      read_row(row.text, row.cut, rows);
+      if (error_) return error_;
+      line_ = line;
+    }
+    if (!rows.times.empty()) return std::nullopt;
+    error_ = late_error_;
+    while (rows.times.size() < rows_of_block && !error_) {
+      if (window_.begin() == window_.end()) {
+        if (!rows.times.empty()) break;
+        const TextWindow::Fill fill = window_.next();
+        if (fill == TextWindow::Fill::failed) error_ = window_.error();
+        if (fill != TextWindow::Fill::ready) break;
+      }
+      const char* const row = window_.begin();
+      const char* const end = find_or_end(row, window_.end(), '\n');
+      window_.advance(end + 1);
+      ++line_;
+      read_row(text_between(row, end), window_.unterminated(), rows);
+    }
+    return error_;
+  }
 
  private:
   struct Row {
@@ -64,15 +106,193 @@ class SampledCsvReader final : public AnalogSamples {
     bool cut;  // the text ended without a line feed
   };
 
-  std::optional<CaptureError> read_beginning();
-  std::optional<CaptureError> use_layout(SampledCsvLayout layout);
-  void read_row(std::string_view row, bool cut, SampleRows& rows);
-  bool read_cells(std::string_view row, bool cut);
-  bool read_time(std::string_view cell, std::size_t column, Picoseconds& time);
-  bool time_of_index(std::uint64_t index, Picoseconds& time);
-  bool read_channel(std::string_view cell, std::size_t channel, std::size_t column);
-  bool check_order(Picoseconds time);
-  bool stop(CaptureCause cause, std::size_t column, const char* expected = nullptr);
+  std::optional<CaptureError> read_beginning() {
+    std::size_t bytes = 0;
+    bool any_text = false;
+    beginning_.reserve(beginning_rows);
+    while (beginning_.size() < beginning_rows && bytes < beginning_bytes) {
+      if (window_.begin() == window_.end()) {
+        const TextWindow::Fill fill = window_.next();
+        if (fill == TextWindow::Fill::failed) {
+          if (beginning_.empty()) return window_.error();
+          late_error_ = window_.error();
+        }
+        if (fill != TextWindow::Fill::ready) break;
+      }
+      const char* const row = window_.begin();
+      const char* const end = find_or_end(row, window_.end(), '\n');
+      const std::string_view text = text_between(row, end);
+      if (text.size() > max_token_bytes && !has_cr_inside(text)) {
+        if (beginning_.empty()) return CaptureError{CaptureCause::token_too_long, line_ + 1, 1};
+        break;
+      }
+      window_.advance(end + 1);
+      ++line_;
+      const std::string_view trimmed = trim_cell(text, ',');
+      if (trimmed.empty()) continue;
+      any_text = true;
+      // There may be thousands of them before the first sample.
+      const bool sigrok = !beginning_.empty() && beginning_[0].text.starts_with(';');
+      if (sigrok && is_sigrok_remark(trimmed)) continue;
+      bytes += text.size();
+      beginning_.push_back({std::string(text), line_, window_.unterminated()});
+    }
+    if (!any_text) return CaptureError{.cause = CaptureCause::empty};
+    return std::nullopt;
+  }
+
+  std::optional<CaptureError> use_layout(SampledCsvLayout layout) {
+    layout_ = std::move(layout);
+    if (layout_.channels.size() > max_analog_channels) {
+      return CaptureError{CaptureCause::too_many_lines, beginning_[0].line, 1};
+    }
+    for (std::size_t i = 0; i < layout_.channels.size(); ++i) {
+      const CsvChannel& channel = layout_.channels[i];
+      channels_.push_back(channel.channel);
+      cells_needed_ = std::max(cells_needed_, channel.cell + 1);
+      channel_of_cell_.resize(cells_needed_, unused);
+      channel_of_cell_[channel.cell] = i;
+    }
+    if (layout_.time_cell) {
+      cells_needed_ = std::max(cells_needed_, *layout_.time_cell + 1);
+      channel_of_cell_.resize(cells_needed_, unused);
+    }
+    values_.resize(channels_.size());
+    next_beginning_ = layout_.header_rows;
+    return std::nullopt;
+  }
+
+  void read_row(std::string_view row, bool cut, SampleRows& rows) {
+    const bool wrong_end = has_cr_inside(row);
+    if (wrong_end || row.size() > max_token_bytes) {
+      stop(wrong_end ? CaptureCause::malformed : CaptureCause::token_too_long, 0,
+           wrong_end ? expected_line_ends : nullptr);
+      return;
+    }
+    const std::string_view trimmed = trim_cell(row, layout_.separator);
+    if (is_csv_comment(trimmed)) return;
+    if (trimmed.front() == ';' && layout_.separator != ';') return;
+    if (layout_.skips_remarks && is_sigrok_remark(trimmed)) return;
+    Picoseconds time;
+    if (!read_cells(row, cut) || !read_time(time_text_, time_column_, time)) {
+      // A number that was cut off is no fault of the row.
+      if (cut && error_->cause == CaptureCause::malformed) error_->cause = CaptureCause::truncated;
+      return;
+    }
+    if (!check_order(time)) return;
+    if (rows_read_++ < beginning_rows) {
+      const std::int64_t digit =
+          layout_.by_index() ? 0 : last_digit_of(time_text_, layout_.time_scale);
+      digit_ = std::min(digit_, picoseconds(digit));
+    }
+    rows.times.push_back(time);
+    rows.values.insert(rows.values.end(), values_.begin(), values_.end());
+  }
+
+  bool read_cells(std::string_view row, bool cut) {
+    std::size_t at = 0;
+    for (std::size_t cell = 0; cell < cells_needed_; ++cell) {
+      if (at > row.size()) {
+        return stop(cut ? CaptureCause::truncated : CaptureCause::malformed, row.size(),
+                    expected_cells);
+      }
+      const std::size_t end = std::min(row.find(layout_.separator, at), row.size());
+      const std::string_view text =
+          without_quotes(trim_cell(row.substr(at, end - at), layout_.separator));
+      if (layout_.time_cell == cell) {
+        time_text_ = text;
+        time_column_ = at;
+      } else if (channel_of_cell_[cell] != unused) {
+        if (!read_channel(text, channel_of_cell_[cell], at)) return false;
+      }
+      at = end + 1;
+    }
+    return true;
+  }
+
+  bool read_time(std::string_view cell, std::size_t column, Picoseconds& time) {
+    if (layout_.by_index() && !layout_.time_cell) return time_of_index(rows_read_, time);
+    const int scale = layout_.by_index() ? 0 : layout_.time_scale;
+    const auto number = parse_decimal(cell, scale, layout_.separator != ',');
+    if (!number.ok()) {
+      const bool range = number.error() == DecimalCause::out_of_range;
+      return stop(range ? CaptureCause::time_out_of_range : CaptureCause::malformed, column,
+                  range ? nullptr : "a decimal number as the time");
+    }
+    if (!layout_.by_index()) {
+      time = Picoseconds{*number};
+      return true;
+    }
+    if (*number < 0 || *number % layout_.index_step != 0) {
+      return stop(CaptureCause::malformed, column, "the number of the sample");
+    }
+    return time_of_index(static_cast<std::uint64_t>(*number / layout_.index_step), time);
+  }
+
+  bool time_of_index(std::uint64_t index, Picoseconds& time) {
+    constexpr auto greatest = std::numeric_limits<std::int64_t>::max();
+    if (layout_.rate.count != 0) {
+      const SampleClock clock(layout_.rate);
+      if (index > clock.last_index()) return stop(CaptureCause::time_out_of_range, 0);
+      time = clock.time_of(index);
+      return true;
+    }
+    const auto step = static_cast<std::uint64_t>(layout_.step_femtoseconds);
+    if (index > (static_cast<std::uint64_t>(greatest) - 500) / step) {
+      return stop(CaptureCause::time_out_of_range, 0);
+    }
+    const auto offset = static_cast<std::int64_t>((index * step + 500) / 1'000);
+    if (layout_.start.count > greatest - offset) return stop(CaptureCause::time_out_of_range, 0);
+    time = layout_.start + picoseconds(offset);
+    return true;
+  }
+
+  bool read_channel(std::string_view cell, std::size_t channel, std::size_t column) {
+    Nanovolts& value = values_[channel];
+    const CsvChannel& kind = layout_.channels[channel];
+    value = no_sample;
+    if (cell.empty()) return true;
+    if (kind.channel.logic) {
+      if (cell == "0")
+        value = {0};
+      else if (cell == "1")
+        value = millivolts(1'000);
+      else if (cell == "x" || cell == "X" || cell == "z" || cell == "Z")
+        value = bad_sample;
+      else
+        return stop(CaptureCause::malformed, column, "a level: 0 or 1");
+      return true;
+    }
+    const auto number = parse_decimal(cell, kind.scale, layout_.separator != ',');
+    if (number.ok()) {
+      value = {std::clamp(*number, -over_range.count, over_range.count)};
+    } else if (number.error() == DecimalCause::out_of_range) {
+      // SCPI writes 9.9E37 for infinity and 9.91E37 for no number.
+      value = bad_sample;
+    } else if (const auto word = voltage_word(cell)) {
+      value = *word;
+    } else {
+      return stop(CaptureCause::malformed, column, expected_number);
+    }
+    return true;
+  }
+
+  bool check_order(Picoseconds time) {
+    if (!last_time_ || time > *last_time_) {
+      repeated_ = false;
+    } else if (time < *last_time_) {
+      return stop(CaptureCause::time_backwards, time_column_);
+    } else if (std::exchange(repeated_, true)) {
+      return stop(CaptureCause::malformed, time_column_, expected_digits);
+    }
+    last_time_ = time;
+    return true;
+  }
+
+  bool stop(CaptureCause cause, std::size_t column, const char* expected = nullptr) {
+    error_ = CaptureError{cause, line_, column + 1, expected};
+    return false;
+  }
 
   static constexpr std::size_t unused = std::numeric_limits<std::size_t>::max();
 
@@ -97,242 +317,6 @@ class SampledCsvReader final : public AnalogSamples {
   // After the rows of the beginning.
   std::optional<CaptureError> late_error_;
 };
-
-bool SampledCsvReader::stop(CaptureCause cause, std::size_t column, const char* expected) {
-  error_ = CaptureError{cause, line_, column + 1, expected};
-  return false;
-}
-
-std::optional<CaptureError> SampledCsvReader::read_beginning() {
-  std::size_t bytes = 0;
-  bool any_text = false;
-  beginning_.reserve(beginning_rows);
-  while (beginning_.size() < beginning_rows && bytes < beginning_bytes) {
-    if (window_.begin() == window_.end()) {
-      const TextWindow::Fill fill = window_.next();
-      if (fill == TextWindow::Fill::failed) {
-        if (beginning_.empty()) return window_.error();
-        late_error_ = window_.error();
-      }
-      if (fill != TextWindow::Fill::ready) break;
-    }
-    const char* const row = window_.begin();
-    const char* const end = find_or_end(row, window_.end(), '\n');
-    const std::string_view text = text_between(row, end);
-    if (text.size() > max_token_bytes && !has_cr_inside(text)) {
-      if (beginning_.empty()) return CaptureError{CaptureCause::token_too_long, line_ + 1, 1};
-      break;
-    }
-    window_.advance(end + 1);
-    ++line_;
-    const std::string_view trimmed = trim_cell(text, ',');
-    if (trimmed.empty()) continue;
-    any_text = true;
-    // There may be thousands of them before the first sample.
-    const bool sigrok = !beginning_.empty() && beginning_[0].text.starts_with(';');
-    if (sigrok && is_sigrok_remark(trimmed)) continue;
-    bytes += text.size();
-    beginning_.push_back({std::string(text), line_, window_.unterminated()});
-  }
-  if (!any_text) return CaptureError{.cause = CaptureCause::empty};
-  return std::nullopt;
-}
-
-std::optional<CaptureError> SampledCsvReader::use_layout(SampledCsvLayout layout) {
-  layout_ = std::move(layout);
-  if (layout_.channels.size() > max_analog_channels) {
-    return CaptureError{CaptureCause::too_many_lines, beginning_[0].line, 1};
-  }
-  for (std::size_t i = 0; i < layout_.channels.size(); ++i) {
-    const CsvChannel& channel = layout_.channels[i];
-    channels_.push_back(channel.channel);
-    cells_needed_ = std::max(cells_needed_, channel.cell + 1);
-    channel_of_cell_.resize(cells_needed_, unused);
-    channel_of_cell_[channel.cell] = i;
-  }
-  if (layout_.time_cell) {
-    cells_needed_ = std::max(cells_needed_, *layout_.time_cell + 1);
-    channel_of_cell_.resize(cells_needed_, unused);
-  }
-  values_.resize(channels_.size());
-  next_beginning_ = layout_.header_rows;
-  return std::nullopt;
-}
-
-std::optional<CaptureError> SampledCsvReader::open() {
-  if (const auto error = read_beginning()) return error;
-  std::vector<std::string_view> rows;
-  rows.reserve(beginning_.size());
-  for (const Row& row : beginning_) rows.push_back(row.text);
-  auto layout = parse_sampled_csv_layout(rows);
-  if (!layout) {
-    if (late_error_) return late_error_;
-    for (const Row& row : beginning_) {
-      if (has_cr_inside(row.text)) {
-        return CaptureError{CaptureCause::malformed, row.line, 1, expected_line_ends};
-      }
-    }
-    const bool cut = beginning_.back().cut;
-    return CaptureError{cut ? CaptureCause::truncated : CaptureCause::malformed,
-                        cut ? beginning_.back().line : beginning_.front().line, 1, layout.error()};
-  }
-  return use_layout(std::move(*layout));
-}
-
-bool SampledCsvReader::time_of_index(std::uint64_t index, Picoseconds& time) {
-  constexpr auto greatest = std::numeric_limits<std::int64_t>::max();
-  if (layout_.rate.count != 0) {
-    const SampleClock clock(layout_.rate);
-    if (index > clock.last_index()) return stop(CaptureCause::time_out_of_range, 0);
-    time = clock.time_of(index);
-    return true;
-  }
-  const auto step = static_cast<std::uint64_t>(layout_.step_femtoseconds);
-  if (index > (static_cast<std::uint64_t>(greatest) - 500) / step) {
-    return stop(CaptureCause::time_out_of_range, 0);
-  }
-  const auto offset = static_cast<std::int64_t>((index * step + 500) / 1'000);
-  if (layout_.start.count > greatest - offset) return stop(CaptureCause::time_out_of_range, 0);
-  time = layout_.start + picoseconds(offset);
-  return true;
-}
-
-bool SampledCsvReader::read_time(std::string_view cell, std::size_t column, Picoseconds& time) {
-  const bool by_index = layout_.step_femtoseconds != 0 || layout_.rate.count != 0;
-  if (by_index && !layout_.time_cell) return time_of_index(rows_read_, time);
-  const int scale = by_index ? 0 : layout_.time_scale;
-  const auto number = parse_decimal(cell, scale, layout_.separator != ',');
-  if (!number.ok()) {
-    const bool range = number.error() == DecimalCause::out_of_range;
-    return stop(range ? CaptureCause::time_out_of_range : CaptureCause::malformed, column,
-                range ? nullptr : "a decimal number as the time");
-  }
-  if (!by_index) {
-    time = Picoseconds{*number};
-    return true;
-  }
-  if (*number < 0 || *number % layout_.index_step != 0) {
-    return stop(CaptureCause::malformed, column, "the number of the sample");
-  }
-  return time_of_index(static_cast<std::uint64_t>(*number / layout_.index_step), time);
-}
-
-bool SampledCsvReader::read_channel(std::string_view cell, std::size_t channel,
-                                    std::size_t column) {
-  Nanovolts& value = values_[channel];
-  const CsvChannel& kind = layout_.channels[channel];
-  value = no_sample;
-  if (cell.empty()) return true;
-  if (kind.channel.logic) {
-    if (cell == "0")
-      value = {0};
-    else if (cell == "1")
-      value = millivolts(1'000);
-    else if (cell == "x" || cell == "X" || cell == "z" || cell == "Z")
-      value = bad_sample;
-    else
-      return stop(CaptureCause::malformed, column, "a level: 0 or 1");
-    return true;
-  }
-  const auto number = parse_decimal(cell, kind.scale, layout_.separator != ',');
-  if (number.ok()) {
-    value = {std::clamp(*number, -over_range.count, over_range.count)};
-  } else if (number.error() == DecimalCause::out_of_range) {
-    // SCPI writes 9.9E37 for infinity and 9.91E37 for no number.
-    value = bad_sample;
-  } else if (const auto word = voltage_word(cell)) {
-    value = *word;
-  } else {
-    return stop(CaptureCause::malformed, column, expected_number);
-  }
-  return true;
-}
-
-bool SampledCsvReader::read_cells(std::string_view row, bool cut) {
-  std::size_t at = 0;
-  for (std::size_t cell = 0; cell < cells_needed_; ++cell) {
-    if (at > row.size()) {
-      return stop(cut ? CaptureCause::truncated : CaptureCause::malformed, row.size(),
-                  expected_cells);
-    }
-    const std::size_t end = std::min(row.find(layout_.separator, at), row.size());
-    const std::string_view text =
-        without_quotes(trim_cell(row.substr(at, end - at), layout_.separator));
-    if (layout_.time_cell == cell) {
-      time_text_ = text;
-      time_column_ = at;
-    } else if (channel_of_cell_[cell] != unused) {
-      if (!read_channel(text, channel_of_cell_[cell], at)) return false;
-    }
-    at = end + 1;
-  }
-  return true;
-}
-
-bool SampledCsvReader::check_order(Picoseconds time) {
-  if (!last_time_ || time > *last_time_) {
-    repeated_ = false;
-  } else if (time < *last_time_) {
-    return stop(CaptureCause::time_backwards, time_column_);
-  } else if (std::exchange(repeated_, true)) {
-    return stop(CaptureCause::malformed, time_column_, expected_digits);
-  }
-  last_time_ = time;
-  return true;
-}
-
-void SampledCsvReader::read_row(std::string_view row, bool cut, SampleRows& rows) {
-  const bool wrong_end = has_cr_inside(row);
-  if (wrong_end || row.size() > max_token_bytes) {
-    stop(wrong_end ? CaptureCause::malformed : CaptureCause::token_too_long, 0,
-         wrong_end ? expected_line_ends : nullptr);
-    return;
-  }
-  const std::string_view trimmed = trim_cell(row, layout_.separator);
-  if (is_event_csv_comment(trimmed)) return;
-  if (trimmed.front() == ';' && layout_.separator != ';') return;
-  if (layout_.skips_remarks && is_sigrok_remark(trimmed)) return;
-  Picoseconds time;
-  if (!read_cells(row, cut) || !read_time(time_text_, time_column_, time)) {
-    // A number that was cut off is no fault of the row.
-    if (cut && error_->cause == CaptureCause::malformed) error_->cause = CaptureCause::truncated;
-    return;
-  }
-  if (!check_order(time)) return;
-  if (rows_read_++ < beginning_rows) {
-    const bool by_index = layout_.step_femtoseconds != 0 || layout_.rate.count != 0;
-    const std::int64_t digit = by_index ? 0 : last_digit_of(time_text_, layout_.time_scale);
-    digit_ = std::min(digit_, picoseconds(digit));
-  }
-  rows.times.push_back(time);
-  rows.values.insert(rows.values.end(), values_.begin(), values_.end());
-}
-
-std::optional<CaptureError> SampledCsvReader::next(SampleRows& rows) {
-  for (; next_beginning_ < beginning_.size(); ++next_beginning_) {
-    const Row& row = beginning_[next_beginning_];
-    const std::uint64_t line = std::exchange(line_, row.line);
-    read_row(row.text, row.cut, rows);
-    if (error_) return error_;
-    line_ = line;
-  }
-  if (!rows.times.empty()) return std::nullopt;
-  error_ = late_error_;
-  while (rows.times.size() < rows_of_block && !error_) {
-    if (window_.begin() == window_.end()) {
-      if (!rows.times.empty()) break;
-      const TextWindow::Fill fill = window_.next();
-      if (fill == TextWindow::Fill::failed) error_ = window_.error();
-      if (fill != TextWindow::Fill::ready) break;
-    }
-    const char* const row = window_.begin();
-    const char* const end = find_or_end(row, window_.end(), '\n');
-    window_.advance(end + 1);
-    ++line_;
-    read_row(text_between(row, end), window_.unterminated(), rows);
-  }
-  return error_;
-}
 
 }  // namespace
 

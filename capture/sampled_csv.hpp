@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
-#include <string>
 #include <string_view>
 #include <vector>
 
@@ -58,6 +57,8 @@ struct SampledCsvLayout {
   /// That of the file, also where the times are a column; 0 Hz where it names none.
   Hertz sample_rate;
   std::vector<CsvChannel> channels;
+
+  bool by_index() const { return step_femtoseconds != 0 || rate.count != 0; }
 };
 
 /// Reads the rows before the samples, and a few of the samples. Where the layout cannot be, static

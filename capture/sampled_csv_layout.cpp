@@ -10,27 +10,12 @@
 #include "capture/csv_cells.hpp"
 #include "capture/decimal.hpp"
 #include "capture/event_csv.hpp"
-#include "capture/event_csv_piece.hpp"
 #include "capture/key_file.hpp"
 #include "capture/sampled_csv.hpp"
 #include "capture/text_source.hpp"
 
 namespace biss::capture {
 namespace {
-
-enum class CsvMaker : std::uint8_t {
-  none,
-  rigol,         // X,CH1,…,Start,Increment and Time,X(CH1),…
-  rigol_memory,  // CH1(V),…,t0 = …,tInc = …
-  keysight,
-  tektronix,
-  tektronix_old,
-  lecroy,
-  siglent,
-  picoscope,
-  sigrok,   // and DSView
-  columns,  // time and channels with units in one row: Rigol, Digilent, Saleae Logic 2
-};
 
 // Rows judged where only the values and the steps tell samples from changes. A line that is idle at
 // first has a constant step for many rows; a wrong level later is an error of its row.
@@ -203,52 +188,6 @@ class ColumnRows {
   Cells last_;
 };
 
-struct Judgement {
-  Likeness likeness = Likeness::no;
-  CsvMaker maker = CsvMaker::none;
-};
-
-Judgement yes(CsvMaker maker) { return {Likeness::yes, maker}; }
-
-Judgement judge_time(const std::vector<std::string_view>& rows, const Cells& first, bool whole) {
-  const std::string name = lower_case(first[0]);
-  if (rows.size() == 1) return {whole ? Likeness::no : Likeness::not_yet};
-  const Cells second = cells_of(rows[1], find_separator(rows[0]));
-  if (is_row_of_units(second)) return yes(CsvMaker::picoscope);
-  if (name == "time" && second[0] == "Second") return yes(CsvMaker::rigol);
-  if (!event_csv_time_scale(name)) return {};
-  const ColumnRows columns(rows);
-  if (!columns.enough() && !whole) return {Likeness::not_yet, CsvMaker::columns};
-  return {columns.voltages() ? Likeness::yes : Likeness::no, CsvMaker::columns};
-}
-
-// \param rows that are neither blank nor comments
-Judgement judge(const std::vector<std::string_view>& rows, bool whole) {
-  if (rows.empty()) return {whole ? Likeness::no : Likeness::not_yet};
-  const std::string_view row = rows[0];
-  const Cells first = cells_of(row, find_separator(row));
-  const std::string name = lower_case(first[0]);
-  if (row.starts_with(';')) {
-    const bool known =
-        contains(row, "CSV") || contains(row, "ample rate") || contains(row, "Samplerate");
-    return known ? yes(CsvMaker::sigrok) : Judgement{};
-  }
-  if (row.starts_with("LECROY")) return yes(CsvMaker::lecroy);
-  if (first.size() < 2) return {};
-  if (name == "x-axis") return yes(CsvMaker::keysight);
-  if (first[0] == "X" && first[1].starts_with("CH")) return yes(CsvMaker::rigol);
-  if (first[0] == "Model") return yes(CsvMaker::tektronix);
-  if (first[0] == "Record Length") {
-    return yes(is_old_tektronix(first) ? CsvMaker::tektronix_old : CsvMaker::siglent);
-  }
-  if (first[0] == "Source" && first[1].starts_with("CH")) return yes(CsvMaker::siglent);
-  if (contains(row, "tInc") && contains(row, "t0")) return yes(CsvMaker::rigol_memory);
-  if (name.starts_with("time") || name.starts_with("zeit") || name.starts_with("temps")) {
-    return judge_time(rows, first, whole);
-  }
-  return {};
-}
-
 // `V`, `(mV)`, `Volt`, `V DC`: nanovolts of 1, as a power of ten. Other units as volts.
 int scale_of_unit(std::string_view unit) {
   while (!unit.empty() && (unit.front() == '(' || unit.front() == '[' || unit.front() == ' ')) {
@@ -276,297 +215,315 @@ CsvChannel channel_of(std::size_t cell, const std::string& text) {
   return channel;
 }
 
+// `t0 = -25s` and `tInc = 2e-06s`: the number after the equals sign.
+std::string_view number_after_equals(std::string_view cell) {
+  cell.remove_prefix(std::min(cell.find('='), cell.size() - 1) + 1);
+  while (cell.ends_with(' ') || cell.ends_with('s')) cell.remove_suffix(1);
+  while (cell.starts_with(' ')) cell.remove_prefix(1);
+  return cell;
+}
+
 // Builds the layout from the rows of the beginning.
 class LayoutParser {
  public:
+  // Reads the rows of a maker's header; null, or what would be right.
+  using Take = const char* (LayoutParser::*)();
+  struct Judgement {
+    Likeness likeness = Likeness::no;
+    Take take = nullptr;  // of the maker of the file
+  };
+
   explicit LayoutParser(const std::vector<std::string_view>& rows) : rows_(rows) {}
 
-  tl::expected<SampledCsvLayout, const char*> parse();
+  // \param rows that are neither blank nor comments
+  static Judgement judge(const std::vector<std::string_view>& rows, bool whole) {
+    if (rows.empty()) return {whole ? Likeness::no : Likeness::not_yet};
+    const std::string_view row = rows[0];
+    const Cells first = cells_of(row, find_separator(row));
+    const std::string name = lower_case(first[0]);
+    if (row.starts_with(';')) {
+      const bool known =
+          contains(row, "CSV") || contains(row, "ample rate") || contains(row, "Samplerate");
+      return known ? yes(&LayoutParser::take_sigrok) : Judgement{};
+    }
+    if (row.starts_with("LECROY")) return yes(&LayoutParser::take_lecroy);
+    if (first.size() < 2) return {};
+    if (name == "x-axis") return yes(&LayoutParser::take_keysight);
+    if (first[0] == "X" && first[1].starts_with("CH")) return yes(&LayoutParser::take_rigol);
+    if (first[0] == "Model") return yes(&LayoutParser::take_tektronix);
+    if (first[0] == "Record Length") {
+      return yes(is_old_tektronix(first) ? &LayoutParser::take_tektronix_old
+                                         : &LayoutParser::take_siglent);
+    }
+    if (first[0] == "Source" && first[1].starts_with("CH")) return yes(&LayoutParser::take_siglent);
+    if (contains(row, "tInc") && contains(row, "t0")) return yes(&LayoutParser::take_rigol_memory);
+    if (name.starts_with("time") || name.starts_with("zeit") || name.starts_with("temps")) {
+      return judge_time(rows, first, whole);
+    }
+    return {};
+  }
+
+  tl::expected<SampledCsvLayout, const char*> parse() {
+    std::vector<std::string_view> judged;
+    for (const std::string_view row : rows_) {
+      if (!is_csv_comment(row)) judged.push_back(trim_cell(row, ','));
+    }
+    const Take take = judge(judged, true).take;
+    if (take == nullptr) return tl::unexpected(expected_header);
+    const bool sigrok = take == &LayoutParser::take_sigrok;
+    const bool old_tektronix = take == &LayoutParser::take_tektronix_old;
+    if (!sigrok) layout_.separator = find_separator(judged[0]);
+    if (!old_tektronix && !find_samples(sigrok)) return tl::unexpected(expected_samples);
+    if (header_.empty() && !sigrok && !old_tektronix) return tl::unexpected(expected_header);
+    if (const char* const wrong = (this->*take)()) return tl::unexpected(wrong);
+    if (layout_.channels.empty()) return tl::unexpected(expected_header);
+    layout_.header_rows = samples_;
+    if (layout_.sample_period == Picoseconds{} && layout_.step_femtoseconds != 0) {
+      layout_.sample_period = Picoseconds{(layout_.step_femtoseconds + 999) / 1'000};
+    }
+    return std::move(layout_);
+  }
 
  private:
-  using Done = std::optional<const char*>;
+  static Judgement yes(Take take) { return {Likeness::yes, take}; }
+
+  static Judgement judge_time(const std::vector<std::string_view>& rows, const Cells& first,
+                              bool whole) {
+    const std::string name = lower_case(first[0]);
+    if (rows.size() == 1) return {whole ? Likeness::no : Likeness::not_yet};
+    const Cells second = cells_of(rows[1], find_separator(rows[0]));
+    if (is_row_of_units(second)) return yes(&LayoutParser::take_picoscope);
+    if (name == "time" && second[0] == "Second") return yes(&LayoutParser::take_rigol);
+    if (!event_csv_time_scale(name)) return {};
+    const ColumnRows columns(rows);
+    if (!columns.enough() && !whole) return {Likeness::not_yet, &LayoutParser::take_columns};
+    return {columns.voltages() ? Likeness::yes : Likeness::no, &LayoutParser::take_columns};
+  }
 
   Cells cells(std::size_t row) const { return cells_of(rows_[row], layout_.separator); }
-  bool find_samples(CsvMaker maker);
-  Done take(CsvMaker maker);
-  Done take_rigol();
-  Done take_rigol_memory();
-  Done take_siglent();
-  Done take_lecroy();
-  Done take_sigrok();
-  Done take_named(std::size_t names, std::optional<std::size_t> units);
-  Done take_columns(std::size_t names);
-  Done take_old_tektronix();
-  std::string comment(std::string_view key) const;
-  void take_rate(Hertz rate, std::string_view time_name);
+  bool find_samples(bool sigrok) {
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (is_csv_comment(rows_[i])) continue;
+      if (sigrok && (rows_[i].starts_with(';') || is_sigrok_remark(rows_[i]))) {
+        continue;
+      }
+      if (is_data(cells(i), layout_.separator)) {
+        samples_ = i;
+        return true;
+      }
+      header_.push_back(i);
+    }
+    return false;
+  }
+
+  const char* take_keysight() {
+    if (header_.size() != 2 || !lower_case(cells(header_[1])[0]).starts_with("second")) {
+      return expected_header;
+    }
+    return take_named(header_[0], header_[1]);
+  }
+
+  const char* take_picoscope() {
+    const auto scale = event_csv_time_scale("time " + cells(last_header())[0]);
+    if (header_.size() != 2 || !scale) return expected_header;
+    layout_.time_scale = *scale;
+    return take_named(header_[0], header_[1]);
+  }
+
+  const char* take_tektronix() {
+    if (lower_case(cells(last_header())[0]) != "time") return expected_header;
+    return take_named(last_header());
+  }
+
+  void take_start(std::string_view text) {
+    const auto start = parse_decimal(text, 12);
+    if (start.ok()) layout_.start = Picoseconds{*start};
+    any_start_ = any_start_ || start.ok();
+  }
+
+  void take_step(std::string_view text) {
+    const auto step = parse_decimal(text, 15);
+    if (step.ok() && *step > 0) layout_.step_femtoseconds = *step;
+  }
+
+  const char* take_rigol() {
+    if (header_.size() != 2) return expected_header;
+    const Cells names = cells(header_[0]);
+    const Cells units = cells(header_[1]);
+    layout_.time_cell = 0;
+    for (std::size_t i = 1; i < names.size() && i < units.size(); ++i) {
+      if (names[i] == "Start") {
+        take_start(units[i]);
+      } else if (names[i] == "Increment") {
+        take_step(units[i]);
+      } else if (lower_case(units[i]).starts_with("volt")) {
+        std::string name = names[i];
+        if (name.starts_with("X(") && name.ends_with(')')) name = name.substr(2, name.size() - 3);
+        layout_.channels.push_back({.cell = i, .channel = {.name = std::move(name)}});
+      }
+    }
+    if (units[0] == "Second") {
+      layout_.step_femtoseconds = 0;
+    } else if (!any_start_ || layout_.step_femtoseconds == 0) {
+      return "Start and Increment in the second row";
+    }
+    return nullptr;
+  }
+
+  const char* take_rigol_memory() {
+    if (header_.size() != 1) return expected_header;
+    const Cells names = cells(header_[0]);
+    for (std::size_t i = 0; i < names.size(); ++i) {
+      if (names[i].empty()) continue;
+      if (names[i].starts_with("t0")) {
+        take_start(number_after_equals(names[i]));
+      } else if (names[i].starts_with("tInc")) {
+        take_step(number_after_equals(names[i]));
+      } else {
+        layout_.channels.push_back(channel_of(i, names[i]));
+      }
+    }
+    if (!any_start_ || layout_.step_femtoseconds == 0) return "t0 = TIME and tInc = TIME";
+    return nullptr;
+  }
+
+  const char* take_siglent() {
+    const std::size_t units = last_header();
+    if (!cells(units)[0].starts_with("Second")) return expected_header;
+    Cells names(1);
+    for (const std::size_t row : header_) {
+      if (cells(row)[0] == "Source") names = cells(row);
+    }
+    const Cells unit_cells = cells(units);
+    layout_.time_cell = 0;
+    for (std::size_t i = 1; i < unit_cells.size(); ++i) {
+      if (unit_cells[i].empty()) continue;
+      const bool named = i < names.size() && !names[i].empty();
+      layout_.channels.push_back({.cell = i,
+                                  .channel = {.name = named ? names[i] : "CH" + std::to_string(i)},
+                                  .scale = scale_of_unit(unit_cells[i])});
+    }
+    return nullptr;
+  }
+
+  const char* take_lecroy() {
+    for (const std::size_t row : header_) {
+      const Cells segments = cells(row);
+      if (segments[0] == "Segments" && segments.size() > 1 && segments[1] != "1") {
+        return "one segment; export the segments one by one";
+      }
+    }
+    if (!cells(last_header())[0].starts_with("Time")) return expected_header;
+    return take_named(last_header());
+  }
+
+  const char* take_sigrok() {
+    Hertz rate = parse_sample_rate(comment("Samplerate: "));
+    if (rate.count == 0) rate = parse_sample_rate(comment("Sample rate: "));
+    if (rate.count == 0) return "the sample rate in a comment, as in ; Samplerate: 100 MHz";
+    // Old versions write no names above the samples.
+    const Cells heads = header_.empty() ? Cells(cells(samples_).size()) : cells(last_header());
+    const std::string time_name = lower_case(heads[0]);
+    const bool has_time = time_name.starts_with("time") || time_name.ends_with("seconds");
+    take_rate(rate, time_name);
+    layout_.skips_remarks = true;
+    if (has_time) layout_.time_cell = 0;
+    if (!has_time) layout_.index_step = 1;
+    std::string list = comment("): ");
+    const Cells names = list.empty() ? Cells() : cells_of(list, ',');
+    const Cells sample = cells(samples_);
+    const std::size_t first = has_time ? 1 : 0;
+    for (std::size_t i = first; i < heads.size() && i < sample.size(); ++i) {
+      if (heads[i].empty() && !header_.empty()) continue;
+      if (heads[i] == "Trigger") continue;
+      const std::size_t k = i - first;
+      CsvChannel channel{
+          .cell = i, .channel = {.name = heads[i]}, .scale = scale_of_unit(heads[i])};
+      if (k < names.size()) channel.channel.name = names[k];
+      if (channel.channel.name.empty()) channel.channel.name = "D" + std::to_string(k);
+      // A unit, or a voltage in the first rows.
+      bool analog = heads[i] == "V" || contains(heads[i], "V DC") || contains(heads[i], "V AC");
+      for (std::size_t row = samples_; row < rows_.size() && heads[i] != "logic"; ++row) {
+        if (is_csv_comment(rows_[row]) || is_sigrok_remark(rows_[row])) continue;
+        const Cells values = cells(row);
+        const bool level = i >= values.size() || values[i].empty() || values[i] == "0" ||
+                           values[i] == "1" || lower_case(values[i]) == "x";
+        analog = analog || !level;
+      }
+      channel.channel.logic = !analog;
+      layout_.channels.push_back(std::move(channel));
+    }
+    return nullptr;
+  }
+
+  const char* take_named(std::size_t names, std::optional<std::size_t> units = std::nullopt) {
+    const Cells name_cells = cells(names);
+    const Cells unit_cells = units ? cells(*units) : Cells();
+    layout_.time_cell = 0;
+    for (std::size_t i = 1; i < name_cells.size(); ++i) {
+      if (name_cells[i].empty()) continue;
+      CsvChannel channel = units ? CsvChannel{.cell = i, .channel = {.name = name_cells[i]}}
+                                 : channel_of(i, name_cells[i]);
+      if (units && i < unit_cells.size()) channel.scale = scale_of_unit(unit_cells[i]);
+      layout_.channels.push_back(std::move(channel));
+    }
+    return nullptr;
+  }
+
+  const char* take_columns() {
+    const auto scale = event_csv_time_scale(cells(header_[0])[0]);
+    if (!scale) return expected_header;
+    layout_.time_scale = *scale;
+    return take_named(header_[0]);
+  }
+
+  const char* take_tektronix_old() {
+    std::string name = "CH1";
+    for (const std::string_view row : rows_) {
+      const Cells settings = cells_of(row, ',');
+      if (settings[0] == "Source" && settings.size() > 1 && !settings[1].empty()) {
+        name = settings[1];
+      }
+    }
+    layout_.time_cell = 3;
+    layout_.channels.push_back({.cell = 4, .channel = {.name = name}});
+    return nullptr;
+  }
+
+  // What follows `key` in a comment of sigrok or DSView.
+  std::string comment(std::string_view key) const {
+    for (const std::string_view row : rows_) {
+      if (!row.starts_with(';')) continue;
+      const std::size_t at = row.find(key);
+      if (at == std::string::npos) continue;
+      return std::string(trim_cell(row.substr(at + key.size()), ','));
+    }
+    return {};
+  }
+
+  // sigrok gives times in the unit of which a second has at least as many as samples, as the index
+  // times the whole units of a period: at 3 MHz 333, 666, 999 ns.
+  void take_rate(Hertz rate, std::string_view time_name) {
+    if (rate.count == 0) return;
+    layout_.sample_period =
+        period_of(rate) + picoseconds(picoseconds_per_second % rate.count == 0 ? 0 : 1);
+    layout_.sample_rate = rate;
+    if (time_name.ends_with("(s)")) return;  // DSView
+    layout_.rate = rate;
+    std::uint64_t units = 1'000;
+    while (units < rate.count) units *= 1'000;
+    layout_.index_step = static_cast<std::int64_t>(units / rate.count);
+  }
+
   std::size_t last_header() const { return header_[header_.size() - 1]; }
-  Done no_header() const { return expected_header; }
 
   const std::vector<std::string_view>& rows_;
   SampledCsvLayout layout_;
+  bool any_start_ = false;
   // Rows before the samples that are neither blank nor comments; the first sample.
   std::vector<std::size_t> header_;
   std::size_t samples_ = 0;
 };
-
-bool LayoutParser::find_samples(CsvMaker maker) {
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
-    if (is_event_csv_comment(rows_[i])) continue;
-    if (maker == CsvMaker::sigrok && (rows_[i].starts_with(';') || is_sigrok_remark(rows_[i]))) {
-      continue;
-    }
-    if (is_data(cells(i), layout_.separator)) {
-      samples_ = i;
-      return true;
-    }
-    header_.push_back(i);
-  }
-  return false;
-}
-
-LayoutParser::Done LayoutParser::take_named(std::size_t names, std::optional<std::size_t> units) {
-  const Cells name_cells = cells(names);
-  const Cells unit_cells = units ? cells(*units) : Cells();
-  layout_.time_cell = 0;
-  for (std::size_t i = 1; i < name_cells.size(); ++i) {
-    if (name_cells[i].empty()) continue;
-    CsvChannel channel = units ? CsvChannel{.cell = i, .channel = {.name = name_cells[i]}}
-                               : channel_of(i, name_cells[i]);
-    if (units && i < unit_cells.size()) channel.scale = scale_of_unit(unit_cells[i]);
-    layout_.channels.push_back(std::move(channel));
-  }
-  return std::nullopt;
-}
-
-LayoutParser::Done LayoutParser::take_columns(std::size_t names) {
-  const auto scale = event_csv_time_scale(cells(names)[0]);
-  if (!scale) return no_header();
-  layout_.time_scale = *scale;
-  return take_named(names, std::nullopt);
-}
-
-LayoutParser::Done LayoutParser::take_rigol() {
-  if (header_.size() != 2) return no_header();
-  const Cells names = cells(header_[0]);
-  const Cells units = cells(header_[1]);
-  layout_.time_cell = 0;
-  std::optional<Picoseconds> start;
-  for (std::size_t i = 1; i < names.size() && i < units.size(); ++i) {
-    if (names[i] == "Start") {
-      const auto value = parse_decimal(units[i], 12);
-      if (value.ok()) start = Picoseconds{*value};
-    } else if (names[i] == "Increment") {
-      const auto value = parse_decimal(units[i], 15);
-      if (value.ok() && *value > 0) layout_.step_femtoseconds = *value;
-    } else if (lower_case(units[i]).starts_with("volt")) {
-      std::string name = names[i];
-      if (name.starts_with("X(") && name.ends_with(')')) name = name.substr(2, name.size() - 3);
-      layout_.channels.push_back({.cell = i, .channel = {.name = std::move(name)}});
-    }
-  }
-  if (units[0] == "Second") {
-    layout_.step_femtoseconds = 0;
-  } else if (!start || layout_.step_femtoseconds == 0) {
-    return "Start and Increment in the second row";
-  } else {
-    layout_.start = *start;
-  }
-  return std::nullopt;
-}
-
-// `t0 = -25s` and `tInc = 2e-06s`: the number after the equals sign.
-Result<std::int64_t, DecimalCause> number_after_equals(std::string_view cell, int scale) {
-  cell.remove_prefix(std::min(cell.find('='), cell.size() - 1) + 1);
-  while (cell.ends_with(' ') || cell.ends_with('s')) cell.remove_suffix(1);
-  while (cell.starts_with(' ')) cell.remove_prefix(1);
-  return parse_decimal(cell, scale);
-}
-
-LayoutParser::Done LayoutParser::take_rigol_memory() {
-  if (header_.size() != 1) return no_header();
-  const Cells names = cells(header_[0]);
-  bool any_start = false;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (names[i].empty()) continue;
-    if (names[i].starts_with("t0")) {
-      const auto start = number_after_equals(names[i], 12);
-      any_start = start.ok();
-      if (start.ok()) layout_.start = Picoseconds{*start};
-    } else if (names[i].starts_with("tInc")) {
-      const auto step = number_after_equals(names[i], 15);
-      if (step.ok() && *step > 0) layout_.step_femtoseconds = *step;
-    } else {
-      layout_.channels.push_back(channel_of(i, names[i]));
-    }
-  }
-  if (!any_start || layout_.step_femtoseconds == 0) return "t0 = TIME and tInc = TIME";
-  return std::nullopt;
-}
-
-LayoutParser::Done LayoutParser::take_siglent() {
-  const std::size_t units = last_header();
-  if (!cells(units)[0].starts_with("Second")) return no_header();
-  Cells names(1);
-  for (const std::size_t row : header_) {
-    if (cells(row)[0] == "Source") names = cells(row);
-  }
-  const Cells unit_cells = cells(units);
-  layout_.time_cell = 0;
-  for (std::size_t i = 1; i < unit_cells.size(); ++i) {
-    if (unit_cells[i].empty()) continue;
-    const bool named = i < names.size() && !names[i].empty();
-    layout_.channels.push_back({.cell = i,
-                                .channel = {.name = named ? names[i] : "CH" + std::to_string(i)},
-                                .scale = scale_of_unit(unit_cells[i])});
-  }
-  return std::nullopt;
-}
-
-LayoutParser::Done LayoutParser::take_lecroy() {
-  for (const std::size_t row : header_) {
-    const Cells segments = cells(row);
-    if (segments[0] == "Segments" && segments.size() > 1 && segments[1] != "1") {
-      return "one segment; export the segments one by one";
-    }
-  }
-  if (!cells(last_header())[0].starts_with("Time")) return no_header();
-  return take_named(last_header(), std::nullopt);
-}
-
-LayoutParser::Done LayoutParser::take_old_tektronix() {
-  std::string name = "CH1";
-  for (const std::string_view row : rows_) {
-    const Cells settings = cells_of(row, ',');
-    if (settings[0] == "Source" && settings.size() > 1 && !settings[1].empty()) {
-      name = settings[1];
-    }
-  }
-  layout_.time_cell = 3;
-  layout_.channels.push_back({.cell = 4, .channel = {.name = name}});
-  return std::nullopt;
-}
-
-// What follows `key` in a comment of sigrok or DSView.
-std::string LayoutParser::comment(std::string_view key) const {
-  for (const std::string_view row : rows_) {
-    if (!row.starts_with(';')) continue;
-    const std::size_t at = row.find(key);
-    if (at == std::string::npos) continue;
-    return std::string(trim_cell(row.substr(at + key.size()), ','));
-  }
-  return {};
-}
-
-// sigrok gives times in the unit of which a second has at least as many as samples, as the index
-// times the whole units of a period: at 3 MHz 333, 666, 999 ns.
-void LayoutParser::take_rate(Hertz rate, std::string_view time_name) {
-  if (rate.count == 0) return;
-  layout_.sample_period =
-      period_of(rate) + picoseconds(picoseconds_per_second % rate.count == 0 ? 0 : 1);
-  layout_.sample_rate = rate;
-  if (time_name.ends_with("(s)")) return;  // DSView
-  layout_.rate = rate;
-  std::uint64_t units = 1'000;
-  while (units < rate.count) units *= 1'000;
-  layout_.index_step = static_cast<std::int64_t>(units / rate.count);
-}
-
-LayoutParser::Done LayoutParser::take_sigrok() {
-  Hertz rate = parse_sample_rate(comment("Samplerate: "));
-  if (rate.count == 0) rate = parse_sample_rate(comment("Sample rate: "));
-  if (rate.count == 0) return "the sample rate in a comment, as in ; Samplerate: 100 MHz";
-  // Old versions write no names above the samples.
-  const Cells heads = header_.empty() ? Cells(cells(samples_).size()) : cells(last_header());
-  const std::string time_name = lower_case(heads[0]);
-  const bool has_time = time_name.starts_with("time") || time_name.ends_with("seconds");
-  take_rate(rate, time_name);
-  layout_.skips_remarks = true;
-  if (has_time) layout_.time_cell = 0;
-  if (!has_time) layout_.index_step = 1;
-  std::string list = comment("): ");
-  const Cells names = list.empty() ? Cells() : cells_of(list, ',');
-  const Cells sample = cells(samples_);
-  const std::size_t first = has_time ? 1 : 0;
-  for (std::size_t i = first; i < heads.size() && i < sample.size(); ++i) {
-    if (heads[i].empty() && !header_.empty()) continue;
-    if (heads[i] == "Trigger") continue;
-    const std::size_t k = i - first;
-    CsvChannel channel{.cell = i, .channel = {.name = heads[i]}, .scale = scale_of_unit(heads[i])};
-    if (k < names.size()) channel.channel.name = names[k];
-    if (channel.channel.name.empty()) channel.channel.name = "D" + std::to_string(k);
-    // A unit, or a voltage in the first rows.
-    bool analog = heads[i] == "V" || contains(heads[i], "V DC") || contains(heads[i], "V AC");
-    for (std::size_t row = samples_; row < rows_.size() && heads[i] != "logic"; ++row) {
-      if (is_event_csv_comment(rows_[row]) || is_sigrok_remark(rows_[row])) continue;
-      const Cells values = cells(row);
-      const bool level = i >= values.size() || values[i].empty() || values[i] == "0" ||
-                         values[i] == "1" || lower_case(values[i]) == "x";
-      analog = analog || !level;
-    }
-    channel.channel.logic = !analog;
-    layout_.channels.push_back(std::move(channel));
-  }
-  return std::nullopt;
-}
-
-LayoutParser::Done LayoutParser::take(CsvMaker maker) {
-  if (header_.empty() && maker != CsvMaker::sigrok && maker != CsvMaker::tektronix_old) {
-    return no_header();
-  }
-  switch (maker) {
-    case CsvMaker::rigol:
-      return take_rigol();
-    case CsvMaker::rigol_memory:
-      return take_rigol_memory();
-    case CsvMaker::keysight:
-      if (header_.size() != 2 || !lower_case(cells(header_[1])[0]).starts_with("second")) {
-        return no_header();
-      }
-      return take_named(header_[0], header_[1]);
-    case CsvMaker::picoscope: {
-      const auto scale = event_csv_time_scale("time " + cells(last_header())[0]);
-      if (header_.size() != 2 || !scale) return no_header();
-      layout_.time_scale = *scale;
-      return take_named(header_[0], header_[1]);
-    }
-    case CsvMaker::tektronix:
-      if (lower_case(cells(last_header())[0]) != "time") return no_header();
-      return take_named(last_header(), std::nullopt);
-    case CsvMaker::tektronix_old:
-      return take_old_tektronix();
-    case CsvMaker::lecroy:
-      return take_lecroy();
-    case CsvMaker::siglent:
-      return take_siglent();
-    case CsvMaker::sigrok:
-      return take_sigrok();
-    case CsvMaker::columns:
-      return take_columns(header_[0]);
-    case CsvMaker::none:
-      break;
-  }
-  return no_header();
-}
-
-tl::expected<SampledCsvLayout, const char*> LayoutParser::parse() {
-  std::vector<std::string_view> judged;
-  for (const std::string_view row : rows_) {
-    if (!is_event_csv_comment(row)) judged.push_back(trim_cell(row, ','));
-  }
-  const CsvMaker maker = judge(judged, true).maker;
-  if (maker == CsvMaker::none) return tl::unexpected(expected_header);
-  if (maker != CsvMaker::sigrok) layout_.separator = find_separator(judged[0]);
-  if (maker != CsvMaker::tektronix_old && !find_samples(maker)) {
-    return tl::unexpected(expected_samples);
-  }
-  if (const Done wrong = take(maker)) return tl::unexpected(*wrong);
-  if (layout_.channels.empty()) return tl::unexpected(expected_header);
-  layout_.header_rows = samples_;
-  if (layout_.sample_period == Picoseconds{} && layout_.step_femtoseconds != 0) {
-    layout_.sample_period = Picoseconds{(layout_.step_femtoseconds + 999) / 1'000};
-  }
-  return std::move(layout_);
-}
 
 // The rows that are judged. The last one may be cut where it has no end: it counts only where no more
 // is going to be seen, and there is hardly another.
@@ -577,7 +534,7 @@ std::vector<std::string_view> rows_of(std::string_view head, bool whole) {
     const std::size_t end = head.find('\n');
     if (end == std::string_view::npos && (!whole || rows.size() > 1)) break;
     const std::string_view row = head.substr(0, end);
-    if (!is_event_csv_comment(row)) rows.push_back(trim_cell(row, ','));
+    if (!is_csv_comment(row)) rows.push_back(trim_cell(row, ','));
     head.remove_prefix(end == std::string_view::npos ? head.size() : end + 1);
   }
   return rows;
@@ -586,7 +543,7 @@ std::vector<std::string_view> rows_of(std::string_view head, bool whole) {
 }  // namespace
 
 Likeness looks_like_sampled_csv(std::string_view head, bool whole) {
-  return judge(rows_of(head, whole), whole).likeness;
+  return LayoutParser::judge(rows_of(head, whole), whole).likeness;
 }
 
 EventCsvRows event_csv_rows(std::string_view head) {

@@ -7,7 +7,6 @@
 
 #include "capture/bit_scan.hpp"
 #include "capture/change_edges.hpp"
-#include "capture/change_times.hpp"
 #include "capture/zip.hpp"
 
 namespace biss::capture {
@@ -42,12 +41,35 @@ class Verification {
   std::size_t read_ = 0;
 };
 
-// Room for one scan after `count` times. It grows in small steps, because a vector doubles.
-template <class Times>
-void make_room(Times& times, std::size_t count) {
-  constexpr std::size_t scan = scan_samples + scan_slack;
-  if (times.capacity() < count + count / 4 + scan) times.reserve(count + count / 2 + scan);
-}
+// Collects what scans find of a line.
+class ChangeTimes {
+ public:
+  ChangeTimes(LineChanges& changes, bool first_high) : times_(&changes.times) {
+    changes.first_high = first_high;
+  }
+
+  // Room for one scan. It grows in small steps, because a vector doubles.
+  std::int64_t* room() {
+    constexpr std::size_t scan = scan_samples + scan_slack;
+    if (times_->capacity() < found_ + found_ / 4 + scan) {
+      times_->reserve(found_ + found_ / 2 + scan);
+    }
+    if (times_->size() < found_ + scan) times_->resize(found_ + scan);
+    return times_->data() + found_;
+  }
+  // A scan has put times up to `end`; returns them.
+  std::span<std::int64_t> found(const std::int64_t* end) {
+    const std::size_t before = found_;
+    found_ = static_cast<std::size_t>(end - times_->data());
+    return std::span(*times_).subspan(before, found_ - before);
+  }
+  void finish() { times_->resize(found_); }
+  std::size_t count() const { return found_; }
+
+ private:
+  std::vector<std::int64_t, Unfilled<std::int64_t>>* times_;
+  std::size_t found_ = 0;
+};
 
 class SampledPiece final : public PairPiece {
  public:
@@ -122,7 +144,8 @@ class SampledPiece final : public PairPiece {
 
   // The changes of the samples from `begin` to `end`. False where there are too many.
   bool scan(std::size_t begin, std::size_t end, Verification& verification) {
-    const ScanClock clock(layout_.clock);
+    // Where a period is no whole number of picoseconds, a scan counts in samples from its first one.
+    const std::uint32_t step = layout_.clock.whole_step();
     const std::uint8_t* const samples = samples_.data();
     const bool ma_high = is_high(samples + begin * layout_.unit_bytes, layout_.ma_bit);
     const bool slo_high = is_high(samples + begin * layout_.unit_bytes, layout_.slo_bit);
@@ -133,20 +156,19 @@ class SampledPiece final : public PairPiece {
                   .slo_bit = layout_.slo_bit,
                   .ma_high = !ma_high,  // the first sample is a change
                   .slo_high = !slo_high,
-                  .step = clock.step()};
+                  .step = std::max(step, 1U)};
     for (std::size_t at = begin; at < end; at += scan_samples) {
       if (ma_times.count() + slo_times.count() > most_changes) return false;
-      make_room(ma.times, ma_times.count());
-      make_room(slo.times, slo_times.count());
       scan.samples = samples + at * layout_.unit_bytes;
       scan.count = std::min(scan_samples, end - at);
       verification.read_to((at + scan.count) * layout_.unit_bytes);
-      scan.time = clock.time_of(first + at);
-      scan.ma = ma_times.room(scan.count);
-      scan.slo = slo_times.room(scan.count);
+      scan.time = step == 0 ? 0 : layout_.clock.time_of(first + at).count;
+      scan.ma = ma_times.room();
+      scan.slo = slo_times.room();
       scan_pair(scan);
-      ma_times.found(scan.ma, first + at, clock);
-      slo_times.found(scan.slo, first + at, clock);
+      for (const auto found : {ma_times.found(scan.ma), slo_times.found(scan.slo)}) {
+        if (step == 0) layout_.clock.times_after(first + at, found);
+      }
     }
     ma_times.finish();
     slo_times.finish();

@@ -1,6 +1,7 @@
 // Samples of several bytes as changes of two lines, piece by piece.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -30,6 +31,13 @@ struct SamplesRead {
   bool ended = false;
   std::optional<CaptureError> error;  ///< why they have ended
 };
+
+/// Samples that are scanned at once.
+inline constexpr std::size_t scan_samples = 4'096;
+
+/// A piece with more changes of both lines does not become arrays: each of them takes 8 bytes, a
+/// sample perhaps one. Its samples are scanned again when it is settled, and become edges.
+inline constexpr std::size_t most_changes = std::size_t{1} << 22U;
 
 /// The rest of the samples. `pieces` outlives it. An error of a piece that is not deflated is found
 /// by fetch() already; then a piece without samples brings it to settle(), after the whole samples

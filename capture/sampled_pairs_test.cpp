@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "capture/bit_scan.hpp"
-#include "capture/change_times.hpp"
 #include "capture/dsl.hpp"
 #include "capture/open.hpp"
 #include "capture/test_capture.hpp"

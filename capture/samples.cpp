@@ -16,50 +16,6 @@
 namespace biss::capture {
 namespace {
 
-/// Finds the changes in a stream of samples that comes in pieces of any length; a piece may end
-/// inside a sample. A change has the time of the first sample that shows it; the first sample gives
-/// each line's initial level, at time 0.
-class SampleScanner {
- public:
-  /// \pre fault_of(layout) is null
-  explicit SampleScanner(const RawLayout& layout);
-
-  /// Takes bytes off the front of `piece` until none is left, the block is full or the times are
-  /// used up, and returns how many.
-  std::size_t scan(std::span<const std::uint8_t> piece, EdgeBlock& block);
-
-  /// Whole samples seen.
-  std::uint64_t samples() const { return samples_; }
-  /// The lines' bits in the last of them.
-  std::uint64_t last_sample() const { return last_; }
-  /// The beginning of a sample with which the bytes so far end.
-  std::span<const std::uint8_t> begun_sample() const { return std::span(held_).first(held_bytes_); }
-  /// The next sample would lie beyond what picoseconds can tell.
-  bool times_used_up() const { return samples_ > last_index_; }
-  /// Time of the last sample; 0 before the first.
-  Picoseconds end_time() const {
-    return samples_ == 0 ? Picoseconds{} : clock_.time_of(samples_ - 1);
-  }
-
- private:
-  template <std::size_t UnitBytes>
-  const std::uint8_t* scan_whole(const std::uint8_t* at, const std::uint8_t* end, EdgeBlock& block);
-  const std::uint8_t* scan_units(const std::uint8_t* at, const std::uint8_t* end, EdgeBlock& block);
-  const std::uint8_t* finish_held(const std::uint8_t* at, const std::uint8_t* end,
-                                  EdgeBlock& block);
-  void push_changes(std::uint64_t sample, std::uint64_t changed, EdgeBlock& block);
-
-  SampleClock clock_;
-  std::uint64_t last_index_;
-  std::size_t unit_bytes_;
-  std::uint64_t mask_ = 0;
-  std::array<wire::LineIndex, 64> line_of_bit_{};
-  std::uint64_t samples_ = 0;
-  std::uint64_t last_ = 0;
-  std::array<std::uint8_t, max_unit_bytes> held_{};
-  std::size_t held_bytes_ = 0;
-};
-
 template <std::size_t UnitBytes>
 std::uint64_t load(const std::uint8_t* at) {
   if constexpr (std::endian::native == std::endian::little) {
@@ -82,109 +38,132 @@ constexpr std::uint64_t repeated(std::uint64_t sample) {
   return sample;
 }
 
-SampleScanner::SampleScanner(const RawLayout& layout)
-    : clock_(layout.rate), last_index_(clock_.last_index()), unit_bytes_(layout.unit_bytes) {
-  for (std::size_t line = 0; line < layout.lines.size(); ++line) {
-    const unsigned bit = layout.lines[line].bit;
-    mask_ |= std::uint64_t{1} << bit;
-    line_of_bit_[bit] = static_cast<wire::LineIndex>(line);
-  }
-}
-
-void SampleScanner::push_changes(std::uint64_t sample, std::uint64_t changed, EdgeBlock& block) {
-  const Picoseconds time = clock_.time_of(samples_);
-  for (; changed != 0; changed &= changed - 1) {
-    const auto bit = static_cast<unsigned>(std::countr_zero(changed));
-    const bool high = (sample >> bit & 1U) != 0;
-    block.push({time, line_of_bit_[bit], high ? wire::Level::high : wire::Level::low});
-  }
-  last_ = sample & mask_;
-}
-
-template <std::size_t UnitBytes>
-const std::uint8_t* SampleScanner::scan_whole(const std::uint8_t* at, const std::uint8_t* end,
-                                              EdgeBlock& block) {
-  constexpr bool fills_words = sizeof(std::uint64_t) % UnitBytes == 0;
-  while (at != end) {
-    if constexpr (fills_words) {
-      // A line rests for many samples between two changes.
-      const std::uint64_t mask = repeated<UnitBytes>(mask_);
-      const std::uint64_t rest = repeated<UnitBytes>(last_);
-      const std::uint8_t* const began = at;
-      while (end - at >= 8 && ((load<8>(at) ^ rest) & mask) == 0) at += 8;
-      samples_ += static_cast<std::size_t>(at - began) / UnitBytes;
-      if (at == end) break;
-    }
-    const std::uint64_t sample = load<UnitBytes>(at);
-    const std::uint64_t changed = (sample ^ last_) & mask_;
-    if (changed != 0) {
-      if (block.full()) break;
-      push_changes(sample, changed, block);
-    }
-    at += UnitBytes;
-    ++samples_;
-  }
-  return at;
-}
-
-const std::uint8_t* SampleScanner::scan_units(const std::uint8_t* at, const std::uint8_t* end,
-                                              EdgeBlock& block) {
-  if (at == end || times_used_up()) return at;
-  const auto units = static_cast<std::size_t>(end - at) / unit_bytes_;
-  const std::uint64_t left = last_index_ - samples_ + 1;
-  end = at + unit_bytes_ * static_cast<std::size_t>(std::min<std::uint64_t>(units, left));
-  if (samples_ == 0 && at != end) {
-    // Differs from the first sample in every line.
-    std::uint64_t first = 0;
-    for (std::size_t i = unit_bytes_; i-- > 0;) first = first << 8U | at[i];
-    push_changes(first, mask_, block);
-    at += unit_bytes_;
-    ++samples_;
-  }
-  switch (unit_bytes_) {
-    case 1:
-      return scan_whole<1>(at, end, block);
-    case 2:
-      return scan_whole<2>(at, end, block);
-    case 3:
-      return scan_whole<3>(at, end, block);
-    case 4:
-      return scan_whole<4>(at, end, block);
-    case 5:
-      return scan_whole<5>(at, end, block);
-    case 6:
-      return scan_whole<6>(at, end, block);
-    case 7:
-      return scan_whole<7>(at, end, block);
-    default:
-      return scan_whole<8>(at, end, block);
-  }
-}
-
-// Completes the sample with whose beginning the last piece ended.
-const std::uint8_t* SampleScanner::finish_held(const std::uint8_t* at, const std::uint8_t* end,
-                                               EdgeBlock& block) {
-  if (block.full()) return at;
-  while (held_bytes_ < unit_bytes_ && at != end) held_[held_bytes_++] = *at++;
-  if (held_bytes_ < unit_bytes_) return at;
-  if (scan_units(held_.data(), held_.data() + unit_bytes_, block) != held_.data()) held_bytes_ = 0;
-  return at;
-}
-
-std::size_t SampleScanner::scan(std::span<const std::uint8_t> piece, EdgeBlock& block) {
-  const std::uint8_t* at = piece.data();
-  const std::uint8_t* const end = at + piece.size();
-  if (held_bytes_ != 0) at = finish_held(at, end, block);
-  if (held_bytes_ == 0) {
-    at = scan_units(at, end, block);
-    if (static_cast<std::size_t>(end - at) < unit_bytes_) {
-      while (at != end) held_[held_bytes_++] = *at++;
+/// Finds the changes in a stream of samples that comes in pieces of any length; a piece may end
+/// inside a sample. A change has the time of the first sample that shows it; the first sample gives
+/// each line's initial level, at time 0.
+class SampleScanner {
+ public:
+  /// \pre fault_of(layout) is null
+  explicit SampleScanner(const RawLayout& layout)
+      : clock_(layout.rate), last_index_(clock_.last_index()), unit_bytes_(layout.unit_bytes) {
+    for (std::size_t line = 0; line < layout.lines.size(); ++line) {
+      const unsigned bit = layout.lines[line].bit;
+      mask_ |= std::uint64_t{1} << bit;
+      line_of_bit_[bit] = static_cast<wire::LineIndex>(line);
     }
   }
-  return static_cast<std::size_t>(at - piece.data());
-}
 
-class SampledSource final : public EdgeSource {
+  /// Takes bytes off the front of `piece` until none is left, the block is full or the times are
+  /// used up, and returns how many.
+  std::size_t scan(std::span<const std::uint8_t> piece, EdgeBlock& block) {
+    const std::uint8_t* at = piece.data();
+    const std::uint8_t* const end = at + piece.size();
+    if (held_bytes_ != 0) at = finish_held(at, end, block);
+    if (held_bytes_ == 0) {
+      at = scan_units(at, end, block);
+      if (static_cast<std::size_t>(end - at) < unit_bytes_) {
+        while (at != end) held_[held_bytes_++] = *at++;
+      }
+    }
+    return static_cast<std::size_t>(at - piece.data());
+  }
+
+  /// Whole samples seen.
+  std::uint64_t samples() const { return samples_; }
+  /// The lines' bits in the last of them.
+  std::uint64_t last_sample() const { return last_; }
+  /// The beginning of a sample with which the bytes so far end.
+  std::span<const std::uint8_t> begun_sample() const { return std::span(held_).first(held_bytes_); }
+  /// The next sample would lie beyond what picoseconds can tell.
+  bool times_used_up() const { return samples_ > last_index_; }
+  /// Time of the last sample; 0 before the first.
+  Picoseconds end_time() const {
+    return samples_ == 0 ? Picoseconds{} : clock_.time_of(samples_ - 1);
+  }
+
+ private:
+  template <std::size_t UnitBytes>
+  const std::uint8_t* scan_whole(const std::uint8_t* at, const std::uint8_t* end,
+                                 EdgeBlock& block) {
+    constexpr bool fills_words = sizeof(std::uint64_t) % UnitBytes == 0;
+    while (at != end) {
+      if constexpr (fills_words) {
+        // A line rests for many samples between two changes.
+        const std::uint64_t mask = repeated<UnitBytes>(mask_);
+        const std::uint64_t rest = repeated<UnitBytes>(last_);
+        const std::uint8_t* const began = at;
+        while (end - at >= 8 && ((load<8>(at) ^ rest) & mask) == 0) at += 8;
+        samples_ += static_cast<std::size_t>(at - began) / UnitBytes;
+        if (at == end) break;
+      }
+      const std::uint64_t sample = load<UnitBytes>(at);
+      const std::uint64_t changed = (sample ^ last_) & mask_;
+      if (changed != 0) {
+        if (block.full()) break;
+        push_changes(sample, changed, block);
+      }
+      at += UnitBytes;
+      ++samples_;
+    }
+    return at;
+  }
+
+  const std::uint8_t* scan_units(const std::uint8_t* at, const std::uint8_t* end,
+                                 EdgeBlock& block) {
+    if (at == end || times_used_up()) return at;
+    const auto units = static_cast<std::size_t>(end - at) / unit_bytes_;
+    const std::uint64_t left = last_index_ - samples_ + 1;
+    end = at + unit_bytes_ * static_cast<std::size_t>(std::min<std::uint64_t>(units, left));
+    if (samples_ == 0 && at != end) {
+      // Differs from the first sample in every line.
+      std::uint64_t first = 0;
+      for (std::size_t i = unit_bytes_; i-- > 0;) first = first << 8U | at[i];
+      push_changes(first, mask_, block);
+      at += unit_bytes_;
+      ++samples_;
+    }
+    using Scan = const std::uint8_t* (SampleScanner::*)(const std::uint8_t*, const std::uint8_t*,
+                                                        EdgeBlock&);
+    constexpr std::array<Scan, max_unit_bytes> scans{
+        &SampleScanner::scan_whole<1>, &SampleScanner::scan_whole<2>, &SampleScanner::scan_whole<3>,
+        &SampleScanner::scan_whole<4>, &SampleScanner::scan_whole<5>, &SampleScanner::scan_whole<6>,
+        &SampleScanner::scan_whole<7>, &SampleScanner::scan_whole<8>};
+    return (this->*scans[unit_bytes_ - 1])(at, end, block);
+  }
+
+  // Completes the sample with whose beginning the last piece ended.
+  const std::uint8_t* finish_held(const std::uint8_t* at, const std::uint8_t* end,
+                                  EdgeBlock& block) {
+    if (block.full()) return at;
+    while (held_bytes_ < unit_bytes_ && at != end) held_[held_bytes_++] = *at++;
+    if (held_bytes_ < unit_bytes_) return at;
+    if (scan_units(held_.data(), held_.data() + unit_bytes_, block) != held_.data())
+      held_bytes_ = 0;
+    return at;
+  }
+
+  void push_changes(std::uint64_t sample, std::uint64_t changed, EdgeBlock& block) {
+    const Picoseconds time = clock_.time_of(samples_);
+    for (; changed != 0; changed &= changed - 1) {
+      const auto bit = static_cast<unsigned>(std::countr_zero(changed));
+      const bool high = (sample >> bit & 1U) != 0;
+      block.push({time, line_of_bit_[bit], high ? wire::Level::high : wire::Level::low});
+    }
+    last_ = sample & mask_;
+  }
+
+  SampleClock clock_;
+  std::uint64_t last_index_;
+  std::size_t unit_bytes_;
+  std::uint64_t mask_ = 0;
+  std::array<wire::LineIndex, 64> line_of_bit_{};
+  std::uint64_t samples_ = 0;
+  std::uint64_t last_ = 0;
+  std::array<std::uint8_t, max_unit_bytes> held_{};
+  std::size_t held_bytes_ = 0;
+};
+
+class SampledSource final : public StepSource {
  public:
   SampledSource(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces,
                 const SampleReading& reading, bool is_raw)
@@ -194,31 +173,15 @@ class SampledSource final : public EdgeSource {
         reading_(reading),
         is_raw_(is_raw) {
     LineNames names;
-    for (const SampleLine& line : layout.lines) lines_.push_back(names.claim(line.name));
+    std::vector<std::string> lines;
+    for (const SampleLine& line : layout.lines) lines.push_back(names.claim(line.name));
+    set_lines(std::move(lines));
   }
 
-  const std::vector<std::string>& lines() const override { return lines_; }
   bool is_raw() const override { return is_raw_; }
   Picoseconds end_time() const override { return scanner_.end_time(); }
   Picoseconds sample_period() const override { return longest_period(layout_.rate); }
   Hertz sample_rate() const override { return layout_.rate; }
-
-  Result<std::span<const wire::Edge>, CaptureError> next_block() override {
-    block_.grow();
-    block_.prepare(lines_.size());
-    while (!stopped_ && block_.empty()) {
-      if (piece_.empty()) {
-        fetch();
-      } else {
-        piece_ = piece_.subspan(scanner_.scan(piece_, block_));
-        if (!piece_.empty() && scanner_.times_used_up()) {
-          stop({.cause = CaptureCause::time_out_of_range});
-        }
-      }
-    }
-    if (block_.empty() && error_) return failure(*error_);
-    return block_.edges();
-  }
 
   std::unique_ptr<PairSource> pairs(wire::LineIndex ma, wire::LineIndex slo) override {
     const PairLayout layout{.clock = SampleClock(layout_.rate),
@@ -227,7 +190,7 @@ class SampledSource final : public EdgeSource {
                             .slo_bit = layout_.lines[slo].bit,
                             .ma = ma,
                             .slo = slo};
-    SamplesRead read{scanner_.samples(), scanner_.last_sample(), {}, stopped_, error_};
+    SamplesRead read{scanner_.samples(), scanner_.last_sample(), {}, ended(), error()};
     const auto begun = scanner_.begun_sample();
     read.bytes.assign(begun.begin(), begun.end());
     read.bytes.insert(read.bytes.end(), piece_.begin(), piece_.end());
@@ -235,24 +198,27 @@ class SampledSource final : public EdgeSource {
   }
 
  private:
-  void fetch() {
-    const auto piece = pieces_->next();
-    if (!piece.ok()) return stop(piece.error());
-    piece_ = *piece;
-    if (!piece_.empty()) return;
-    stopped_ = true;
-    if (const auto begun = scanner_.begun_sample(); begun.size() == layout_.unit_bytes) {
-      stop({.cause = CaptureCause::time_out_of_range});
-    } else if (!begun.empty()) {
-      stop({.cause = CaptureCause::truncated, .expected = "a whole number of samples"});
-    } else if (scanner_.samples() == 0) {
-      stop({.cause = CaptureCause::empty});
+  void step() override {
+    if (piece_.empty()) return fetch();
+    piece_ = piece_.subspan(scanner_.scan(piece_, block_));
+    if (!piece_.empty() && scanner_.times_used_up()) {
+      fail({.cause = CaptureCause::time_out_of_range});
     }
   }
 
-  void stop(const CaptureError& error) {
-    error_ = error;
-    stopped_ = true;
+  void fetch() {
+    const auto piece = pieces_->next();
+    if (!piece.ok()) return fail(piece.error());
+    piece_ = *piece;
+    if (!piece_.empty()) return;
+    finish();
+    if (const auto begun = scanner_.begun_sample(); begun.size() == layout_.unit_bytes) {
+      fail({.cause = CaptureCause::time_out_of_range});
+    } else if (!begun.empty()) {
+      fail({.cause = CaptureCause::truncated, .expected = "a whole number of samples"});
+    } else if (scanner_.samples() == 0) {
+      fail({.cause = CaptureCause::empty});
+    }
   }
 
   std::unique_ptr<SamplePieces> pieces_;
@@ -260,11 +226,7 @@ class SampledSource final : public EdgeSource {
   RawLayout layout_;
   SampleReading reading_;
   bool is_raw_;
-  std::vector<std::string> lines_;
-  EdgeBlock block_;
   std::span<const std::uint8_t> piece_;
-  bool stopped_ = false;
-  std::optional<CaptureError> error_;
 };
 
 constexpr std::size_t raw_piece_bytes = 262'144;

@@ -1,7 +1,6 @@
 // Captures that hold samples: their layout and clock, reading, writing, and files of raw samples.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>

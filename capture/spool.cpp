@@ -4,7 +4,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <system_error>
@@ -29,25 +28,27 @@ Stdio temporary_file() {
 
 bool Spool::append(std::string_view bytes) {
   constexpr std::size_t most = 16U * 1024U * 1024U;
-  memory_ += bytes;
-  return memory_.size() < most || spill();
+  bytes_.memory += bytes;
+  return bytes_.memory.size() < most || spill();
 }
 
 bool Spool::spill() {
-  if (!file_) file_ = temporary_file();
-  if (!file_) return false;
-  const bool written =
-      std::fwrite(memory_.data(), 1, memory_.size(), file_.get()) == memory_.size();
-  memory_.clear();
+  if (!bytes_.file) bytes_.file = temporary_file();
+  if (!bytes_.file) return false;
+  const bool written = std::fwrite(bytes_.memory.data(), 1, bytes_.memory.size(),
+                                   bytes_.file.get()) == bytes_.memory.size();
+  bytes_.memory.clear();
   return written;
 }
 
-bool Spool::rewind() { return !file_ || (spill() && std::fseek(file_.get(), 0, SEEK_SET) == 0); }
+bool Spool::rewind() {
+  return !bytes_.file || (spill() && std::fseek(bytes_.file.get(), 0, SEEK_SET) == 0);
+}
 
 std::size_t Spool::read(std::span<char> into) {
-  if (file_) return std::fread(into.data(), 1, into.size(), file_.get());
-  const std::size_t count = std::min(into.size(), memory_.size() - read_bytes_);
-  if (count != 0) std::memcpy(into.data(), memory_.data() + read_bytes_, count);
+  if (bytes_.file) return std::fread(into.data(), 1, into.size(), bytes_.file.get());
+  const std::size_t count = std::min(into.size(), bytes_.memory.size() - read_bytes_);
+  if (count != 0) std::memcpy(into.data(), bytes_.memory.data() + read_bytes_, count);
   read_bytes_ += count;
   return count;
 }

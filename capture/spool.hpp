@@ -7,16 +7,22 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
+
+#include "capture/bytes.hpp"
 
 namespace biss::capture {
 
-struct CloseStdio {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
-using Stdio = std::unique_ptr<std::FILE, CloseStdio>;
+using Stdio = std::unique_ptr<std::FILE, Released<std::fclose>>;
 
 /// A file without a name in TMPDIR, /tmp by default. Null on failure.
 Stdio temporary_file();
+
+/// Bytes in a stream, or where `file` is null, in memory.
+struct Gathered {
+  Stdio file;
+  std::string memory;
+};
 
 /// Appended first, then read once from the beginning. More than 16 MiB are in a temporary file.
 class Spool {
@@ -27,12 +33,13 @@ class Spool {
   bool rewind();
   /// Fills `into` with the next bytes and returns how many there were. \pre rewind() gave true
   std::size_t read(std::span<char> into);
+  /// Gives the bytes away. \pre rewind() gave true
+  Gathered take() { return std::move(bytes_); }
 
  private:
   bool spill();
 
-  std::string memory_;
-  Stdio file_;
+  Gathered bytes_;
   std::size_t read_bytes_ = 0;
 };
 

@@ -1,7 +1,6 @@
 #include "capture/sr.hpp"
 
 #include <algorithm>
-#include <array>
 #include <map>
 #include <optional>
 #include <string>

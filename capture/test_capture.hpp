@@ -109,4 +109,15 @@ inline std::string vcd_of_ma_and_slo(std::string_view body, std::string_view tim
          std::string(body);
 }
 
+/// Fails in one of its functions.
+class FailingSink final : public ByteSink {
+ public:
+  explicit FailingSink(bool writes) : writes_(writes) {}
+  bool write(std::string_view /*bytes*/) override { return writes_; }
+  bool flush() override { return !writes_; }
+
+ private:
+  bool writes_;
+};
+
 }  // namespace biss::capture

@@ -16,7 +16,7 @@
 
 #include "capture/edge_source.hpp"
 #include "capture/pair_source.hpp"
-#include "capture/text_piece.hpp"
+#include "capture/text_source.hpp"
 #include "wire/edge.hpp"
 
 namespace biss::capture {

@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "capture/csv_cells.hpp"
-#include "capture/text_piece.hpp"
 
 namespace biss::capture {
 namespace {
@@ -38,35 +37,166 @@ std::string lower_case(std::string_view text) {
   return lower;
 }
 
-TextWindow::TextWindow(std::unique_ptr<ByteSource> source, Cut cut)
+TextCutter::TextCutter(std::unique_ptr<ByteSource> source, Cut cut, std::size_t most_bytes)
     : source_(std::move(source)),
-      cut_at_words_(cut == Cut::words),
-      buffer_(2 * first_block_bytes + readable_past_end) {}
+      cut_(cut),
+      most_bytes_(most_bytes),
+      block_bytes_(std::min<std::size_t>(4'096, most_bytes)) {}
 
-void TextWindow::count_lines() {
-  const char* const from = buffer_.data() + counted_;
-  const char* const to = buffer_.data() + cut_;
-  const std::uint64_t found = count_line_feeds(from, to);
-  counted_ = cut_;
-  if (found == 0) return;
-  line_ += found;
-  const char* last = to;
+void TextCutter::read_more(TextStretch& text) {
+  const std::size_t filled = TextStretch::margin + text.bytes;
+  const std::size_t needed = filled + block_bytes_ + TextStretch::margin;
+  if (text.buffer.size() < needed) text.buffer.resize(needed);
+  const auto got = source_->read(std::span(text.buffer).subspan(filled, block_bytes_));
+  if (!got.ok()) {
+    error_ = got.error();
+    state_ = State::failed;
+    return;
+  }
+  if (*got == 0) state_ = State::ended;
+  if (*got == block_bytes_) block_bytes_ = std::min(2 * block_bytes_, most_bytes_);
+  text.bytes += *got;
+}
+
+// Drops the text up to the end of an overlong word.
+void TextCutter::leave_out(TextStretch& text) {
+  char* const begin = text.buffer.data() + TextStretch::margin;
+  char* const found =
+      std::find_if(begin, begin + text.bytes, [this](char c) { return is_delimiter(c); });
+  const auto dropped = static_cast<std::size_t>(found - begin);
+  text.left_out += dropped;
+  text.bytes -= dropped;
+  if (text.bytes == 0) return;
+  std::memmove(begin, found, text.bytes);
+  leaving_out_ = false;
+}
+
+// Ends the text where a parser can go on without what came before: after a row where there is one
+// near, else after any word. False when nothing ends in it; up to `searched` nothing does.
+bool TextCutter::cut(TextStretch& text, std::size_t searched) {
+  constexpr std::ptrdiff_t longest_row = 4'096;
+  const char* const begin = text.begin();
+  const char* last = text.end();
+  while (last != begin + searched && !is_delimiter(last[-1])) --last;
+  if (last == begin + searched) return false;
+  const char* row = last;
+  while (row != begin && row[-1] != '\n' && last - row < longest_row) --row;
+  if (row != begin && row[-1] == '\n') last = row;
+  carry_.assign(last, text.end());
+  text.bytes -= carry_.size();
+  return true;
+}
+
+void TextCutter::take_rest(TextStretch& text) {
+  const bool failed = std::exchange(state_, State::done) == State::failed;
+  text.part = failed ? TextStretch::Part::failed : TextStretch::Part::rest;
+  text.error = error_;
+  if (failed) text.bytes = 0;
+  if (text.bytes != 0) text.buffer[TextStretch::margin + text.bytes++] = '\n';
+}
+
+bool TextCutter::next(TextStretch& text) {
+  if (state_ == State::done) return false;
+  const std::size_t around = 2 * TextStretch::margin;
+  if (text.buffer.size() < carry_.size() + around + 1) {
+    text.buffer.resize(carry_.size() + around + 1);
+  }
+  std::copy(carry_.begin(), carry_.end(), text.buffer.begin() + TextStretch::margin);
+  text.bytes = carry_.size();
+  text.left_out = 0;
+  text.part = TextStretch::Part::whole;
+  carry_.clear();
+  for (std::size_t searched = 0;; searched = text.bytes) {
+    if (state_ == State::reading) read_more(text);
+    if (leaving_out_) leave_out(text);
+    if (cut(text, searched)) break;
+    if (state_ != State::reading) {
+      take_rest(text);
+      break;
+    }
+    if (text.bytes > max_token_bytes) {
+      text.part = TextStretch::Part::overlong;
+      leaving_out_ = true;
+      break;
+    }
+  }
+  std::memset(text.buffer.data() + TextStretch::margin + text.bytes, 0, TextStretch::margin);
+  return true;
+}
+
+void TextCutter::put_back(const TextStretch& last, const char* from) {
+  const bool ended = state_ == State::done;
+  // The delimiter that was added is added once more.
+  const char* const end = last.end() - (ended && from != last.end() ? 1 : 0);
+  carry_.insert(carry_.begin(), from, end);
+  if (ended) state_ = State::ended;
+}
+
+void TextWindow::show(const TextStretch& text) {
+  text_ = &text;
+  at_ = text.begin();
+}
+
+void TextWindow::pass(const TextStretch& text, std::uint64_t line_feeds) {
+  offset_ += text.left_out + text.bytes;
+  if (line_feeds == 0) return;
+  line_ += line_feeds;
+  const char* last = text.end();
   while (last[-1] != '\n') --last;
-  line_offset_ = buffer_offset_ + static_cast<std::uint64_t>(last - buffer_.data());
+  line_offset_ = offset_ - static_cast<std::uint64_t>(text.end() - last);
+}
+
+void TextWindow::leave() {
+  pass(*text_, count_line_feeds(text_->begin(), text_->end()));
+  own_.bytes = own_.left_out = 0;
+  show(own_);
+}
+
+TextCutter& TextWindow::hand_over() {
+  cutter_.put_back(own_, at_);
+  own_.bytes = static_cast<std::size_t>(at_ - own_.begin());
+  leave();
+  return cutter_;
+}
+
+TextWindow::Fill TextWindow::next(bool drop_long) {
+  constexpr std::string_view mark = "\xEF\xBB\xBF";
+  do {
+    leave();
+    if (!cutter_.next(own_)) return Fill::ended;
+    show(own_);
+  } while (drop_long && own_.part == TextStretch::Part::overlong);
+  if (!std::exchange(started_, true) && text_between(at_, end()).starts_with(mark)) {
+    at_ += mark.size();
+    line_offset_ = mark.size();
+  }
+  switch (own_.part) {
+    case TextStretch::Part::whole:
+      return Fill::ready;
+    case TextStretch::Part::rest:
+      return own_.bytes != 0 ? Fill::ready : Fill::ended;
+    case TextStretch::Part::overlong:
+      error_ = error_at(at_, CaptureCause::token_too_long);
+      return Fill::failed;
+    case TextStretch::Part::failed:
+      break;
+  }
+  error_ = own_.error;
+  return Fill::failed;
 }
 
 CaptureError TextWindow::error_at(const char* place, CaptureCause cause,
                                   const char* expected) const {
-  const char* const from = buffer_.data() + counted_;
+  const char* const from = text_->begin();
   const char* start = place;
   while (start > from && start[-1] != '\n') --start;
-  const auto offset_of = [this](const char* p) {
-    return buffer_offset_ + static_cast<std::uint64_t>(p - buffer_.data());
+  const auto offset_of = [&](const char* p) {
+    return offset_ + text_->left_out + static_cast<std::uint64_t>(p - from);
   };
   const std::uint64_t line_start = start > from ? offset_of(start) : line_offset_;
   CaptureError error{cause, line_ + count_line_feeds(from, place),
                      offset_of(place) - line_start + 1, expected};
-  const char* const end = find_or_end(place, buffer_.data() + filled_, '\n');
+  const char* const end = find_or_end(place, text_->end(), '\n');
   if (!cut_at_words_ && has_cr_inside(text_between(start, end))) {
     error.cause = CaptureCause::malformed;
     error.expected = expected_line_ends;
@@ -74,163 +204,30 @@ CaptureError TextWindow::error_at(const char* place, CaptureCause cause,
   return error;
 }
 
-// Moves the token without an end to the front when less than a block is free after it.
-void TextWindow::make_room() {
-  if (free_bytes() >= block_bytes_) return;
-  std::memmove(buffer_.data(), buffer_.data() + cut_, filled_ - cut_);
-  buffer_offset_ += cut_;
-  filled_ -= cut_;
-  counted_ = at_ = cut_ = 0;
-  if (free_bytes() >= block_bytes_) return;
-  buffer_.resize(filled_ + 2 * block_bytes_ + readable_past_end);
-}
-
-// False when the source failed.
-bool TextWindow::read_block() {
-  make_room();
-  const auto got = source_->read(std::span(buffer_).subspan(filled_, block_bytes_));
-  if (!got.ok()) {
-    error_ = got.error();
-    return false;
-  }
-  if (*got == block_bytes_) block_bytes_ = std::min(2 * block_bytes_, max_block_bytes);
-  source_ended_ = *got == 0;
-  fresh_bytes_ = *got;
-  return true;
-}
-
-void TextWindow::drop_carry() {
-  buffer_offset_ += filled_ - cut_;
-  filled_ = cut_;
-  dropping_ = true;
-}
-
-// Takes in what was read; true when a window can be made of it.
-bool TextWindow::take_fresh() {
-  char* const fresh = buffer_.data() + filled_;
-  filled_ += fresh_bytes_;
-  char* last = buffer_.data() + filled_;
-  while (last != fresh && !is_delimiter(last[-1])) --last;
-  if (last == fresh) {
-    if (dropping_) drop_carry();
-    return false;
-  }
-  cut_ = static_cast<std::size_t>(last - buffer_.data());
-  if (dropping_) {
-    while (!is_delimiter(buffer_[at_])) ++at_;
-    dropping_ = false;
-  }
-  return true;
-}
-
-// The text has ended: what is left becomes the last window.
-TextWindow::Fill TextWindow::take_rest() {
-  if (cut_ == filled_) return Fill::ended;
-  buffer_[filled_] = '\n';
-  cut_ = ++filled_;
-  unterminated_ = true;
-  return Fill::ready;
-}
-
-bool TextWindow::carry_fits(bool drop_long) {
-  if (filled_ - cut_ <= max_token_bytes) return true;
-  if (drop_long) {
-    drop_carry();
-    return true;
-  }
-  error_ = error_at(buffer_.data() + cut_, CaptureCause::token_too_long);
-  return false;
-}
-
-TextWindow::Fill TextWindow::next(bool drop_long) {
-  count_lines();
-  at_ = cut_;
-  Fill fill = Fill::ready;
-  do {
-    if (!carry_fits(drop_long)) return Fill::failed;
-    if (!source_ended_ && !read_block()) return Fill::failed;
-    if (source_ended_) fill = take_rest();
-  } while (!source_ended_ && !take_fresh());
-  if (!std::exchange(started_, true)) skip_byte_order_mark();
-  return fill;
-}
-
-void TextWindow::skip_byte_order_mark() {
-  constexpr std::string_view mark = "\xEF\xBB\xBF";
-  if (!std::string_view(begin(), static_cast<std::size_t>(end() - begin())).starts_with(mark))
-    return;
-  at_ += mark.size();
-  line_offset_ = mark.size();
-}
-
-TextRest TextWindow::hand_over() {
-  const std::size_t from = std::exchange(cut_, at_);
-  count_lines();
-  TextRest rest{std::move(source_), source_ended_, cut_at_words_, {}};
-  rest.text.assign(buffer_.data() + at_, buffer_.data() + filled_);
-  // The delimiter that was added is added once more when the rest is read.
-  if (unterminated_ && at_ != from) rest.text.pop_back();
-  buffer_offset_ += at_;
-  buffer_ = {};
-  counted_ = at_ = cut_ = filled_ = 0;
-  return rest;
-}
-
-void TextWindow::show(TextPiece& piece) {
-  // The offset of the margin before the text may be below 0, which comes right again.
-  buffer_offset_ += piece.left_out - TextPiece::margin;
-  buffer_.swap(piece.buffer);
-  counted_ = at_ = TextPiece::margin;
-  cut_ = filled_ = TextPiece::margin + piece.bytes;
-  unterminated_ = piece.part == TextPiece::Part::rest && piece.bytes != 0;
-}
-
-void TextWindow::leave(TextPiece& piece) {
-  count_lines();
-  buffer_.swap(piece.buffer);
-  buffer_offset_ += cut_;
-  counted_ = at_ = cut_ = filled_ = 0;
-}
-
-void TextWindow::pass(const TextPiece& piece) {
-  const char* last = piece.end();
-  buffer_offset_ += piece.left_out + piece.bytes;
-  if (piece.line_feeds == 0) return;
-  line_ += piece.line_feeds;
-  while (last[-1] != '\n') --last;
-  line_offset_ = buffer_offset_ - static_cast<std::uint64_t>(piece.end() - last);
-}
-
 /// The rest of a text in pieces: the reader of its format settles them.
 class TextSource::Pairs final : public PairSource {
  public:
   explicit Pairs(TextSource& text)
-      : text_(&text), cutter_(text.window_.hand_over(), text.piece_limit_) {
-    ended_ = text.state_ != State::reading;
-    if (text.failed()) error_ = text.error_;
-  }
+      : text_(&text), cutter_(&text.window_.hand_over()), ended_(text.ended()) {}
 
   std::unique_ptr<PairPiece> fetch(std::unique_ptr<PairPiece> used) override {
     if (ended_) return nullptr;
     if (!used) used = text_->new_piece();
-    if (cutter_.next(static_cast<TextPiece&>(*used))) return used;
+    if (cutter_->next(static_cast<TextPiece&>(*used))) return used;
     return nullptr;
   }
 
   bool settle(PairPiece& piece, const OnEdges& on_edges) override {
-    const bool regular = text_->settle(static_cast<TextPiece&>(piece), on_edges);
-    if (text_->failed()) error_ = text_->error_;
-    return regular;
+    return text_->settle(static_cast<TextPiece&>(piece), on_edges);
   }
 
   Picoseconds end_time() const override { return text_->end_time_; }
-  const std::optional<CaptureError>& error() const override { return error_; }
+  const std::optional<CaptureError>& error() const override { return text_->error(); }
 
  private:
   TextSource* text_;
-  TextCutter cutter_;
-  bool ended_ = false;
-  std::optional<CaptureError> error_;
+  TextCutter* cutter_;
+  bool ended_;
 };
 
 std::unique_ptr<PairSource> TextSource::pairs(wire::LineIndex ma, wire::LineIndex slo) {
@@ -238,60 +235,43 @@ std::unique_ptr<PairSource> TextSource::pairs(wire::LineIndex ma, wire::LineInde
   return std::make_unique<Pairs>(*this);
 }
 
-void TextSource::parse_piece(const PairSource::OnEdges& on_edges) {
-  while (state_ == State::reading && window_.begin() != window_.end()) {
-    block_.grow();
-    block_.prepare(2 * lines_.size());
-    parse();
-    if (!block_.empty()) on_edges(block_.edges());
-  }
-}
-
 bool TextSource::settle(TextPiece& piece, const PairSource::OnEdges& on_edges) {
-  if (state_ != State::reading) return false;
+  if (ended()) return false;
   if (piece.regular && take_over(piece)) {
-    window_.pass(piece);
+    window_.pass(piece, piece.line_feeds);
     return true;
   }
   window_.show(piece);
-  if (piece.part != TextPiece::Part::overlong) {
-    parse_piece(on_edges);
-  } else if (!in_comment()) {
-    fail(window_.error_at(window_.begin(), CaptureCause::token_too_long));
+  if (piece.part == TextPiece::Part::overlong) {
+    if (!in_comment()) fail(window_.error_at(window_.begin(), CaptureCause::token_too_long));
+  } else {
+    while (!ended() && window_.begin() != window_.end()) {
+      renew_block();
+      parse();
+      if (!block_.empty()) on_edges(block_.edges());
+    }
   }
-  if (state_ == State::reading && piece.part == TextPiece::Part::failed) fail(piece.error);
-  if (state_ == State::reading && piece.part == TextPiece::Part::rest) {
-    state_ = State::ended;
-    finish();
-  }
-  window_.leave(piece);
+  if (!ended() && piece.part == TextPiece::Part::failed) fail(piece.error);
+  if (!ended() && piece.part == TextPiece::Part::rest) end();
+  window_.leave();
   return false;
 }
 
-void TextSource::fill_window() {
+void TextSource::end() {
+  finish();
+  finish_text();
+}
+
+void TextSource::step() {
+  if (window_.begin() != window_.end()) return parse();
   switch (window_.next(in_comment())) {
     case TextWindow::Fill::ready:
       return;
     case TextWindow::Fill::failed:
       return fail(window_.error());
     case TextWindow::Fill::ended:
-      state_ = State::ended;
-      return finish();
+      return end();
   }
-}
-
-Result<std::span<const wire::Edge>, CaptureError> TextSource::next_block() {
-  block_.grow();
-  block_.prepare(2 * lines_.size());
-  while (state_ == State::reading && block_.empty()) {
-    if (window_.begin() == window_.end()) {
-      fill_window();
-    } else {
-      parse();
-    }
-  }
-  if (block_.empty() && state_ == State::failed) return failure(error_);
-  return block_.edges();
 }
 
 }  // namespace biss::capture

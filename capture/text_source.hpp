@@ -1,4 +1,4 @@
-// What every reader of text shares: a sliding window over the text, and how edges are delivered.
+// What every reader of text shares: the text in stretches, and how edges are delivered.
 #pragma once
 
 #include <algorithm>
@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <span>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -17,9 +17,6 @@
 #include "capture/pair_source.hpp"
 
 namespace biss::capture {
-
-class TextPiece;
-struct TextRest;
 
 /// White space as VCD has it.
 constexpr bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
@@ -39,107 +36,197 @@ inline constexpr const char* expected_line_ends = "lines that all end in LF or C
 /// `text` with the letters A to Z in lower case.
 std::string lower_case(std::string_view text);
 
-/// Text in windows, in order and without gaps.
+/// A stretch of text, whole words or rows.
+struct TextStretch {
+  enum class Part : std::uint8_t {
+    whole,     ///< words or rows with what ends them
+    overlong,  ///< one without an end, too long to be valid; its rest is left out
+    rest,      ///< the end of the capture: one without an end, which was added, or nothing
+    failed,    ///< nothing more could be read
+  };
+
+  /// Bytes around the text that may be read: those before mean nothing, those after are 0.
+  static constexpr std::size_t margin = 24;
+
+  const char* begin() const { return buffer.data() + margin; }
+  const char* end() const { return begin() + bytes; }
+
+  Part part = Part::whole;
+  std::vector<char> buffer = std::vector<char>(2 * margin);
+  std::size_t bytes = 0;
+  /// Bytes of the capture before the text: the end of an overlong word.
+  std::uint64_t left_out = 0;
+  CaptureError error;  ///< of a failed stretch
+};
+
+/// A stretch of text on its way to changes of two lines.
 ///
-/// A window is begin()…end(), its last byte a delimiter; at least `readable_past_end` bytes after
-/// it may be read and mean nothing. Blocks begin small and double while the source fills them;
-/// memory is at most two of the largest and one token.
+/// A format adds quick_parse(), which knows what the text nearly always looks like. What it does
+/// not know it leaves to the reader of the format, which knows everything and remembers what came
+/// before.
+class TextPiece : public PairPiece, public TextStretch {
+ public:
+  void expand() final {
+    ma.clear();
+    slo.clear();
+    regular = part == Part::whole && quick_parse();
+  }
+
+  bool regular = false;          ///< `ma` and `slo` say everything about the two lines
+  std::uint64_t line_feeds = 0;  ///< of a regular piece
+
+ protected:
+  /// Reads the text into `ma` and `slo` and counts its line feeds; false when it holds anything
+  /// that is not plainly right.
+  virtual bool quick_parse() = 0;
+};
+
+/// The level after the last change; nothing where there is none.
+inline std::optional<wire::Level> last_level(const LineChanges& changes) {
+  if (changes.times.empty()) return std::nullopt;
+  const bool high = changes.first_high == (changes.times.size() % 2 == 1);
+  return high ? wire::Level::high : wire::Level::low;
+}
+
+/// Collects the changes of one line, a repeated level left out.
+class ChangeBatch {
+ public:
+  static constexpr std::size_t size = 512;
+
+  /// \pre not full()
+  void add(std::int64_t time, std::uint32_t level) {
+    times_[count_] = time;
+    count_ += level_ != level ? 1U : 0U;
+    level_ = level;
+  }
+  bool full() const { return count_ == size; }
+  /// Moves what was collected to the end of `changes`, each time as `convert` gives it.
+  template <class Convert>
+  void take(LineChanges& changes, Convert convert) {
+    for (std::size_t i = 0; i < count_; ++i) times_[i] = convert(times_[i]);
+    changes.times.insert(changes.times.end(), times_.data(), times_.data() + count_);
+    count_ = 0;
+    changes.first_high = (level_ == 1) == (changes.times.size() % 2 == 1);
+  }
+  void forget() { count_ = 0; }
+  /// The level before the next change is not known.
+  void restart() {
+    forget();
+    level_ = no_level;
+  }
+
+ private:
+  std::array<std::int64_t, size> times_;
+  std::size_t count_ = 0;
+  std::uint32_t level_ = no_level;
+};
+
+/// Divides a text into stretches, in order and without gaps. A stretch is what one read brings, so
+/// that the changes of a slow pipe are delivered as they arrive. Reads begin small and double while
+/// the source fills them.
+class TextCutter {
+ public:
+  /// Where stretches may end: after any white space, or only after a line feed.
+  enum class Cut : std::uint8_t { words, lines };
+
+  /// \param most_bytes that one read brings \pre most_bytes > 0
+  TextCutter(std::unique_ptr<ByteSource> source, Cut cut, std::size_t most_bytes);
+
+  /// The next stretch; false after the last, which is `rest` or `failed`.
+  bool next(TextStretch& text);
+  /// The text of the last stretch from `from` on comes next.
+  void put_back(const TextStretch& last, const char* from);
+
+ private:
+  enum class State : std::uint8_t { reading, ended, failed, done };
+
+  bool is_delimiter(char c) const { return cut_ == Cut::words ? is_space(c) : c == '\n'; }
+  void read_more(TextStretch& text);
+  void leave_out(TextStretch& text);
+  bool cut(TextStretch& text, std::size_t searched);
+  void take_rest(TextStretch& text);
+
+  std::unique_ptr<ByteSource> source_;
+  Cut cut_;
+  std::size_t most_bytes_;
+  std::size_t block_bytes_;
+  State state_ = State::reading;
+  CaptureError error_;
+  bool leaving_out_ = false;  // until the end of an overlong word
+  std::vector<char> carry_;   // comes before what the source gives
+};
+
+/// The stretch of a text that is looked at, and where it is in the capture.
 class TextWindow {
  public:
-  /// Where windows may end: after any white space, or only after a line feed.
-  enum class Cut : std::uint8_t { words, lines };
+  using Cut = TextCutter::Cut;
   enum class Fill : std::uint8_t { ready, ended, failed };
 
-  static constexpr std::size_t first_block_bytes = 4'096;
-  static constexpr std::size_t max_block_bytes = 262'144;
-  static constexpr std::size_t readable_past_end = 16;
-
-  TextWindow(std::unique_ptr<ByteSource> source, Cut cut);
+  TextWindow(std::unique_ptr<ByteSource> source, Cut cut,
+             std::size_t most_bytes = default_piece_bytes)
+      : cutter_(std::move(source), cut, most_bytes), cut_at_words_(cut == Cut::words) {}
 
   /// Leaves the window and makes the next. A byte order mark at the start is left out.
   /// `drop_long` drops what no delimiter ends within `max_token_bytes` (text of a comment) up to
   /// that delimiter; otherwise it fails with `token_too_long`. Fails with `read_failed` too.
   Fill next(bool drop_long = false);
 
-  const char* begin() const { return buffer_.data() + at_; }
-  const char* end() const { return buffer_.data() + cut_; }
+  const char* begin() const { return at_; }
+  const char* end() const { return text_->end(); }
   /// The window begins at `place` from now on.
   /// \pre begin() <= place && place <= end()
-  void advance(const char* place) { at_ = static_cast<std::size_t>(place - buffer_.data()); }
+  void advance(const char* place) { at_ = place; }
 
   /// The window is one word or line with which the text ended; its delimiter was added.
-  bool unterminated() const { return unterminated_; }
+  bool unterminated() const { return text_->part == TextStretch::Part::rest && text_->bytes != 0; }
 
   /// Why next() failed.
   const CaptureError& error() const { return error_; }
 
-  /// Gives away the source and what was read of it from begin() on; no next() follows. From now on
-  /// the text comes in pieces, and the window is empty but between show() and leave().
-  TextRest hand_over();
-  /// The piece, the next one, becomes the window.
-  void show(TextPiece& piece);
-  /// Gives the text back to the piece.
-  void leave(TextPiece& piece);
-  /// Counts the piece as seen.
-  void pass(const TextPiece& piece);
+  /// Gives away the text from begin() on; no next() follows. From now on what the cutter gives is
+  /// shown, or passed.
+  TextCutter& hand_over();
+  /// This text, the next one, becomes the window.
+  void show(const TextStretch& text);
+  /// Counts the text, the next one, as seen.
+  void pass(const TextStretch& text, std::uint64_t line_feeds);
+  /// Counts the window as seen.
+  void leave();
 
-  /// An error at `place`, which lies in begin()…end() or anywhere the window has been since next().
+  /// An error at `place`, which lies in the window or was in it since next() or show().
   /// If a line of CSV has a CR inside, that is the cause.
   CaptureError error_at(const char* place, CaptureCause cause,
                         const char* expected = nullptr) const;
 
  private:
-  // What one read may bring at most.
-  std::size_t free_bytes() const { return buffer_.size() - readable_past_end - filled_; }
-  bool is_delimiter(char c) const { return cut_at_words_ ? is_space(c) : c == '\n'; }
-  void count_lines();
-  void make_room();
-  bool read_block();
-  bool take_fresh();
-  bool carry_fits(bool drop_long);
-  void skip_byte_order_mark();
-  Fill take_rest();
-  void drop_carry();
-
-  std::unique_ptr<ByteSource> source_;
+  TextCutter cutter_;
   bool cut_at_words_;
-  bool source_ended_ = false;
-  bool unterminated_ = false;
-  bool dropping_ = false;
   bool started_ = false;
-  std::size_t fresh_bytes_ = 0;
-  std::size_t block_bytes_ = first_block_bytes;
-  std::vector<char> buffer_;
-  // Places in the buffer: at_ <= cut_ <= filled_. After cut_ there is a token still without an end.
-  std::size_t at_ = 0;
-  std::size_t cut_ = 0;
-  std::size_t filled_ = 0;
-  // Lines are counted up to counted_, a place in the buffer; the others are offsets in the text.
-  std::size_t counted_ = 0;
-  std::uint64_t buffer_offset_ = 0;
+  TextStretch own_;
+  const TextStretch* text_ = &own_;
+  const char* at_ = own_.begin();
+  // Before the text: bytes, offset of the last line, its number.
+  std::uint64_t offset_ = 0;
   std::uint64_t line_offset_ = 0;
   std::uint64_t line_ = 1;
   CaptureError error_;
 };
 
-/// An EdgeSource over text. A format adds parse() and finish().
-class TextSource : public EdgeSource {
+/// An EdgeSource over text. A format adds parse() and finish_text().
+class TextSource : public StepSource {
  public:
-  const std::vector<std::string>& lines() const final { return lines_; }
-  Picoseconds end_time() const final { return end_time_; }
-  Result<std::span<const wire::Edge>, CaptureError> next_block() final;
   std::unique_ptr<PairSource> pairs(wire::LineIndex ma, wire::LineIndex slo) final;
 
  protected:
   /// \param piece_limit the most text of a piece of pairs()
   TextSource(std::unique_ptr<ByteSource> bytes, TextWindow::Cut cut, std::size_t piece_limit)
-      : window_(std::move(bytes), cut), piece_limit_(piece_limit) {}
+      : window_(std::move(bytes), cut, piece_limit) {}
 
   /// Reads on from the window's begin until the window is used up, the block is full or fail() was
-  /// called; advances the window. While the block is not full, two edges a line fit.
+  /// called; advances the window.
   virtual void parse() = 0;
   /// The text has ended; may call fail().
-  virtual void finish() = 0;
+  virtual void finish_text() = 0;
   /// Inside text whose words may have any length.
   virtual bool in_comment() const { return false; }
 
@@ -151,30 +238,14 @@ class TextSource : public EdgeSource {
   /// remembered, where the piece cannot follow what was read before.
   virtual bool take_over(TextPiece& piece) = 0;
 
-  /// Ends reading with an error, to be returned after the edges that came before it.
-  void fail(const CaptureError& error) {
-    error_ = error;
-    state_ = State::failed;
-  }
-  bool failed() const { return state_ == State::failed; }
-  const CaptureError& error() const { return error_; }
-
   TextWindow window_;
-  EdgeBlock block_;
-  std::vector<std::string> lines_;
-  Picoseconds end_time_;
 
  private:
-  enum class State : std::uint8_t { reading, ended, failed };
   class Pairs;
 
-  void fill_window();
+  void step() override;
+  void end();
   bool settle(TextPiece& piece, const PairSource::OnEdges& on_edges);
-  void parse_piece(const PairSource::OnEdges& on_edges);
-
-  std::size_t piece_limit_;
-  State state_ = State::reading;
-  CaptureError error_;
 };
 
 }  // namespace biss::capture

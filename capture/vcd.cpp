@@ -21,55 +21,6 @@
 namespace biss::capture {
 namespace {
 
-/// What the declarations say once they are complete.
-struct VcdSignals {
-  Timescale timescale;
-  VcdIds ids;
-  std::vector<std::string> lines;
-  DrivenLines driven;  ///< a variable is the number of an identifier
-};
-
-/// Takes the declarations word by word.
-///
-/// Each one-bit `$var` is a line; its variable is the number of its identifier.
-class VcdHeader {
- public:
-  enum class Step : std::uint8_t { more, done, failed };
-
-  /// The next word. After `done` the signals are complete.
-  Step feed(std::string_view word);
-
-  /// Text that is skipped up to `$end`; its words may have any length.
-  bool in_comment() const { return section_ == Section::comment; }
-  bool started() const { return started_; }
-  CaptureCause cause() const { return cause_; }
-  const char* expected() const { return expected_; }
-  VcdSignals& signals() { return signals_; }
-
- private:
-  enum class Section : std::uint8_t { none, comment, timescale, var, scope, upscope, end };
-
-  static constexpr std::size_t max_words = 64;
-
-  Step fail(CaptureCause cause, const char* expected);
-  Step malformed(const char* expected) { return fail(CaptureCause::malformed, expected); }
-  Step begin_section(std::string_view keyword);
-  Step end_section();
-  Step end_timescale();
-  Step end_var();
-  Step end_scope();
-  Step end_upscope();
-  Step end_definitions();
-
-  Section section_ = Section::none;
-  bool started_ = false;
-  std::vector<std::string> words_;
-  DeclaredLines lines_;
-  VcdSignals signals_;
-  CaptureCause cause_{};
-  const char* expected_ = nullptr;
-};
-
 bool is_one_bit(std::string_view type, std::string_view size) {
   constexpr std::array<std::string_view, 4> without_level{"real", "realtime", "string", "event"};
   if (std::find(without_level.begin(), without_level.end(), type) != without_level.end()) {
@@ -83,116 +34,130 @@ bool is_number(std::string_view text) {
          std::all_of(text.begin(), text.end(), [](char c) { return c >= '0' && c <= '9'; });
 }
 
-VcdHeader::Step VcdHeader::fail(CaptureCause cause, const char* expected) {
-  cause_ = cause;
-  expected_ = expected;
-  return Step::failed;
-}
+/// Takes the declarations word by word.
+///
+/// Each one-bit `$var` is a line; its variable is the number of its identifier.
+class VcdHeader {
+ public:
+  enum class Step : std::uint8_t { more, done, failed };
 
-VcdHeader::Step VcdHeader::feed(std::string_view word) {
-  if (section_ == Section::none) return begin_section(word);
-  if (word == "$end") return end_section();
-  if (section_ == Section::comment) return Step::more;
-  if (words_.size() == max_words) return malformed("$end, after this many words");
-  words_.emplace_back(word);
-  return Step::more;
-}
+  explicit VcdHeader(VcdSignals& signals) : signals_(signals) {}
 
-VcdHeader::Step VcdHeader::begin_section(std::string_view keyword) {
-  if (keyword.size() < 2 || keyword[0] != '$' || keyword[1] < 'a' || keyword[1] > 'z') {
-    return malformed(started_ ? "a declaration such as $var, or $enddefinitions"
-                              : "a VCD, which begins with a word such as $timescale or $date");
+  /// The next word. After `done` the signals are complete.
+  Step feed(std::string_view word) {
+    if (end_section_ == nullptr) return begin_section(word);
+    if (word == "$end") return (this->*std::exchange(end_section_, nullptr))();
+    if (in_comment()) return Step::more;
+    if (words_.size() == max_words) return malformed("$end, after this many words");
+    words_.emplace_back(word);
+    return Step::more;
   }
-  started_ = true;
-  words_.clear();
-  constexpr std::array<std::pair<std::string_view, Section>, 5> sections{{
-      {"$timescale", Section::timescale},
-      {"$var", Section::var},
-      {"$scope", Section::scope},
-      {"$upscope", Section::upscope},
-      {"$enddefinitions", Section::end},
-  }};
-  if (keyword == "$end") return malformed("a declaration for $end to close");
-  // $date, $version, $comment, and what tools have invented: text up to $end.
-  section_ = Section::comment;
-  for (const auto& [name, section] : sections) {
-    if (keyword == name) section_ = section;
-  }
-  return Step::more;
-}
 
-VcdHeader::Step VcdHeader::end_section() {
-  switch (std::exchange(section_, Section::none)) {
-    case Section::timescale:
-      return end_timescale();
-    case Section::var:
-      return end_var();
-    case Section::scope:
-      return end_scope();
-    case Section::upscope:
-      return end_upscope();
-    case Section::end:
-      return end_definitions();
-    case Section::none:
-    case Section::comment:
-      break;
-  }
-  return Step::more;
-}
+  /// Text that is skipped up to `$end`; its words may have any length.
+  bool in_comment() const { return end_section_ == &VcdHeader::end_comment; }
+  bool started() const { return started_; }
+  CaptureCause cause() const { return cause_; }
+  const char* expected() const { return expected_; }
+  std::vector<std::string> take_names() { return lines_.take_names(); }
 
-VcdHeader::Step VcdHeader::end_timescale() {
-  std::string text;
-  for (const std::string& word : words_) text += word;
-  const Timescale timescale = parse_vcd_timescale(text);
-  if (!timescale.known()) {
-    return malformed("a time scale of 1, 10 or 100 and s, ms, us, ns, ps or fs before this $end");
-  }
-  if (signals_.timescale.known() && timescale != signals_.timescale) {
-    return malformed("one $timescale; this second one differs from the first");
-  }
-  signals_.timescale = timescale;
-  return Step::more;
-}
+ private:
+  using EndSection = Step (VcdHeader::*)();
 
-VcdHeader::Step VcdHeader::end_var() {
-  if (words_.size() < 4) return malformed("type, size, identifier and name before this $end");
-  if (!is_number(words_[1])) return malformed("a number of bits as the second word of this $var");
-  if (!VcdIds::valid(words_[2])) {
-    return malformed("an identifier of printable characters as the third word of this $var");
-  }
-  const std::uint32_t variable = signals_.ids.add(words_[2]);
-  if (signals_.ids.size() > max_variables || !lines_.store(words_[2].size())) {
-    return fail(CaptureCause::too_many_lines, nullptr);
-  }
-  if (!is_one_bit(words_[0], words_[1])) return Step::more;
-  if (!lines_.add(joined_name(std::span(words_).subspan(3)), variable)) {
-    return fail(CaptureCause::too_many_lines, nullptr);
-  }
-  return Step::more;
-}
+  static constexpr std::size_t max_words = 64;
 
-VcdHeader::Step VcdHeader::end_scope() {
-  if (words_.size() < 2) return malformed("kind and name of the scope before this $end");
-  if (lines_.depth() == DeclaredLines::max_depth) {
-    return malformed("at most 256 scopes in one another");
+  Step fail(CaptureCause cause, const char* expected) {
+    cause_ = cause;
+    expected_ = expected;
+    return Step::failed;
   }
-  if (!lines_.open_scope(words_[1])) return fail(CaptureCause::too_many_lines, nullptr);
-  return Step::more;
-}
 
-VcdHeader::Step VcdHeader::end_upscope() {
-  if (lines_.depth() == 0) return malformed("a $scope for this $upscope to close");
-  lines_.close_scope();
-  return Step::more;
-}
+  Step malformed(const char* expected) { return fail(CaptureCause::malformed, expected); }
+  Step begin_section(std::string_view keyword) {
+    if (keyword.size() < 2 || keyword[0] != '$' || keyword[1] < 'a' || keyword[1] > 'z') {
+      return malformed(started_ ? "a declaration such as $var, or $enddefinitions"
+                                : "a VCD, which begins with a word such as $timescale or $date");
+    }
+    started_ = true;
+    words_.clear();
+    constexpr std::array<std::pair<std::string_view, EndSection>, 5> sections{{
+        {"$timescale", &VcdHeader::end_timescale},
+        {"$var", &VcdHeader::end_var},
+        {"$scope", &VcdHeader::end_scope},
+        {"$upscope", &VcdHeader::end_upscope},
+        {"$enddefinitions", &VcdHeader::end_definitions},
+    }};
+    if (keyword == "$end") return malformed("a declaration for $end to close");
+    // $date, $version, $comment, and what tools have invented: text up to $end.
+    end_section_ = &VcdHeader::end_comment;
+    for (const auto& [name, end_section] : sections) {
+      if (keyword == name) end_section_ = end_section;
+    }
+    return Step::more;
+  }
 
-VcdHeader::Step VcdHeader::end_definitions() {
-  if (!signals_.timescale.known()) return malformed("a $timescale before $enddefinitions");
-  if (!lines_.finish()) return fail(CaptureCause::too_many_lines, nullptr);
-  signals_.driven = DrivenLines(lines_, signals_.ids.size());
-  signals_.lines = lines_.take_names();
-  return Step::done;
-}
+  Step end_comment() { return Step::more; }
+
+  Step end_timescale() {
+    std::string text;
+    for (const std::string& word : words_) text += word;
+    const Timescale timescale = parse_vcd_timescale(text);
+    if (!timescale.known()) {
+      return malformed("a time scale of 1, 10 or 100 and s, ms, us, ns, ps or fs before this $end");
+    }
+    if (signals_.timescale.known() && timescale != signals_.timescale) {
+      return malformed("one $timescale; this second one differs from the first");
+    }
+    signals_.timescale = timescale;
+    return Step::more;
+  }
+
+  Step end_var() {
+    if (words_.size() < 4) return malformed("type, size, identifier and name before this $end");
+    if (!is_number(words_[1])) return malformed("a number of bits as the second word of this $var");
+    if (!VcdIds::valid(words_[2])) {
+      return malformed("an identifier of printable characters as the third word of this $var");
+    }
+    const std::uint32_t variable = signals_.ids.add(words_[2]);
+    if (signals_.ids.size() > max_variables || !lines_.store(words_[2].size())) {
+      return fail(CaptureCause::too_many_lines, nullptr);
+    }
+    if (!is_one_bit(words_[0], words_[1])) return Step::more;
+    if (!lines_.add(joined_name(std::span(words_).subspan(3)), variable)) {
+      return fail(CaptureCause::too_many_lines, nullptr);
+    }
+    return Step::more;
+  }
+
+  Step end_scope() {
+    if (words_.size() < 2) return malformed("kind and name of the scope before this $end");
+    if (lines_.depth() == DeclaredLines::max_depth) {
+      return malformed("at most 256 scopes in one another");
+    }
+    if (!lines_.open_scope(words_[1])) return fail(CaptureCause::too_many_lines, nullptr);
+    return Step::more;
+  }
+
+  Step end_upscope() {
+    if (lines_.depth() == 0) return malformed("a $scope for this $upscope to close");
+    lines_.close_scope();
+    return Step::more;
+  }
+
+  Step end_definitions() {
+    if (!signals_.timescale.known()) return malformed("a $timescale before $enddefinitions");
+    if (!lines_.finish()) return fail(CaptureCause::too_many_lines, nullptr);
+    signals_.driven = DrivenLines(lines_, signals_.ids.size());
+    return Step::done;
+  }
+
+  VcdSignals& signals_;
+  EndSection end_section_ = nullptr;  // of the one that is open
+  bool started_ = false;
+  std::vector<std::string> words_;
+  DeclaredLines lines_;
+  CaptureCause cause_{};
+  const char* expected_ = nullptr;
+};
 
 using wire::Level;
 using Kind = VcdKind;
@@ -203,331 +168,273 @@ class VcdReader final : public TextSource {
       : TextSource(std::move(bytes), TextWindow::Cut::words, piece_limit) {}
 
   // Reads the declarations; the cause when there are none.
-  std::optional<CaptureError> open();
+  std::optional<CaptureError> open() {
+    for (;;) {
+      const TextWindow::Fill fill = window_.next(header_->in_comment());
+      if (fill == TextWindow::Fill::failed) return window_.error();
+      if (fill == TextWindow::Fill::ended) {
+        if (!header_->started()) return CaptureError{.cause = CaptureCause::empty};
+        return window_.error_at(window_.end(), CaptureCause::truncated, "$enddefinitions");
+      }
+      const VcdHeader::Step step = read_declarations();
+      if (step == VcdHeader::Step::failed) return error();
+      if (step == VcdHeader::Step::done) break;
+    }
+    set_lines(header_->take_names());
+    header_.reset();
+    last_tick_ = signals_.timescale.last_tick();
+    return std::nullopt;
+  }
 
  private:
   // The value of a vector whose identifier is still to come.
   enum class Waiting : std::uint8_t { no, level, skipped };
 
-  void parse() override;
-  void finish() override;
+  void parse() override {
+    const char* p = window_.begin();
+    const char* const end = window_.end();
+    if (in_comment_) p = skip_comment(p);
+    if (waiting_ != Waiting::no) p = read_waiting(p);
+    while (p != nullptr && p != end && !block_.full()) {
+      const Kind kind = vcd_kind_of(*p);
+      if (kind <= Kind::unknown) {
+        p = read_scalar(p, static_cast<Level>(kind));
+      } else if (kind == Kind::space) {
+        ++p;
+      } else if (kind == Kind::time) {
+        p = read_time(p);
+      } else {
+        p = read_word(p);
+      }
+    }
+    if (p != nullptr) window_.advance(p);
+  }
+
+  void finish_text() override {
+    if (waiting_ != Waiting::no) {
+      stop(window_.end(), CaptureCause::truncated, "the identifier of this vector");
+    } else if (in_comment_) {
+      stop(window_.end(), CaptureCause::truncated, "$end");
+    }
+  }
+
   bool in_comment() const override { return in_comment_; }
-  bool choose_pair(wire::LineIndex ma, wire::LineIndex slo) override;
-  std::unique_ptr<TextPiece> new_piece() const override;
-  bool take_over(TextPiece& piece) override;
 
-  VcdHeader::Step read_declarations();
-  void take_signals();
-  const char* stop(const char* place, CaptureCause cause, const char* expected = nullptr);
-  const char* read_word(const char* p);
-  const char* read_scalar(const char* p, Level level);
-  const char* read_time(const char* p);
-  const char* read_long_time(const char* p, const char* end);
-  const char* read_vector(const char* p);
-  const char* read_waiting(const char* p);
-  const char* read_keyword(const char* p);
-  const char* skip_comment(const char* p);
-  const char* set_tick(const char* p, std::uint64_t tick, const char* end);
-  bool set_level(std::uint32_t variable, Level level);
+  // Lines that change together are no pair.
+  bool choose_pair(wire::LineIndex ma, wire::LineIndex slo) override {
+    const std::uint32_t ma_variable = signals_.driven.variable_of(ma);
+    const std::uint32_t slo_variable = signals_.driven.variable_of(slo);
+    if (ma_variable == slo_variable) return false;
+    pair_.emplace(signals_, ma_variable, slo_variable);
+    return true;
+  }
 
-  DrivenLines driven_;
-  Timescale timescale_;
+  std::unique_ptr<TextPiece> new_piece() const override {
+    return std::make_unique<VcdPiece>(*pair_);
+  }
+
+  bool take_over(TextPiece& text) override {
+    auto& piece = static_cast<VcdPiece&>(text);
+    if (waiting_ != Waiting::no || in_comment_) return false;
+    if (piece.timed && piece.first_tick < tick_) return false;
+    std::fill_n(piece.ma.times.begin(), piece.early_ma, end_time_.count);
+    std::fill_n(piece.slo.times.begin(), piece.early_slo, end_time_.count);
+    if (const auto level = last_level(piece.ma)) signals_.driven.note(pair_->ma_variable(), *level);
+    if (const auto level = last_level(piece.slo))
+      signals_.driven.note(pair_->slo_variable(), *level);
+    if (!piece.timed) return true;
+    tick_ = piece.last_tick;
+    end_time_ = signals_.timescale.time_of(tick_);
+    return true;
+  }
+
+  VcdHeader::Step read_declarations() {
+    const char* p = window_.begin();
+    const char* const end = window_.end();
+    for (;;) {
+      while (p != end && is_space(*p)) ++p;
+      if (p == end) return VcdHeader::Step::more;
+      const char* const word = p;
+      p = end_of_word(p);
+      const std::string_view text = text_between(word, p);
+      const bool started = header_->started();
+      if (text.size() > max_token_bytes && !header_->in_comment()) {
+        stop(word, CaptureCause::token_too_long);
+        return VcdHeader::Step::failed;
+      }
+      const VcdHeader::Step step = header_->feed(text);
+      if (step == VcdHeader::Step::failed) {
+        const bool cut = started && window_.unterminated();
+        stop(word, cut ? CaptureCause::truncated : header_->cause(), header_->expected());
+        return step;
+      }
+      if (step == VcdHeader::Step::done) {
+        window_.advance(p);
+        return step;
+      }
+    }
+  }
+
+  // Cold: it is called once, and the loop over the words is not laid out for it.
+  [[gnu::cold]] const char* stop(const char* place, CaptureCause cause,
+                                 const char* expected = nullptr) {
+    fail(window_.error_at(place, cause, expected));
+    return nullptr;
+  }
+  // The word is wrong; the end of the text may have cut it off.
+  const char* stop_word(const char* place, const char* expected, bool may_be_cut = true) {
+    const bool cut = may_be_cut && window_.unterminated();
+    return stop(place, cut ? CaptureCause::truncated : CaptureCause::malformed, expected);
+  }
+
+  const char* read_word(const char* p) {
+    const Kind kind = vcd_kind_of(*p);
+    if (end_of_word(p) - p > static_cast<std::ptrdiff_t>(max_token_bytes)) {
+      return stop(p, CaptureCause::token_too_long);
+    }
+    if (kind == Kind::none) {
+      return stop(p, CaptureCause::malformed, "a value change, a time or a word such as $dumpvars");
+    }
+    if (kind == Kind::keyword) return read_keyword(p);
+    if (kind == Kind::vector) return read_vector(p);
+    waiting_ = Waiting::skipped;
+    return read_waiting(end_of_word(p));
+  }
+
+  const char* read_scalar(const char* p, Level level) {
+    const char* const id = p + 1;
+    // The byte after a space may be after the window too: it can be read, and is not used.
+    if (is_space(id[1])) {
+      if (set_level(signals_.ids.find_one(id[0]), level)) return id + 1;
+    } else if (is_space(id[2])) {
+      if (set_level(signals_.ids.find_two(id), level)) return id + 2;
+    }
+    const char* const end = end_of_word(p);
+    if (text_between(p, end).size() > max_token_bytes) return stop(p, CaptureCause::token_too_long);
+    if (set_level(signals_.ids.find(text_between(id, end)), level)) return end;
+    return stop_word(p, "a declared identifier directly after this value");
+  }
+
+  const char* read_time(const char* p) {
+    const Digits digits = read_digits(p + 1);
+    const auto length = digits.end - p;
+    if (length >= 2 && length <= 20 && is_space(*digits.end)) {
+      return set_tick(p, digits.value, digits.end);
+    }
+    return read_long_time(p, end_of_word(p));
+  }
+
+  // A time that is malformed, or long because of zeros before it.
+  const char* read_long_time(const char* p, const char* end) {
+    if (text_between(p, end).size() > max_token_bytes) return stop(p, CaptureCause::token_too_long);
+    const char* const wrong =
+        std::find_if_not(p + 1, end, [](char c) { return c >= '0' && c <= '9'; });
+    if (wrong != end || end == p + 1) {
+      return stop_word(p, "a whole number after #", end == p + 1);
+    }
+    std::uint64_t tick = 0;
+    for (const char* digit = p + 1; digit != end; ++digit) {
+      const auto value = static_cast<std::uint64_t>(*digit - '0');
+      if (tick > (UINT64_MAX - value) / 10) return stop(p, CaptureCause::time_out_of_range);
+      tick = tick * 10 + value;
+    }
+    return set_tick(p, tick, end);
+  }
+
+  const char* read_vector(const char* p) {
+    const char* const end = end_of_word(p);
+    const char* const wrong =
+        std::find_if_not(p + 1, end, [](char c) { return vcd_kind_of(c) <= Kind::unknown; });
+    if (end == p + 1 || wrong != end) {
+      return stop_word(p, "bits of a vector after b", wrong == end);
+    }
+    waiting_ = end == p + 2 ? Waiting::level : Waiting::skipped;
+    waiting_level_ = static_cast<Level>(vcd_kind_of(p[1]));
+    return read_waiting(end);
+  }
+
+  // The identifier of a vector or a real; it may be in the next window only.
+  const char* read_waiting(const char* p) {
+    while (p != window_.end() && is_space(*p)) ++p;
+    if (p == window_.end()) return p;
+    const char* const end = end_of_word(p);
+    if (end - p > static_cast<std::ptrdiff_t>(max_token_bytes)) {
+      return stop(p, CaptureCause::token_too_long);
+    }
+    const std::uint32_t variable = signals_.ids.find(text_between(p, end));
+    if (variable == VcdIds::none) return stop_word(p, "a declared identifier after a value");
+    const Waiting waiting = std::exchange(waiting_, Waiting::no);
+    if (waiting == Waiting::level) {
+      set_level(variable, waiting_level_);
+    } else if (signals_.driven.drives(variable)) {
+      return stop(p, CaptureCause::malformed, "the value of one bit for a signal of one bit");
+    }
+    return end;
+  }
+
+  const char* read_keyword(const char* p) {
+    constexpr std::array<std::string_view, 5> dump_words{"$end", "$dumpvars", "$dumpall", "$dumpon",
+                                                         "$dumpoff"};
+    constexpr std::array<std::string_view, 4> comments{"$comment", "$vcdclose", "$attrbegin",
+                                                       "$attrend"};
+    const char* const end = end_of_word(p);
+    const std::string_view word = text_between(p, end);
+    if (std::find(dump_words.begin(), dump_words.end(), word) != dump_words.end()) {
+      // Nothing is recorded from here to $dumpon, whether or not the file says x for every signal.
+      if (word == "$dumpoff") signals_.driven.lose_levels(end_time_, block_);
+      return end;
+    }
+    if (std::find(comments.begin(), comments.end(), word) != comments.end()) {
+      in_comment_ = true;
+      return skip_comment(end);
+    }
+    return stop_word(p, "$dumpvars, $dumpall, $dumpon, $dumpoff, $comment or $end");
+  }
+
+  const char* skip_comment(const char* p) {
+    while (p != window_.end()) {
+      if (is_space(*p)) {
+        ++p;
+        continue;
+      }
+      const char* const end = end_of_word(p);
+      if (text_between(p, end) == "$end") {
+        in_comment_ = false;
+        return end;
+      }
+      p = end;
+    }
+    return p;
+  }
+
+  const char* set_tick(const char* p, std::uint64_t tick, const char* end) {
+    if (tick > last_tick_) return stop(p, CaptureCause::time_out_of_range);
+    if (tick < tick_) {
+      // Digits cut off at the end make a time smaller.
+      const bool cut = window_.unterminated();
+      return stop(p, cut ? CaptureCause::truncated : CaptureCause::time_backwards);
+    }
+    tick_ = tick;
+    end_time_ = signals_.timescale.time_of(tick);
+    return end;
+  }
+
+  // False when no such identifier was declared.
+  bool set_level(std::uint32_t variable, Level level) {
+    if (variable == VcdIds::none) return false;
+    signals_.driven.set(variable, level, end_time_, block_);
+    return true;
+  }
+
+  VcdSignals signals_;
   std::uint64_t last_tick_ = 0;
   std::uint64_t tick_ = 0;
-  VcdIds ids_;
   Waiting waiting_ = Waiting::no;
   Level waiting_level_ = Level::unknown;
   bool in_comment_ = false;
   std::optional<VcdPair> pair_;
-  std::optional<VcdHeader> header_{std::in_place};  // until the declarations are complete
+  std::optional<VcdHeader> header_{signals_};  // until the declarations are complete
 };
-
-std::optional<CaptureError> VcdReader::open() {
-  for (;;) {
-    switch (window_.next(header_->in_comment())) {
-      case TextWindow::Fill::failed:
-        return window_.error();
-      case TextWindow::Fill::ended:
-        if (!header_->started()) return CaptureError{.cause = CaptureCause::empty};
-        return window_.error_at(window_.end(), CaptureCause::truncated, "$enddefinitions");
-      case TextWindow::Fill::ready:
-        break;
-    }
-    const VcdHeader::Step step = read_declarations();
-    if (step == VcdHeader::Step::failed) return error();
-    if (step == VcdHeader::Step::done) break;
-  }
-  take_signals();
-  return std::nullopt;
-}
-
-VcdHeader::Step VcdReader::read_declarations() {
-  const char* p = window_.begin();
-  const char* const end = window_.end();
-  for (;;) {
-    while (p != end && is_space(*p)) ++p;
-    if (p == end) return VcdHeader::Step::more;
-    const char* const word = p;
-    p = end_of_word(p);
-    const std::string_view text = text_between(word, p);
-    const bool started = header_->started();
-    if (text.size() > max_token_bytes && !header_->in_comment()) {
-      stop(word, CaptureCause::token_too_long);
-      return VcdHeader::Step::failed;
-    }
-    const VcdHeader::Step step = header_->feed(text);
-    if (step == VcdHeader::Step::failed) {
-      const bool cut = started && window_.unterminated();
-      stop(word, cut ? CaptureCause::truncated : header_->cause(), header_->expected());
-      return step;
-    }
-    if (step == VcdHeader::Step::done) {
-      window_.advance(p);
-      return step;
-    }
-  }
-}
-
-void VcdReader::take_signals() {
-  VcdSignals& signals = header_->signals();
-  lines_ = std::move(signals.lines);
-  ids_ = std::move(signals.ids);
-  driven_ = std::move(signals.driven);
-  timescale_ = signals.timescale;
-  last_tick_ = timescale_.last_tick();
-  header_.reset();
-}
-
-const char* VcdReader::stop(const char* place, CaptureCause cause, const char* expected) {
-  fail(window_.error_at(place, cause, expected));
-  return nullptr;
-}
-
-void VcdReader::parse() {
-  const char* p = window_.begin();
-  const char* const end = window_.end();
-  if (in_comment_) p = skip_comment(p);
-  if (waiting_ != Waiting::no) p = read_waiting(p);
-  while (p != nullptr && p != end && !block_.full()) {
-    const Kind kind = vcd_kind_of(*p);
-    if (kind <= Kind::unknown) {
-      p = read_scalar(p, static_cast<Level>(kind));
-    } else if (kind == Kind::space) {
-      ++p;
-    } else if (kind == Kind::time) {
-      p = read_time(p);
-    } else {
-      p = read_word(p);
-    }
-  }
-  if (p != nullptr) window_.advance(p);
-}
-
-void VcdReader::finish() {
-  if (waiting_ != Waiting::no) {
-    stop(window_.end(), CaptureCause::truncated, "the identifier of this vector");
-  } else if (in_comment_) {
-    stop(window_.end(), CaptureCause::truncated, "$end");
-  }
-}
-
-// False when no such identifier was declared.
-inline bool VcdReader::set_level(std::uint32_t variable, Level level) {
-  if (variable == VcdIds::none) return false;
-  driven_.set(variable, level, end_time_, block_);
-  return true;
-}
-
-inline const char* VcdReader::read_scalar(const char* p, Level level) {
-  const char* const id = p + 1;
-  // The byte after a space may be after the window too: it can be read, and is not used.
-  if (is_space(id[1])) {
-    if (set_level(ids_.find_one(id[0]), level)) return id + 1;
-  } else if (is_space(id[2])) {
-    if (set_level(ids_.find_two(id), level)) return id + 2;
-  }
-  const char* const end = end_of_word(p);
-  if (text_between(p, end).size() > max_token_bytes) return stop(p, CaptureCause::token_too_long);
-  if (set_level(ids_.find(text_between(id, end)), level)) return end;
-  const bool cut = window_.unterminated();
-  return stop(p, cut ? CaptureCause::truncated : CaptureCause::malformed,
-              "a declared identifier directly after this value");
-}
-
-inline const char* VcdReader::set_tick(const char* p, std::uint64_t tick, const char* end) {
-  if (tick > last_tick_) return stop(p, CaptureCause::time_out_of_range);
-  if (tick < tick_) {
-    // Digits cut off at the end make a time smaller.
-    const bool cut = window_.unterminated();
-    return stop(p, cut ? CaptureCause::truncated : CaptureCause::time_backwards);
-  }
-  tick_ = tick;
-  end_time_ = timescale_.time_of(tick);
-  return end;
-}
-
-inline const char* VcdReader::read_time(const char* p) {
-  const Digits digits = read_digits(p + 1);
-  const auto length = digits.end - p;
-  if (length >= 2 && length <= 20 && is_space(*digits.end)) {
-    return set_tick(p, digits.value, digits.end);
-  }
-  return read_long_time(p, end_of_word(p));
-}
-
-// A time that is malformed, or long because of zeros before it.
-const char* VcdReader::read_long_time(const char* p, const char* end) {
-  if (text_between(p, end).size() > max_token_bytes) return stop(p, CaptureCause::token_too_long);
-  const char* const wrong =
-      std::find_if_not(p + 1, end, [](char c) { return c >= '0' && c <= '9'; });
-  if (wrong != end || end == p + 1) {
-    const bool cut = window_.unterminated() && end == p + 1;
-    return stop(p, cut ? CaptureCause::truncated : CaptureCause::malformed,
-                "a whole number after #");
-  }
-  std::uint64_t tick = 0;
-  for (const char* digit = p + 1; digit != end; ++digit) {
-    const auto value = static_cast<std::uint64_t>(*digit - '0');
-    if (tick > (UINT64_MAX - value) / 10) return stop(p, CaptureCause::time_out_of_range);
-    tick = tick * 10 + value;
-  }
-  return set_tick(p, tick, end);
-}
-
-const char* VcdReader::read_word(const char* p) {
-  const Kind kind = vcd_kind_of(*p);
-  if (end_of_word(p) - p > static_cast<std::ptrdiff_t>(max_token_bytes)) {
-    return stop(p, CaptureCause::token_too_long);
-  }
-  if (kind == Kind::none) {
-    return stop(p, CaptureCause::malformed, "a value change, a time or a word such as $dumpvars");
-  }
-  if (kind == Kind::keyword) return read_keyword(p);
-  if (kind == Kind::vector) return read_vector(p);
-  waiting_ = Waiting::skipped;
-  return read_waiting(end_of_word(p));
-}
-
-const char* VcdReader::read_vector(const char* p) {
-  const char* const end = end_of_word(p);
-  const char* const wrong =
-      std::find_if_not(p + 1, end, [](char c) { return vcd_kind_of(c) <= Kind::unknown; });
-  if (end == p + 1 || wrong != end) {
-    const bool cut = window_.unterminated() && wrong == end;
-    return stop(p, cut ? CaptureCause::truncated : CaptureCause::malformed,
-                "bits of a vector after b");
-  }
-  waiting_ = end == p + 2 ? Waiting::level : Waiting::skipped;
-  waiting_level_ = static_cast<Level>(vcd_kind_of(p[1]));
-  return read_waiting(end);
-}
-
-// The identifier of a vector or a real; it may be in the next window only.
-const char* VcdReader::read_waiting(const char* p) {
-  while (p != window_.end() && is_space(*p)) ++p;
-  if (p == window_.end()) return p;
-  const char* const end = end_of_word(p);
-  if (end - p > static_cast<std::ptrdiff_t>(max_token_bytes)) {
-    return stop(p, CaptureCause::token_too_long);
-  }
-  const std::uint32_t variable = ids_.find(text_between(p, end));
-  const bool cut = window_.unterminated();
-  if (variable == VcdIds::none) {
-    return stop(p, cut ? CaptureCause::truncated : CaptureCause::malformed,
-                "a declared identifier after a value");
-  }
-  const Waiting waiting = std::exchange(waiting_, Waiting::no);
-  if (waiting == Waiting::level) {
-    set_level(variable, waiting_level_);
-  } else if (driven_.drives(variable)) {
-    return stop(p, CaptureCause::malformed, "the value of one bit for a signal of one bit");
-  }
-  return end;
-}
-
-const char* VcdReader::read_keyword(const char* p) {
-  constexpr std::array<std::string_view, 5> dump_words{"$end", "$dumpvars", "$dumpall", "$dumpon",
-                                                       "$dumpoff"};
-  constexpr std::array<std::string_view, 4> comments{"$comment", "$vcdclose", "$attrbegin",
-                                                     "$attrend"};
-  const char* const end = end_of_word(p);
-  const std::string_view word = text_between(p, end);
-  if (std::find(dump_words.begin(), dump_words.end(), word) != dump_words.end()) {
-    // Nothing is recorded from here to $dumpon, whether or not the file says x for every signal.
-    if (word == "$dumpoff") driven_.lose_levels(end_time_, block_);
-    return end;
-  }
-  if (std::find(comments.begin(), comments.end(), word) != comments.end()) {
-    in_comment_ = true;
-    return skip_comment(end);
-  }
-  const bool cut = window_.unterminated();
-  return stop(p, cut ? CaptureCause::truncated : CaptureCause::malformed,
-              "$dumpvars, $dumpall, $dumpon, $dumpoff, $comment or $end");
-}
-
-const char* VcdReader::skip_comment(const char* p) {
-  while (p != window_.end()) {
-    if (is_space(*p)) {
-      ++p;
-      continue;
-    }
-    const char* const end = end_of_word(p);
-    if (text_between(p, end) == "$end") {
-      in_comment_ = false;
-      return end;
-    }
-    p = end;
-  }
-  return p;
-}
-
-// Lines that change together are no pair.
-bool VcdReader::choose_pair(wire::LineIndex ma, wire::LineIndex slo) {
-  const std::uint32_t ma_variable = driven_.variable_of(ma);
-  const std::uint32_t slo_variable = driven_.variable_of(slo);
-  if (ma_variable == slo_variable) return false;
-  pair_.emplace(ids_, driven_, timescale_, ma_variable, slo_variable);
-  return true;
-}
-
-std::unique_ptr<TextPiece> VcdReader::new_piece() const {
-  return std::make_unique<VcdPiece>(*pair_);
-}
-
-bool VcdReader::take_over(TextPiece& text) {
-  auto& piece = static_cast<VcdPiece&>(text);
-  if (waiting_ != Waiting::no || in_comment_) return false;
-  if (piece.timed && piece.first_tick < tick_) return false;
-  std::fill_n(piece.ma.times.begin(), piece.early_ma, end_time_.count);
-  std::fill_n(piece.slo.times.begin(), piece.early_slo, end_time_.count);
-  if (const auto level = last_level(piece.ma)) driven_.note(pair_->ma_variable(), *level);
-  if (const auto level = last_level(piece.slo)) driven_.note(pair_->slo_variable(), *level);
-  if (!piece.timed) return true;
-  tick_ = piece.last_tick;
-  end_time_ = timescale_.time_of(tick_);
-  return true;
-}
-
-// 0 is `!`, 1 is `"`, … 94 is `!!`: the shortest identifiers first.
-std::string id_of(std::size_t line) {
-  constexpr std::size_t letters = '~' - '!' + 1;
-  std::string id;
-  for (;;) {
-    id += static_cast<char>('!' + line % letters);
-    if (line < letters) return id;
-    line = line / letters - 1;
-  }
-}
-
-std::string one_word(std::string_view name) {
-  std::string word(name);
-  for (char& c : word) {
-    if (static_cast<unsigned char>(c) <= ' ') c = '_';
-  }
-  if (word.empty() || word == "$end") return "_" + word;
-  return word;
-}
 
 }  // namespace
 
@@ -550,37 +457,6 @@ Opened open_vcd(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit) {
   auto reader = std::make_unique<VcdReader>(std::move(bytes), piece_limit);
   if (const auto error = reader->open()) return tl::unexpected(*error);
   return reader;
-}
-
-VcdWriter::VcdWriter(std::vector<std::string> lines, ByteSink& sink)
-    : EdgeWriter(std::move(lines), sink) {
-  for (std::size_t line = 0; line < this->lines().size(); ++line) ids_.push_back(id_of(line));
-  put_header();
-}
-
-void VcdWriter::put_header() {
-  text() += "$timescale 1ps $end\n$scope module capture $end\n";
-  for (std::size_t line = 0; line < lines().size(); ++line) {
-    text() += "$var wire 1 " + ids_[line] + ' ' + one_word(lines()[line]) + " $end\n";
-  }
-  text() += "$upscope $end\n$enddefinitions $end\n";
-}
-
-void VcdWriter::put_time(Picoseconds time) {
-  text() += '#';
-  append_number(static_cast<std::uint64_t>(time.count));
-  text() += '\n';
-}
-
-void VcdWriter::put(const wire::Edge& edge, bool new_time) {
-  if (new_time) put_time(edge.time);
-  text() += "01x"[static_cast<std::size_t>(edge.level)];
-  text() += ids_[edge.line];
-  text() += '\n';
-}
-
-void VcdWriter::put_end(Picoseconds end_time, bool later) {
-  if (later) put_time(end_time);
 }
 
 }  // namespace biss::capture

@@ -10,7 +10,7 @@
 #include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
 #include "capture/edge_writer.hpp"
-#include "capture/text_piece.hpp"
+#include "capture/pair_source.hpp"
 #include "capture/timescale.hpp"
 
 namespace biss::capture {
@@ -46,7 +46,6 @@ class VcdWriter final : public EdgeWriter {
   void put(const wire::Edge& edge, bool new_time) override;
   void put_end(Picoseconds end_time, bool later) override;
   bool negative_times() const override { return false; }
-  void put_header();
   void put_time(Picoseconds time);
 
   std::vector<std::string> ids_;

@@ -6,21 +6,27 @@
 #include <cstdint>
 
 #include "capture/declared_lines.hpp"
-#include "capture/text_piece.hpp"
+#include "capture/text_source.hpp"
 #include "capture/timescale.hpp"
 #include "capture/vcd_words.hpp"
 
 namespace biss::capture {
 
-/// What identifiers mean to a pair of lines. Refers to the identifiers and lines of the reader, and
-/// only reads what does not change.
+/// What the declarations of a VCD say.
+struct VcdSignals {
+  Timescale timescale;
+  VcdIds ids;
+  DrivenLines driven;  ///< a variable is the number of an identifier
+};
+
+/// What identifiers mean to a pair of lines. Refers to the signals of the reader, and only reads
+/// what does not change.
 class VcdPair {
  public:
   enum Role : std::uint8_t { ma, slo, other, undeclared };
 
   /// \pre the lines have different variables
-  VcdPair(const VcdIds& ids, const DrivenLines& driven, Timescale timescale,
-          std::uint32_t ma_variable, std::uint32_t slo_variable);
+  VcdPair(const VcdSignals& signals, std::uint32_t ma_variable, std::uint32_t slo_variable);
 
   Role role_of(char id) const { return roles_[static_cast<unsigned char>(id)]; }
   Role role_of(std::uint32_t variable) const {
@@ -28,16 +34,12 @@ class VcdPair {
     if (variable == ma_variable_) return ma;
     return variable == slo_variable_ ? slo : other;
   }
-  const VcdIds& ids() const { return *ids_; }
-  bool drives(std::uint32_t variable) const { return driven_->drives(variable); }
-  Timescale timescale() const { return timescale_; }
+  const VcdSignals& signals() const { return *signals_; }
   std::uint32_t ma_variable() const { return ma_variable_; }
   std::uint32_t slo_variable() const { return slo_variable_; }
 
  private:
-  const VcdIds* ids_;
-  const DrivenLines* driven_;
-  Timescale timescale_;
+  const VcdSignals* signals_;
   std::uint32_t ma_variable_;
   std::uint32_t slo_variable_;
   std::array<Role, 256> roles_;

@@ -1,8 +1,5 @@
 #include "capture/zip.hpp"
 
-#include <libdeflate.h>
-#include <zip.h>
-
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -10,6 +7,7 @@
 #include <utility>
 
 #include "capture/gather.hpp"
+#include "capture/little_endian.hpp"
 
 namespace biss::capture {
 namespace {
@@ -23,10 +21,7 @@ T* or_throw(T* allocated) {
   return allocated;
 }
 
-struct FreeSource {
-  void operator()(zip_source_t* source) const { zip_source_free(source); }
-};
-using Source = std::unique_ptr<zip_source_t, FreeSource>;
+using Source = std::unique_ptr<zip_source_t, Released<zip_source_free>>;
 
 constexpr CaptureError read_failed{.cause = CaptureCause::read_failed};
 
@@ -72,25 +67,7 @@ constexpr std::uint16_t deflated = 8;
 constexpr std::uint16_t utf8_names = 0x0800;
 constexpr std::uint16_t first_date = 1U << 5U | 1U;
 
-void put16(std::string& out, std::uint64_t value) {
-  out += static_cast<char>(value & 0xFFU);
-  out += static_cast<char>(value >> 8U & 0xFFU);
-}
-
-void put32(std::string& out, std::uint64_t value) {
-  put16(out, value & 0xFFFFU);
-  put16(out, value >> 16U & 0xFFFFU);
-}
-
 }  // namespace
-
-void Inflater::Free::operator()(libdeflate_decompressor* decompressor) const {
-  libdeflate_free_decompressor(decompressor);
-}
-
-void Deflater::Free::operator()(libdeflate_compressor* compressor) const {
-  libdeflate_free_compressor(compressor);
-}
 
 Inflater::Inflater() : decompressor_(or_throw(libdeflate_alloc_decompressor())) {}
 
@@ -128,15 +105,9 @@ CaptureError unread_member(std::string_view name, const char* expected) {
   return error;
 }
 
-void ZipArchive::CloseArchive::operator()(zip* archive) const { zip_discard(archive); }
-
-void ZipArchive::CloseFile::operator()(zip_file* file) const { zip_fclose(file); }
-
 bool looks_like_zip(std::string_view head) {
   return head.starts_with("PK\x03\x04") || head.starts_with("PK\x05\x06");
 }
-
-ZipArchive::~ZipArchive() = default;
 
 OpenedZip ZipArchive::open(std::unique_ptr<ByteSource> bytes) {
   std::unique_ptr<ZipArchive> archive(new ZipArchive);
@@ -201,8 +172,7 @@ std::vector<std::string> ZipArchive::names(std::string_view begin) const {
 }
 
 bool ZipArchive::read_compressed(const ZipMember& member, std::span<std::uint8_t> into) {
-  const std::unique_ptr<zip_file, CloseFile> file(
-      zip_fopen_index(archive_.get(), member.index, ZIP_FL_COMPRESSED));
+  const File file(zip_fopen_index(archive_.get(), member.index, ZIP_FL_COMPRESSED));
   return file && fill(file.get(), into);
 }
 
@@ -242,16 +212,16 @@ bool ZipWriter::add(std::string_view name, std::span<const std::uint8_t> bytes, 
   std::string header = "PK\x03\x04";
   for (const unsigned field :
        {unsigned{version_needed}, unsigned{utf8_names}, unsigned{deflated}}) {
-    put16(header, field);
+    put_number(header, field, 2);
   }
-  put16(header, 0);
-  put16(header, first_date);
+  put_number(header, 0, 2);
+  put_number(header, first_date, 2);
   const std::uint32_t checksum = zip_checksum(bytes);
-  put32(header, checksum);
-  put32(header, data.size());
-  put32(header, bytes.size());
-  put16(header, name.size());
-  put16(header, 0);
+  put_number(header, checksum, 4);
+  put_number(header, data.size(), 4);
+  put_number(header, bytes.size(), 4);
+  put_number(header, name.size(), 2);
+  put_number(header, 0, 2);
   header += name;
   const std::uint64_t directory = directory_bytes_ + directory_entry_bytes + name.size();
   const std::uint64_t after = written_bytes_ + header.size() + data.size();
@@ -276,28 +246,29 @@ void ZipWriter::finish(std::string& out) {
   constexpr std::uint32_t plain_file_rw = 0100644U << 16U;
   for (const Member& member : members_) {
     out += "PK\x01\x02";
-    put16(out, unix_3 | version_needed);
-    put16(out, version_needed);
-    put16(out, utf8_names);
-    put16(out, deflated);
-    put16(out, 0);
-    put16(out, first_date);
-    put32(out, member.checksum);
-    put32(out, member.compressed_bytes);
-    put32(out, member.size_bytes);
-    put16(out, member.name.size());
-    for (int i = 0; i < 4; ++i) put16(out, 0);  // no extra field, comment, other disk; binary
-    put32(out, plain_file_rw);
-    put32(out, member.place);
+    put_number(out, unix_3 | version_needed, 2);
+    put_number(out, version_needed, 2);
+    put_number(out, utf8_names, 2);
+    put_number(out, deflated, 2);
+    put_number(out, 0, 2);
+    put_number(out, first_date, 2);
+    put_number(out, member.checksum, 4);
+    put_number(out, member.compressed_bytes, 4);
+    put_number(out, member.size_bytes, 4);
+    put_number(out, member.name.size(), 2);
+    for (int i = 0; i < 4; ++i)
+      put_number(out, 0, 2);  // no extra field, comment, other disk; binary
+    put_number(out, plain_file_rw, 4);
+    put_number(out, member.place, 4);
     out += member.name;
   }
   out += "PK\x05\x06";
-  put32(out, 0);  // this disk and the directory's are the first
-  put16(out, members_.size());
-  put16(out, members_.size());
-  put32(out, directory_bytes_);
-  put32(out, written_bytes_);
-  put16(out, 0);
+  put_number(out, 0, 4);  // this disk and the directory's are the first
+  put_number(out, members_.size(), 2);
+  put_number(out, members_.size(), 2);
+  put_number(out, directory_bytes_, 4);
+  put_number(out, written_bytes_, 4);
+  put_number(out, 0, 2);
 }
 
 }  // namespace biss::capture

@@ -1,6 +1,9 @@
 // ZIP archives: deflated data, reading at any place, and writing from front to back.
 #pragma once
 
+#include <libdeflate.h>
+#include <zip.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -12,11 +15,6 @@
 
 #include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
-
-struct libdeflate_compressor;
-struct libdeflate_decompressor;
-struct zip;
-struct zip_file;
 
 namespace biss::capture {
 
@@ -35,10 +33,7 @@ class Inflater {
                DeflateFrame frame = DeflateFrame::none);
 
  private:
-  struct Free {
-    void operator()(libdeflate_decompressor* decompressor) const;
-  };
-  std::unique_ptr<libdeflate_decompressor, Free> decompressor_;
+  std::unique_ptr<libdeflate_decompressor, Released<libdeflate_free_decompressor>> decompressor_;
 };
 
 class Deflater {
@@ -49,10 +44,7 @@ class Deflater {
   void deflate(std::span<const std::uint8_t> bytes, std::string& out);
 
  private:
-  struct Free {
-    void operator()(libdeflate_compressor* compressor) const;
-  };
-  std::unique_ptr<libdeflate_compressor, Free> compressor_;
+  std::unique_ptr<libdeflate_compressor, Released<libdeflate_free_compressor>> compressor_;
 };
 
 /// CRC-32 as ZIP has it.
@@ -89,10 +81,6 @@ class ZipArchive {
   /// than the file has (they overlap: a bomb), or with `malformed` when two members have one name.
   static OpenedZip open(std::unique_ptr<ByteSource> bytes);
 
-  ~ZipArchive();
-  ZipArchive(const ZipArchive&) = delete;
-  ZipArchive& operator=(const ZipArchive&) = delete;
-
   std::optional<ZipMember> find(const std::string& name) const;
   /// The names of all members that begin so.
   std::vector<std::string> names(std::string_view begin) const;
@@ -115,20 +103,15 @@ class ZipArchive {
   std::optional<std::size_t> read_stream(std::span<std::uint8_t> into);
 
  private:
-  struct CloseArchive {
-    void operator()(zip* archive) const;
-  };
-  struct CloseFile {
-    void operator()(zip_file* file) const;
-  };
+  using File = std::unique_ptr<zip_file_t, Released<zip_fclose>>;
 
   ZipArchive() = default;
   std::optional<CaptureError> open_source(std::unique_ptr<ByteSource> bytes);
   bool members_overlap(std::uint64_t file_bytes) const;
 
   std::string memory_;  // outlives the archive that reads it
-  std::unique_ptr<zip, CloseArchive> archive_;
-  std::unique_ptr<zip_file, CloseFile> stream_;
+  std::unique_ptr<zip_t, Released<zip_discard>> archive_;
+  File stream_;
 };
 
 /// Appends members to a string that the owner hands on as it likes. Dates are 1 January 1980, so

@@ -1,6 +1,7 @@
 #include "dump/read.hpp"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include "dump/readers.hpp"
@@ -26,18 +27,9 @@ std::optional<DumpFormat> format_of_row(std::string_view row) {
   return std::nullopt;
 }
 
-DumpResult read_text(DumpFormat format, LineSource& lines, const DumpOptions& options) {
-  switch (format) {
-    case DumpFormat::hex_page:
-      return read_hex_page(lines, options);
-    case DumpFormat::hex_offsets:
-      return read_hex_offsets(lines, options);
-    case DumpFormat::intel_hex:
-      return read_intel_hex(lines, options);
-    default:
-      return read_json_lines(lines, options);
-  }
-}
+// The readers of text, by DumpFormat.
+constexpr std::array readers{&read_hex_page, &read_hex_offsets, &read_intel_hex, &read_json_lines};
+static_assert(static_cast<std::size_t>(DumpFormat::json_lines) == readers.size());
 
 }  // namespace
 
@@ -68,7 +60,7 @@ DumpResult read_dump(std::istream& stream, std::string head, const DumpOptions& 
     result = read_binary(stream, std::move(head), options);
   } else {
     LineSource lines(stream, std::move(head));
-    result = read_text(*format, lines, options);
+    result = readers[static_cast<std::size_t>(*format) - 1](lines, options);
   }
   if (!result) result.error().format = format;
   return result;

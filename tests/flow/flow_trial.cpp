@@ -1,7 +1,7 @@
 #include "tests/flow/flow_trial.hpp"
 
 #include <array>
-#include <sstream>
+#include <string>
 
 #include "biss/frame/format_text.hpp"
 #include "capture/bytes.hpp"
@@ -28,11 +28,11 @@ const std::vector<std::string>& line_names() {
 
 template <class Writer, class... Arguments>
 std::string written(const Trial& trial, const Arguments&... arguments) {
-  std::ostringstream text;
-  capture::StreamSink sink(text);
+  std::string text;
+  capture::StringSink sink(text);
   Writer writer(arguments..., sink);
-  const bool good = writer.write(trial.edges).ok() && writer.finish(trial.end).ok() && sink.flush();
-  return good ? text.str() : std::string();
+  const bool good = writer.write(trial.edges).ok() && writer.finish(trial.end).ok();
+  return good ? text : std::string();
 }
 
 std::int64_t among(sim::Random& random, std::int64_t least, std::int64_t most) {

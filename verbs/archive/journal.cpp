@@ -6,8 +6,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
+#include <fstream>
 #include <system_error>
 #include <utility>
 
@@ -16,55 +16,6 @@
 #include "verbs/common/output.hpp"
 
 namespace biss::verbs {
-
-namespace {
-
-// Lines of a descriptor, with the place of each.
-class LineReader {
- public:
-  explicit LineReader(int file) : file_(file) {}
-
-  // The next line that ends in a line feed. False at the end, and where reading fails: errno is then
-  // not 0.
-  bool next(std::string& line) {
-    begin_ += line_bytes_;
-    line.clear();
-    errno = 0;
-    for (;;) {
-      const std::size_t feed = block_.find('\n', at_);
-      if (feed != std::string::npos) {
-        line.append(block_, at_, feed - at_);
-        at_ = feed + 1;
-        line_bytes_ = line.size() + 1;
-        return true;
-      }
-      line.append(block_, at_);
-      if (!fill()) return false;
-    }
-  }
-  // Of the last line; at the end, of what follows it.
-  std::uint64_t begin() const { return begin_; }
-
- private:
-  bool fill() {
-    constexpr std::size_t block_bytes = 65'536;
-    block_.resize(block_bytes);
-    at_ = 0;
-    const ssize_t got = ::pread(file_, block_.data(), block_bytes, static_cast<off_t>(place_));
-    block_.resize(got > 0 ? static_cast<std::size_t>(got) : 0);
-    place_ += block_.size();
-    return got > 0;
-  }
-
-  int file_;
-  std::string block_;
-  std::size_t at_ = 0;
-  std::uint64_t place_ = 0;
-  std::uint64_t begin_ = 0;
-  std::uint64_t line_bytes_ = 0;
-};
-
-}  // namespace
 
 Journal::~Journal() { close(); }
 
@@ -114,37 +65,30 @@ ExitStatus Journal::open_and_lock(const std::string& path) {
 }
 
 ExitStatus Journal::read_lines(const std::string& header, const OnEntry& on_entry) {
-  LineReader lines(file_);
+  std::ifstream file(path_, std::ios::binary);
   std::string line;
-  if (!lines.next(line)) {
-    if (errno != 0) return fail_with(errno);
-    // A run that was killed may have left the beginning of a header.
-    const bool own = archive::own_files_begin.starts_with(line.substr(0, 14)) ||
-                     line.starts_with(archive::own_files_begin);
-    if (!own) {
-      return host_.fail(
-          ExitStatus::io,
-          fmt::format("{}: not a journal of biss archive; give another output", path_));
-    }
-    return begin(header);
-  }
-  if (!line.starts_with(archive::own_files_begin)) {
+  const auto next_whole_line = [&] { return std::getline(file, line) && !file.eof(); };
+  const bool any = next_whole_line();
+  if (!file.is_open() || file.bad()) return fail_with(EIO);
+  // A run that was killed may have left the beginning of a header.
+  const bool begun = !any && archive::own_files_begin.starts_with(line);
+  if (!begun && !line.starts_with(archive::own_files_begin)) {
     return host_.fail(ExitStatus::io,
                       fmt::format("{}: not a journal of biss archive; give another output", path_));
   }
-  if (line != header) return begin(header);
-  while (lines.next(line)) {
+  if (!any || line != header) return begin(header);
+  std::uint64_t place = line.size() + 1;
+  for (; next_whole_line(); place += line.size() + 1) {
     auto entry = archive::read_journal_line(line);
     if (entry && on_entry(std::move(*entry))) {
-      used_.push_back({lines.begin(), line.size() + 1});
+      used_.push_back({place, line.size() + 1});
     } else {
       ++unused_;
     }
   }
-  if (errno != 0) return fail_with(errno);
+  if (file.bad()) return fail_with(EIO);
   // The piece of a line at the end is of a run that was killed.
-  return ::ftruncate(file_, static_cast<off_t>(lines.begin())) == 0 ? ExitStatus::done
-                                                                    : fail_with(errno);
+  return ::ftruncate(file_, static_cast<off_t>(place)) == 0 ? ExitStatus::done : fail_with(errno);
 }
 
 // An empty journal: its entries mean nothing here.

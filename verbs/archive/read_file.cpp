@@ -36,16 +36,9 @@ constexpr const char* changed = "changed_while_read";
 
 // A neighbour of BiSS C. A line that is dead or noisy may still be one of BiSS C.
 bool is_other(Protocol protocol) {
-  switch (protocol) {
-    case Protocol::biss_c:
-    case Protocol::clock_alone:
-    case Protocol::noise:
-    case Protocol::idle:
-    case Protocol::unknown:
-      return false;
-    default:
-      return true;
-  }
+  constexpr std::array perhaps_biss_c{Protocol::biss_c, Protocol::clock_alone, Protocol::noise,
+                                      Protocol::idle, Protocol::unknown};
+  return std::find(perhaps_biss_c.begin(), perhaps_biss_c.end(), protocol) == perhaps_biss_c.end();
 }
 
 // What is measured on one pair of lines of the capture at hand. False where reading failed.

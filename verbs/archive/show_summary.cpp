@@ -105,22 +105,6 @@ ExitStatus write_table(const archive::Summary& summary, const SummaryOptions& op
   return writer->finish() && output.finish() ? ExitStatus::done : output.status();
 }
 
-struct Sums {
-  std::array<std::uint64_t, 3> by_reading{};
-  Counts counts;
-  std::map<std::string_view, std::uint64_t> causes;
-};
-
-Sums sums_of(const archive::Summary& summary) {
-  Sums sums;
-  for (const FileEntry& file : summary.files) {
-    ++sums.by_reading[static_cast<std::size_t>(file.reading)];
-    if (!file.cause.empty()) ++sums.causes[file.cause];
-    for (const LinkEntry& link : file.links) sums.counts.add(link.counts);
-  }
-  return sums;
-}
-
 std::string with_comma(const std::string& list, std::uint64_t count, std::string_view name) {
   return fmt::format("{}{}{} {}", list, list.empty() ? "" : ", ", count, name);
 }
@@ -136,7 +120,8 @@ std::pair<const archive::GroupKey*, std::int64_t> largest_drift(
   return largest;
 }
 
-std::string sums_text(const archive::Summary& summary, const Sums& sums, const std::string& name) {
+std::string sums_text(const archive::Summary& summary, const archive::Totals& sums,
+                      const std::string& name) {
   const auto read = [&](Reading reading) {
     return sums.by_reading[static_cast<std::size_t>(reading)];
   };
@@ -193,7 +178,7 @@ ExitStatus show_summary(archive::Summary& summary, const SummaryOptions& options
     if (status != ExitStatus::done) return status;
   }
   const std::string name = options.output.empty() ? "archive" : options.output;
-  const Sums sums = sums_of(summary);
+  const archive::Totals sums = totals_of(summary);
   host.print_summary(sums_text(summary, sums, name));
   if (summary.parts.complete() && sums.counts.cycles == 0) {
     return host.fail(ExitStatus::data_failed, fmt::format("{}: no file has a request cycle", name));
