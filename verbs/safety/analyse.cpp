@@ -8,7 +8,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
-#include "lab/rating.hpp"
+#include "lab/pair.hpp"
 #include "verbs/common/format_option.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/safety/analysis.hpp"
@@ -35,14 +35,10 @@ std::optional<double> parse_positive(const std::string& text, double most) {
 
 // The rating as C++ text, with the command that prints it.
 tl::expected<std::string, std::string> rating_text(const SafetyQuestion& question) {
-  const auto comparison =
-      SafetyComparison{.compare_bits = static_cast<std::uint8_t>(question.checks.compare_bits),
-                       .tolerance_lsb = static_cast<std::uint8_t>(question.checks.tolerance_lsb),
-                       .multiturn = question.checks.compare_turns ? MultiturnRule::with_carry
-                                                                  : MultiturnRule::ignored};
+  const SafetyComparison& comparison = question.comparison;
   const auto rating = lab::safety_rating(question.format, comparison);
   if (!rating) {
-    const auto problem = lab::pair_problem(question.format, question.checks);
+    const auto problem = lab::pair_problem(question.format, comparison);
     return tl::unexpected(fmt::format(
         "no rating: {}", problem ? lab::text_of(*problem) : "the residual error is too large"));
   }
@@ -53,10 +49,11 @@ tl::expected<std::string, std::string> rating_text(const SafetyQuestion& questio
       "// {:.4g} undetected errors an hour at {} frames a second and a bit error rate of {}\n"
       "biss::SafetyRating{{0x{:X}U, {}U, 0x{:X}U}}\n",
       format_text(question.format).view(),
-      question.checks.compare_bits == 0 ? "all" : std::to_string(question.checks.compare_bits),
-      question.checks.tolerance_lsb, question.checks.compare_turns ? "" : ", turns ignored",
-      per_hour, question.frame_rate.count, lab::rated_bit_error_rate, rating->words,
-      rating->residual_e24, rating->check);
+      comparison.compare_bits == 0 ? "all" : std::to_string(comparison.compare_bits),
+      comparison.tolerance_lsb,
+      comparison.multiturn == MultiturnRule::with_carry ? "" : ", turns ignored", per_hour,
+      question.frame_rate.count, lab::rated_bit_error_rate, rating->words, rating->residual_e24,
+      rating->check);
 }
 
 ExitStatus run_analyse(const AnalyseOptions& options, Host& host) {
@@ -89,9 +86,9 @@ tl::expected<SafetyQuestion, std::string> safety_question(const FrameFormat& for
                           .bit_error_rates = {},
                           .frame_rate = options.frame_rate,
                           .limit_per_hour = 0,
-                          .checks = options.checks,
+                          .comparison = options.comparison,
                           .gap_bits = options.gap_bits};
-  question.checks.compare_turns = !options.ignore_turns;
+  if (options.ignore_turns) question.comparison.multiturn = MultiturnRule::ignored;
   for (const std::string& text : options.rates) {
     const auto rate = parse_positive(text, 0.5);
     if (!rate) {
@@ -127,12 +124,12 @@ Run add_safety_analyse(Verb verb) {
           "Find the bit error rate with this many undetected errors per hour; 1e-9 by default")
       .type_name("N");
   add_count_option(
-      verb, "--compare", into(asked.checks.compare_bits),
+      verb, "--compare", into(asked.comparison.compare_bits),
       "Number of upper singleturn bits to compare (ACC_MIN); by default all that both words have",
       64)
       .type_name("BITS");
   add_count_option(
-      verb, "--tolerance", into(asked.checks.tolerance_lsb),
+      verb, "--tolerance", into(asked.comparison.tolerance_lsb),
       "Largest difference of the two words, in counts of the lowest bit compared; 1 by default",
       255)
       .type_name("LSB");

@@ -45,16 +45,17 @@ SafetyAnalysis analyse(const SafetyQuestion& question) {
     analysis.words.push_back(analysed(question, k));
   }
   if (format.channel_count > 1 && format.channel_list[1].life_counter.present()) {
-    analysis.pair_problem = lab::pair_problem(format, question.checks);
+    analysis.pair_problem = lab::pair_problem(format, question.comparison);
     if (!analysis.pair_problem) {
       PairAnalysis& pair = analysis.pair.emplace();
-      pair.weights = lab::pair_weights(format, question.checks);
+      pair.weights = lab::pair_weights(format, question.comparison);
       pair.beyond_tolerance = residual_of(question, pair.weights.beyond_tolerance);
       pair.wrong = residual_of(question, pair.weights.wrong);
     }
   }
-  const lab::StructureModel model{
-      .pair = analysis.pair.has_value(), .checks = question.checks, .gap_bits = question.gap_bits};
+  const lab::StructureModel model{.pair = analysis.pair.has_value(),
+                                  .comparison = question.comparison,
+                                  .gap_bits = question.gap_bits};
   for (const lab::FaultKind fault : lab::structural_faults) {
     analysis.structure.push_back(lab::structure_row(format, fault, model));
   }

@@ -113,7 +113,7 @@ Json object_of(const SafetyQuestion& question, const SafetyAnalysis& analysis,
   for (const long double count : beyond) object["weights"].push_back(number(count));
   add_residual(object, question, pair.beyond_tolerance);
   object["compared_bits"] = pair.weights.compared_bits;
-  object["tolerance_lsb"] = question.checks.tolerance_lsb;
+  object["tolerance_lsb"] = question.comparison.tolerance_lsb;
   add_rates(object, question, pair.beyond_tolerance);
   object["p_wrong"] = one_or_list(pair.wrong.probabilities);
   object["p_wrong_max"] = number(pair.wrong.worst.probability);

@@ -78,7 +78,7 @@ void add_word(report::Summary& out, const SafetyQuestion& question, const WordAn
 void add_pair(report::Summary& out, const SafetyQuestion& question, const PairAnalysis& pair) {
   out.title(fmt::format("CPW and SPW together: {} bits, {} compared, tolerance {}",
                         pair.weights.bits, pair.weights.compared_bits,
-                        question.checks.tolerance_lsb));
+                        question.comparison.tolerance_lsb));
   const auto number = [](long double count) { return fmt::format("{:.6g}", count); };
   out.entry("undetected", weights_text(pair.weights.beyond_tolerance, number),
             "averaged over positions");

@@ -75,15 +75,12 @@ class Experiments {
         options_(subject.options),
         rate_(subject.rate),
         monitored_(monitored_by(subject)),
-        comparison_(subject.monitored.setup.comparison),
         threads_(threads) {}
 
   ExitStatus analysis_for_programs(report::TextSink& sink) {
     const QuestionOptions asked{.rates = options_.bit_error_rates,
                                 .frame_rate = rate_,
-                                .checks = {.compare_bits = comparison_.compare_bits,
-                                           .tolerance_lsb = comparison_.tolerance_lsb},
-                                .ignore_turns = comparison_.multiturn == MultiturnRule::ignored};
+                                .comparison = monitored_.setup.comparison};
     auto question = safety_question(monitored_.format, asked);
     if (!question) return host_.fail(ExitStatus::usage, question.error());
     question_ = std::move(*question);
@@ -149,7 +146,6 @@ class Experiments {
   const EvidenceOptions& options_;
   Hertz rate_;
   SafetyFormat monitored_;
-  SafetyComparison comparison_;
   unsigned threads_;
   SafetyQuestion question_;
   SafetyAnalysis analysis_;

@@ -13,7 +13,6 @@
 #include "device/quantity.hpp"
 #include "lab/campaign_fault.hpp"
 #include "lab/pair.hpp"
-#include "lab/rating.hpp"
 #include "lab/residual.hpp"
 #include "lab/sequence.hpp"
 #include "lab/statistics.hpp"

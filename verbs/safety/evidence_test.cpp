@@ -10,7 +10,7 @@
 
 #include "biss/safety/configurations.hpp"
 #include "cli/verb_harness.hpp"
-#include "lab/rating.hpp"
+#include "lab/pair.hpp"
 #include "sim/fault.hpp"
 #include "verbs/common/safety_format.hpp"
 #include "verbs/common/text_file.hpp"

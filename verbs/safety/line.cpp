@@ -14,7 +14,7 @@
 #include "biss/frame/format_text.hpp"
 #include "decode/decoder.hpp"
 #include "decode/safety_watch.hpp"
-#include "lab/parallel.hpp"
+#include "lab/experiment.hpp"
 #include "report/table.hpp"
 #include "sim/line.hpp"
 #include "verbs/common/terminal.hpp"
