@@ -149,23 +149,6 @@ void SequencePlan::add_fault(TransmissionError kind, Counters counters, std::uin
   }
 }
 
-SequencePlan whole_plan(const FrameFormat& format, const SafetySetup& setup, std::uint64_t frames,
-                        std::uint64_t faults, std::uint64_t seed) {
-  using enum CounterMode;
-  SequencePlan plan{.format = format, .setup = setup, .seed = seed};
-  for (const CounterMode encoder : {count_1_63, count_0_63}) {
-    plan.add_undamaged(SequenceMotion::max, {encoder, encoder}, frames);
-    plan.add_undamaged(SequenceMotion::max, {learned, encoder}, frames);
-  }
-  plan.add_counter_mode({count_0_63, count_1_63}, faults);
-  plan.add_counter_mode({count_1_63, count_0_63}, faults);
-  const CounterMode encoder = setup.counter.mode == count_0_63 ? count_0_63 : count_1_63;
-  for (const SafetyMeasure& measure : safety_measures) {
-    plan.add_fault(measure.error, {setup.counter.mode, encoder}, faults);
-  }
-  return plan;
-}
-
 bool SequenceResult::passed() const {
   if (counts.false_alarms != 0 || counts.misread != 0 || counts.late != 0 ||
       counts.unexpected != 0) {

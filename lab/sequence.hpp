@@ -159,11 +159,6 @@ struct SequencePlan {
   void add_fault(TransmissionError kind, Counters counters, std::uint64_t faults);
 };
 
-/// Everything: undamaged frames at `motion` with both counters, set up and learned; both wrong
-/// counter ranges; the eight errors with the setup's counter (1…63 if it is learned).
-SequencePlan whole_plan(const FrameFormat& format, const SafetySetup& setup, std::uint64_t frames,
-                        std::uint64_t faults, std::uint64_t seed = 1);
-
 /// The result of a row; or the sum of an error's rows, whose variant is variants_of().size().
 struct SequenceResult {
   SequenceRow row{};

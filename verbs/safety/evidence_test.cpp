@@ -191,6 +191,22 @@ std::vector<std::map<std::string, std::string>> rows_of(const std::string& csv) 
   return rows;
 }
 
+TEST(SafetySequences, UsualPlan_HasBothCountersBothMistakesAndEightKinds) {
+  const lab::SequencePlan plan =
+      usual_sequences(parse_safety_format("fs-28-24").value(), 100, 80, 1);
+  std::uint64_t undamaged = 0;
+  std::uint64_t mistakes = 0;
+  std::uint64_t faults = 0;
+  for (const lab::SequenceRow& row : plan.rows) {
+    if (row.task == lab::SequenceTask::undamaged) undamaged += row.size;
+    if (row.task == lab::SequenceTask::counter_mode) mistakes += row.size;
+    if (row.task == lab::SequenceTask::fault) faults += row.size;
+  }
+  EXPECT_EQ(undamaged, 400U);
+  EXPECT_EQ(mistakes, 160U);
+  EXPECT_EQ(faults, 640U);
+}
+
 // At a rate at which the encoder becomes ready only when the next request begins.
 TEST(SafetyLine, EachFault_IsDetectedInTimeOrDoesNoHarm) {
   const Ran ran = run_verb({"safety", "line", "-f", "fs-36-28", "--cycles", "2000", "--to", "csv"});
