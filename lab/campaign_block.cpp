@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <optional>
 #include <string>
 
 #include "lab/campaign_fitting.hpp"
-#include "lab/experiment.hpp"
 #include "sim/random.hpp"
 
 namespace biss::lab {
@@ -18,11 +18,6 @@ constexpr std::size_t lane_frames = 64 * lane_words;
 // One bit of each of 256 frames: frame n is bit n % 64 of word n / 64. The compiler divides it where
 // vector units are narrower.
 using Lanes = std::uint64_t __attribute__((vector_size(8 * lane_words)));
-
-constexpr Lanes all_lanes(bool level) {
-  const std::uint64_t word = level ? ~std::uint64_t{0} : 0;
-  return Lanes{word, word, word, word};
-}
 
 bool any(const Lanes& lanes) { return (lanes[0] | lanes[1] | lanes[2] | lanes[3]) != 0; }
 
@@ -48,22 +43,10 @@ class LaneRandom {
     return result;
   }
 
-  // Bits that are 1 with a probability of rate / 2^32 each: a uniform number is compared with the
-  // rate from the highest bit on until it is decided for every lane. \pre rate is not 0
+  // \pre rate is not 0
   Lanes chosen(std::uint32_t rate) {
-    Lanes open = all_lanes(true);
-    Lanes below = all_lanes(false);
-    do {
-      const Lanes drawn = next();
-      if ((rate >> 31U) != 0) {
-        below |= open & ~drawn;
-        open &= drawn;
-      } else {
-        open &= ~drawn;
-      }
-      rate <<= 1U;
-    } while (rate != 0 && any(open));
-    return below;
+    return chosen_bits<Lanes>(
+        rate, [this] { return next(); }, any);
   }
 
  private:
@@ -75,21 +58,10 @@ class LaneRandom {
   std::array<Lanes, 4> state_{};
 };
 
-// Random numbers of these kinds depend on their former names, so that counts stay reproducible.
-std::string seed_name(const FaultChoice& fault) {
-  std::string text = text_of(fault);
-  const auto replace = [&](std::string_view name, std::string_view former) {
-    if (text.starts_with(name)) text.replace(0, name.size(), former);
-  };
-  replace("lost_bit", "lost_clock");
-  replace("doubled_bit", "double_clock");
-  replace("lost_start", "late_start");
-  replace("false_start", "early_start");
-  return text;
-}
-
 std::uint64_t sequence_seed(const FaultSequence& sequence) {
-  return row_seed(sequence.seed, seed_name(sequence.fault));
+  const std::string_view kind = sim::name_of(sequence.fault.kind);
+  const std::string text = text_of(sequence.fault);
+  return row_seed(sequence.seed, std::string(seed_name(kind)) + text.substr(kind.size()));
 }
 
 // Wrong bits of 256 frames; [0] is the last bit of the safety word.
@@ -129,8 +101,8 @@ class ErrorSlices {
 
 // Lanes with a bad checksum, and lanes with any wrong bit.
 struct WordLanes {
-  Lanes bad = all_lanes(false);
-  Lanes altered = all_lanes(false);
+  Lanes bad{};
+  Lanes altered{};
 };
 
 WordLanes check_word(const Lanes* wrong, const std::vector<std::uint32_t>& columns) {
@@ -165,6 +137,14 @@ void add_outcome(CampaignCounts& counts, const FrameOutcome& outcome, std::uint6
   if (outcome.monitor) counts.add(Acceptance::monitor, weight);
   if (!outcome.wrong) return;
   counts.add(Acceptance::wrong, weight);
+  counts.add_missed(index);
+}
+
+void add_fitted(CampaignCounts& counts, const FrameOutcome& outcome, std::uint64_t index,
+                const FittedBits& bits) {
+  if (outcome.monitor) ++counts.fitted[{Acceptance::monitor, bits}];
+  if (!outcome.wrong) return;
+  ++counts.fitted[{Acceptance::wrong, bits}];
   counts.add_missed(index);
 }
 
@@ -206,53 +186,36 @@ CampaignCounts count_flips(const CampaignFrame& frame, const FaultSequence& sequ
   return counts;
 }
 
-void add_fitted(CampaignCounts& counts, const FrameOutcome& outcome, std::uint64_t index,
-                const FittingDraws::Pattern& pattern) {
-  const auto add = [&](Acceptance what) { ++counts.fitted[{what, pattern.bits}]; };
-  if (outcome.monitor) add(Acceptance::monitor);
-  if (!outcome.wrong) return;
-  add(Acceptance::wrong);
-  counts.add_missed(index);
-}
-
-CampaignCounts count_fitting(const CampaignFrame& frame, const FaultSequence& sequence,
-                             std::uint64_t block, std::uint64_t frames) {
-  const FittingDraws draws(frame, sequence.fault.rate);
-  const std::uint64_t seed = sequence_seed(sequence);
-  CampaignCounts counts;
-  counts.frames = frames;
-  for (std::uint64_t n = 0; n < frames; ++n) {
-    const std::uint64_t index = block * block_frames + n;
-    const SentFrame sent = frame.draw(seed, index);
-    const FittingDraws::Pattern pattern = draws.draw(sent, seed, index);
-    WordPair received = frame.encode(sent);
-    received.cpw ^= pattern.cpw;
-    received.spw ^= pattern.spw;
-    add_fitted(counts, frame.judge(sent, received), index, pattern);
-  }
-  return counts;
-}
-
-// Calls visit(index, sent, encoded, received) for each frame of a block.
+// Calls visit(index, replayed) for each frame of a block.
 template <class Visit>
 void for_each_frame(const CampaignFrame& frame, const FaultSequence& sequence, std::uint64_t block,
                     std::uint64_t frames, Visit visit) {
   const std::uint64_t seed = sequence_seed(sequence);
-  const bool flips = sequence.fault.kind == FaultKind::flips;
-  ErrorSlices slices(frame, sequence, block);
+  const FaultChoice& fault = sequence.fault;
+  std::optional<FittingDraws> draws;
+  std::optional<ErrorSlices> slices;
+  if (fault.fitting) {
+    draws.emplace(frame, fault.rate);
+  } else if (fault.kind == FaultKind::flips) {
+    slices.emplace(frame, sequence, block);
+  }
   for (std::uint64_t n = 0; n < frames; ++n) {
     const std::uint64_t index = block * block_frames + n;
-    if (flips && n % lane_frames == 0) slices.draw();
     const SentFrame sent = frame.draw(seed, index);
     const WordPair encoded = frame.encode(sent);
-    WordPair received = encoded;
-    if (flips) {
-      received.cpw ^= slices.cpw(n % lane_frames);
-      received.spw ^= slices.spw(n % lane_frames);
+    ReplayedFrame replayed{sent, encoded, encoded};
+    if (draws) {
+      const FittingDraws::Pattern pattern = draws->draw(sent, seed, index);
+      replayed.received = frame.flipped(encoded, pattern.wrong);
+      replayed.drawn = pattern.bits;
+    } else if (slices) {
+      if (n % lane_frames == 0) slices->draw();
+      replayed.received.cpw ^= slices->cpw(n % lane_frames);
+      replayed.received.spw ^= slices->spw(n % lane_frames);
     } else {
-      received = frame.damage(encoded, sequence.fault, seed, index);
+      replayed.received = frame.damage(encoded, fault, seed, index);
     }
-    visit(index, sent, encoded, received);
+    visit(index, replayed);
   }
 }
 
@@ -260,46 +223,35 @@ void for_each_frame(const CampaignFrame& frame, const FaultSequence& sequence, s
 
 CampaignCounts count_block_plainly(const CampaignFrame& frame, const FaultSequence& sequence,
                                    std::uint64_t block, std::uint64_t frames) {
-  if (sequence.fault.fitting) return count_fitting(frame, sequence, block, frames);
   CampaignCounts counts;
   counts.frames = frames;
   const bool flips = sequence.fault.kind == FaultKind::flips;
   for_each_frame(frame, sequence, block, frames,
-                 [&](std::uint64_t index, const SentFrame& sent, const WordPair& encoded,
-                     const WordPair& received) {
-                   const FrameOutcome outcome = frame.judge(sent, received);
-                   add_outcome(counts, outcome, index,
-                               flips ? weight_of(encoded.cpw ^ received.cpw) : 0,
-                               flips ? weight_of(encoded.spw ^ received.spw) : 0);
+                 [&](std::uint64_t index, const ReplayedFrame& one) {
+                   const FrameOutcome outcome = frame.judge(one.sent, one.received);
+                   if (sequence.fault.fitting) {
+                     add_fitted(counts, outcome, index, one.drawn);
+                   } else {
+                     add_outcome(counts, outcome, index,
+                                 flips ? weight_of(one.encoded.cpw ^ one.received.cpw) : 0,
+                                 flips ? weight_of(one.encoded.spw ^ one.received.spw) : 0);
+                   }
                  });
   return counts;
 }
 
 CampaignCounts count_block(const CampaignFrame& frame, const FaultSequence& sequence,
                            std::uint64_t block, std::uint64_t frames) {
-  if (sequence.fault.fitting) return count_fitting(frame, sequence, block, frames);
-  if (sequence.fault.kind == FaultKind::flips) {
-    return count_flips(frame, sequence, block, frames);
-  }
-  return count_block_plainly(frame, sequence, block, frames);
+  const bool sliced = sequence.fault.kind == FaultKind::flips && !sequence.fault.fitting;
+  return (sliced ? count_flips : count_block_plainly)(frame, sequence, block, frames);
 }
 
 ReplayedFrame replay_frame(const CampaignFrame& frame, const FaultSequence& sequence,
                            std::uint64_t index) {
-  if (sequence.fault.fitting) {
-    const std::uint64_t seed = sequence_seed(sequence);
-    const SentFrame sent = frame.draw(seed, index);
-    const WordPair encoded = frame.encode(sent);
-    const auto pattern = FittingDraws(frame, sequence.fault.rate).draw(sent, seed, index);
-    return {sent, encoded, {encoded.cpw ^ pattern.cpw, encoded.spw ^ pattern.spw, false}};
-  }
-  ReplayedFrame replayed;
-  for_each_frame(
-      frame, sequence, index / block_frames, index % block_frames + 1,
-      [&](std::uint64_t, const SentFrame& sent, const WordPair& encoded, const WordPair& received) {
-        replayed = {sent, encoded, received};
-      });
-  return replayed;
+  ReplayedFrame last;
+  for_each_frame(frame, sequence, index / block_frames, index % block_frames + 1,
+                 [&](std::uint64_t, const ReplayedFrame& one) { last = one; });
+  return last;
 }
 
 }  // namespace biss::lab

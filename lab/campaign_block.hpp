@@ -2,7 +2,6 @@
 // number; counts are whole numbers, so parts add up to the same sum in any order.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <compare>
 #include <cstddef>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "lab/campaign_frame.hpp"
+#include "lab/experiment.hpp"
 
 namespace biss::lab {
 
@@ -62,12 +62,7 @@ struct CampaignCounts {
   void add(Acceptance what, std::size_t weight) {
     ++accepted[static_cast<std::size_t>(what)][weight];
   }
-  void add_missed(std::uint64_t index) {
-    const auto place = std::lower_bound(missed.begin(), missed.end(), index);
-    if (place == missed.end() && missed.size() == missed_kept) return;
-    missed.insert(place, index);
-    if (missed.size() > missed_kept) missed.pop_back();
-  }
+  void add_missed(std::uint64_t index) { keep_lowest(missed, index, missed_kept); }
   void add(const CampaignCounts& other) {
     frames += other.frames;
     for (std::size_t what = 0; what < acceptance_count; ++what) {
@@ -111,6 +106,8 @@ struct ReplayedFrame {
   SentFrame sent{};
   WordPair encoded{};
   WordPair received{};
+  /// Of a fitting draw.
+  FittedBits drawn{};
 };
 ReplayedFrame replay_frame(const CampaignFrame& frame, const FaultSequence& sequence,
                            std::uint64_t index);

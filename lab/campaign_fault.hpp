@@ -74,6 +74,26 @@ constexpr long double probability_of(std::uint32_t rate) {
   return static_cast<long double>(rate) / 4294967296.0L;
 }
 
+/// Bits that are 1 with a probability of rate / 2^32 each: a uniform number is compared with the
+/// rate from the highest bit on until it is decided for every bit.
+/// \param next draws uniform bits
+/// \param any returns whether any bit is 1
+template <class Bits, class Next, class Any>
+Bits chosen_bits(std::uint32_t rate, const Next& next, const Any& any) {
+  Bits open = ~Bits{};
+  Bits below{};
+  for (; rate != 0 && any(open); rate <<= 1U) {
+    const Bits drawn = next();
+    if ((rate >> 31U) != 0) {
+      below |= open & ~drawn;
+      open &= drawn;
+    } else {
+      open &= ~drawn;
+    }
+  }
+  return below;
+}
+
 /// Both words and STOP; bit 0 is STOP.
 __extension__ using LineWord = unsigned __int128;
 

@@ -18,32 +18,9 @@ std::uint64_t flag_mask(const FlagField& flag) {
   return flag.present ? std::uint64_t{1} << flag.shift : 0;
 }
 
-// Bits that are 1 with a probability of rate / 2^32 each; see LaneRandom::chosen().
-std::uint64_t chosen(sim::Random& random, std::uint32_t rate) {
-  std::uint64_t open = ~std::uint64_t{0};
-  std::uint64_t below = 0;
-  for (; rate != 0 && open != 0; rate <<= 1U) {
-    const std::uint64_t drawn = random.next();
-    if ((rate >> 31U) != 0) {
-      below |= open & ~drawn;
-      open &= drawn;
-    } else {
-      open &= ~drawn;
-    }
-  }
-  return below;
-}
-
-std::uint8_t bits_of(std::uint64_t mask) { return static_cast<std::uint8_t>(std::popcount(mask)); }
-
-// How these wrong data bits change the checksum.
-std::uint64_t fitting_crc(const std::vector<std::uint32_t>& columns, unsigned width,
-                          std::uint64_t data) {
-  std::uint64_t crc = 0;
-  for (; data != 0; data &= data - 1U) {
-    crc ^= columns[width + static_cast<unsigned>(std::countr_zero(data))];
-  }
-  return crc;
+std::uint8_t bits_of(LineWord mask) {
+  return static_cast<std::uint8_t>(std::popcount(static_cast<std::uint64_t>(mask)) +
+                                   std::popcount(static_cast<std::uint64_t>(mask >> 64U)));
 }
 
 // 1 divided by the number of sets of k out of n.
@@ -60,16 +37,20 @@ FittingDraws::FittingDraws(const CampaignFrame& frame, std::uint32_t rate)
   const ChannelFormat& cpw = frame.cpw_format();
   const ChannelFormat& spw = frame.spw_format();
   const safety_detail::Alignment& alignment = frame.plan().alignment();
-  cpw_.refused = flag_mask(cpw.error);
-  cpw_.drawn = low_mask(cpw.data_bits) & ~cpw_.refused;
-  spw_.refused = flag_mask(spw.error) | spw.life_counter.placed(~std::uint64_t{0});
-  const std::uint64_t compared = compared_data(low_mask(alignment.bits));
-  spw_.drawn = low_mask(spw.data_bits) & ~spw_.refused & ~compared;
+  const std::uint64_t cpw_refused = flag_mask(cpw.error);
+  const std::uint64_t spw_refused =
+      flag_mask(spw.error) | spw.life_counter.placed(~std::uint64_t{0});
+  refused_ = on_line(cpw_refused, spw_refused);
+  drawn_ =
+      on_line(low_mask(cpw.data_bits) & ~cpw_refused,
+              low_mask(spw.data_bits) & ~spw_refused & ~compared_data(low_mask(alignment.bits)));
   const std::uint64_t upper = low_mask(alignment.bits) & ~low_mask(near_compared_bits);
-  far_ = pack(cpw, {.position = upper << alignment.cpw_shift}) ^ pack(cpw, {});
-  append_places(cpw_.drawn & ~far_, spw_.drawn);
-  near_places_ = static_cast<unsigned>(places_.size());
-  append_places(far_, 0);
+  far_ = on_line(pack(cpw, {.position = upper << alignment.cpw_shift}) ^ pack(cpw, {}), 0);
+  const LineWord spw_word = (LineWord{1} << frame.spw_bits()) - 1U;
+  append_places(drawn_ & ~far_ & ~spw_word);
+  append_places(drawn_ & spw_word);
+  near_places_ = places_.size();
+  append_places(far_);
 
   const unsigned tolerance = frame.plan().setup().comparison.tolerance_lsb;
   const bool room = 2U * tolerance + 3U <= low_mask(alignment.bits);
@@ -78,17 +59,16 @@ FittingDraws::FittingDraws(const CampaignFrame& frame, std::uint32_t rate)
 
   set_shares();
   passed_ = (1 - probability_of(turned_rate)) / static_cast<long double>(differences_) *
-            std::pow(1 - probability_of(refused_rate),
-                     static_cast<long double>(bits_of(cpw_.refused) + bits_of(spw_.refused)));
+            std::pow(1 - probability_of(refused_rate), static_cast<long double>(bits_of(refused_)));
 }
 
-void FittingDraws::append_places(std::uint64_t cpw, std::uint64_t spw) {
-  for (; cpw != 0; cpw &= cpw - 1U) places_.push_back({cpw & -cpw, 0});
-  for (; spw != 0; spw &= spw - 1U) places_.push_back({0, spw & -spw});
+void FittingDraws::append_places(LineWord bits) {
+  for (; bits != 0; bits &= bits - 1U) places_.push_back(bits & -bits);
 }
 
 void FittingDraws::set_shares() {
   const auto n = static_cast<unsigned>(places_.size());
+  const auto near = static_cast<unsigned>(near_places_);
   const long double wrong = probability_of(rate_);
   const auto evenly = [](unsigned places, unsigned size) {
     const unsigned most = std::min(most_chosen_bits, places);
@@ -98,8 +78,13 @@ void FittingDraws::set_shares() {
     const long double each = std::pow(wrong, static_cast<long double>(k)) *
                              std::pow(1 - wrong, static_cast<long double>(n - k));
     among_all_.push_back(each / 4 + evenly(n, k) / 4);
-    among_near_.push_back(k <= near_places_ ? evenly(near_places_, k) / 2 : 0);
+    among_near_.push_back(k <= near_places_ ? evenly(near, k) / 2 : 0);
   }
+}
+
+LineWord FittingDraws::on_line(std::uint64_t cpw_data, std::uint64_t spw_data) const {
+  const unsigned cpw_shift = frame_.spw_bits() + frame_.cpw_format().crc.width_bits;
+  return LineWord{cpw_data} << cpw_shift | LineWord{spw_data} << frame_.spw_format().crc.width_bits;
 }
 
 // The bits of the safety word's data that hold a compared value.
@@ -109,64 +94,80 @@ std::uint64_t FittingDraws::compared_data(std::uint64_t value) const {
   return pack(spw, {.position = value << shift}) ^ pack(spw, {});
 }
 
-FittingDraws::DataErrors FittingDraws::draw_set(sim::Random& random, unsigned places) const {
-  DataErrors errors;
-  for (auto left = 1U + random.below(std::min(most_chosen_bits, places)); left > 0;) {
-    const DataErrors& place = places_[static_cast<std::size_t>(random.below(places))];
-    if (((errors.cpw & place.cpw) | (errors.spw & place.spw)) != 0) continue;
-    errors.cpw |= place.cpw;
-    errors.spw |= place.spw;
+// Each data bit with this rate.
+LineWord FittingDraws::chosen(sim::Random& random, std::uint32_t rate) const {
+  const auto word = [&] {
+    return chosen_bits<std::uint64_t>(
+        rate, [&random] { return random.next(); }, [](std::uint64_t open) { return open != 0; });
+  };
+  const std::uint64_t cpw = word() & low_mask(frame_.cpw_format().data_bits);
+  return on_line(cpw, word() & low_mask(frame_.spw_format().data_bits));
+}
+
+LineWord FittingDraws::draw_set(sim::Random& random, std::size_t places) const {
+  LineWord errors = 0;
+  for (auto left = 1U + random.below(std::min<std::size_t>(most_chosen_bits, places)); left > 0;) {
+    const LineWord place = places_[static_cast<std::size_t>(random.below(places))];
+    if ((errors & place) != 0) continue;
+    errors |= place;
     --left;
   }
   return errors;
 }
 
-FittingDraws::DataErrors FittingDraws::draw_some(sim::Random& random) const {
+LineWord FittingDraws::draw_some(sim::Random& random) const {
   switch (random.next() % 4U) {
-    case 0: {
-      const std::uint64_t cpw = chosen(random, rate_) & cpw_.drawn;
-      return {cpw, chosen(random, rate_) & spw_.drawn};
-    }
+    case 0:
+      return chosen(random, rate_) & drawn_;
     case 1:
-      return draw_set(random, static_cast<unsigned>(places_.size()));
+      return draw_set(random, places_.size());
     default:
       return draw_set(random, near_places_);
   }
 }
 
-std::uint64_t FittingDraws::fitting_bits(const SentFrame& sent, std::uint64_t cpw_errors,
-                                         std::uint64_t difference) const {
+// The safety word's bits to change, so that it differs by this from what the control word reads.
+LineWord FittingDraws::fitting_bits(const SentFrame& sent, LineWord errors,
+                                    std::uint64_t difference) const {
   const ChannelFormat& cpw = frame_.cpw_format();
   const safety_detail::Alignment& alignment = frame_.plan().alignment();
   const std::uint64_t mask = low_mask(alignment.bits);
+  const auto cpw_errors =
+      static_cast<std::uint64_t>(errors >> (frame_.spw_bits() + cpw.crc.width_bits));
   const std::uint64_t data = pack(cpw, {.position = sent.position}) ^ cpw_errors;
   const std::uint64_t read = (unpack(cpw, data).position >> alignment.cpw_shift) & mask;
   const std::uint64_t was =
       (spw_position(cpw, frame_.spw_format(), sent.position) >> alignment.spw_shift) & mask;
-  return compared_data(((read + difference) & mask) ^ was);
+  return on_line(0, compared_data(((read + difference) & mask) ^ was));
+}
+
+// How these wrong data bits change the checksums.
+LineWord FittingDraws::fitting_checksums(LineWord data) const {
+  std::uint32_t cpw = 0;
+  std::uint32_t spw = 0;
+  for (unsigned bit = 0; bit < frame_.spw_bits(); ++bit) {
+    if (((data >> bit) & 1U) != 0) spw ^= frame_.spw_columns()[bit];
+  }
+  for (unsigned bit = 0; bit < frame_.cpw_bits(); ++bit) {
+    if (((data >> (frame_.spw_bits() + bit)) & 1U) != 0) cpw ^= frame_.cpw_columns()[bit];
+  }
+  return LineWord{cpw} << frame_.spw_bits() | spw;
 }
 
 FittingDraws::Pattern FittingDraws::draw(const SentFrame& sent, std::uint64_t seed,
                                          std::uint64_t index) const {
   sim::Random random(~seed ^ sim::scrambled(index));
-  DataErrors errors = draw_some(random);
+  LineWord errors = draw_some(random);
   Pattern pattern;
-  pattern.bits.far = bits_of(errors.cpw & far_);
-  pattern.bits.near = static_cast<std::uint8_t>(bits_of(errors.cpw & ~far_) + bits_of(errors.spw));
-  const std::uint64_t difference = lowest_difference_ + random.below(differences_);
-  errors.spw |= fitting_bits(sent, errors.cpw, difference);
-  errors.cpw |= chosen(random, refused_rate) & cpw_.refused;
-  errors.spw |= chosen(random, refused_rate) & spw_.refused;
-  const unsigned cpw_width = frame_.cpw_format().crc.width_bits;
-  const unsigned spw_width = frame_.spw_format().crc.width_bits;
-  pattern.cpw = errors.cpw << cpw_width | fitting_crc(frame_.cpw_columns(), cpw_width, errors.cpw);
-  pattern.spw = errors.spw << spw_width | fitting_crc(frame_.spw_columns(), spw_width, errors.spw);
-  pattern.bits.all = static_cast<std::uint8_t>(bits_of(pattern.cpw) + bits_of(pattern.spw));
+  pattern.bits.far = bits_of(errors & far_);
+  pattern.bits.near = bits_of(errors & ~far_);
+  errors |= fitting_bits(sent, errors, lowest_difference_ + random.below(differences_));
+  errors |= chosen(random, refused_rate) & refused_;
+  pattern.wrong = errors | fitting_checksums(errors);
+  pattern.bits.all = bits_of(pattern.wrong);
   const auto turned = static_cast<unsigned>(random.below(frame_.bits()));
-  if (static_cast<std::uint32_t>(random.next()) < turned_rate) {
-    (turned < frame_.spw_bits() ? pattern.spw : pattern.cpw) ^=
-        std::uint64_t{1} << (turned < frame_.spw_bits() ? turned : turned - frame_.spw_bits());
-  }
+  if (static_cast<std::uint32_t>(random.next()) < turned_rate)
+    pattern.wrong ^= LineWord{1} << turned;
   return pattern;
 }
 

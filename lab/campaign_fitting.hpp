@@ -26,9 +26,8 @@ namespace biss::lab {
 class FittingDraws {
  public:
   struct Pattern {
-    /// Right-aligned as in WordPair: 1 is a wrong bit.
-    std::uint64_t cpw = 0;
-    std::uint64_t spw = 0;
+    /// The wrong bits of both words; bit 0 is the last bit of the safety word.
+    LineWord wrong = 0;
     /// They determine its weight.
     FittedBits bits{};
   };
@@ -44,34 +43,26 @@ class FittingDraws {
   long double likelihood_ratio(const FittedBits& bits) const;
 
  private:
-  // Data bits of a word, counted from the last one, without the checksum.
-  struct Word {
-    std::uint64_t drawn = 0;
-    std::uint64_t refused = 0;  // nE, counter
-  };
-  struct DataErrors {
-    std::uint64_t cpw = 0;
-    std::uint64_t spw = 0;
-  };
-
-  DataErrors draw_some(sim::Random& random) const;
-  DataErrors draw_set(sim::Random& random, unsigned places) const;
+  LineWord draw_some(sim::Random& random) const;
+  LineWord draw_set(sim::Random& random, std::size_t places) const;
+  LineWord chosen(sim::Random& random, std::uint32_t rate) const;
+  LineWord on_line(std::uint64_t cpw_data, std::uint64_t spw_data) const;
   std::uint64_t compared_data(std::uint64_t value) const;
-  std::uint64_t fitting_bits(const SentFrame& sent, std::uint64_t cpw_errors,
-                             std::uint64_t difference) const;
-
-  void append_places(std::uint64_t cpw, std::uint64_t spw);
+  LineWord fitting_bits(const SentFrame& sent, LineWord errors, std::uint64_t difference) const;
+  LineWord fitting_checksums(LineWord data) const;
+  void append_places(LineWord bits);
   void set_shares();
 
   const CampaignFrame& frame_;
   std::uint32_t rate_;
-  Word cpw_;
-  Word spw_;
+  // Bits as in Pattern::wrong.
+  LineWord drawn_ = 0;
+  LineWord refused_ = 0;  // nE, counter
   // The control word's compared bits without the lowest ones.
-  std::uint64_t far_ = 0;
+  LineWord far_ = 0;
   // The drawn bits, those in far_ last.
-  std::vector<DataErrors> places_;
-  unsigned near_places_ = 0;
+  std::vector<LineWord> places_;
+  std::size_t near_places_ = 0;
   std::uint64_t differences_ = 1;
   std::uint64_t lowest_difference_ = 0;
   // [k]: the probability of one set of k wrong bits, in draws from all places and in draws from the

@@ -167,9 +167,7 @@ TEST(FittingDraws, MonitorWithoutOneOfItsChecks_IsFarFromTheTheory) {
   for (std::uint64_t index = 0; index < 500'000; ++index) {
     const SentFrame sent = frame.draw(seed, index);
     const FittingDraws::Pattern pattern = draws.draw(sent, seed, index);
-    WordPair received = frame.encode(sent);
-    received.cpw ^= pattern.cpw;
-    received.spw ^= pattern.spw;
+    const WordPair received = frame.flipped(frame.encode(sent), pattern.wrong);
     for (std::size_t k = 0; k < checks.size(); ++k) {
       ++counts[k].frames;
       const bool wrong = PlainReceiver(frame, checks[k]).judge(sent, received).wrong;

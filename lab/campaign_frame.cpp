@@ -67,7 +67,7 @@ CampaignFrame::CampaignFrame(const FrameFormat& format, const SafetySetup& setup
 bool CampaignFrame::prepare() {
   const SafetySetup& setup = plan_->setup();
   const Picoseconds cycle = std::clamp(setup.cycle_min, setup.frame_gap_min, setup.frame_gap_max);
-  Monitor tested{SharedSafetyPlan(*plan_)};
+  Monitor tested(*plan_);
   if (!tested.self_test()) return false;
   ready_.assign(64, tested);
   due_ = cycle * setup.start_frames;
@@ -79,7 +79,7 @@ bool CampaignFrame::prepare() {
       const unsigned turned = due - first + period * 5U - before;
       good.life_counter = static_cast<std::uint8_t>(first + turned % period);
       good.cause = SafetyVerdict::safe;
-      ready_[due].step(due_ - cycle * before, good);
+      ready_[due].step(OneClock{due_ - cycle * before}, good, good);
     }
   }
   return true;
@@ -161,7 +161,7 @@ FrameOutcome CampaignFrame::judge(const SentFrame& sent, const WordPair& receive
 SafetyJudgement CampaignFrame::monitor(const SentFrame& sent, const WordPair& received) const {
   Monitor running = ready_[sent.life_counter];
   const LineBits bits = line_of(*this, received);
-  return running.step(due_, bits.view());
+  return running.step(OneClock{due_}, bits.view());
 }
 
 }  // namespace biss::lab

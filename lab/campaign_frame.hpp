@@ -71,6 +71,12 @@ class CampaignFrame {
   /// Frame `index` of the sequence with this seed: any position, any counter of its range.
   SentFrame draw(std::uint64_t seed, std::uint64_t index) const;
   WordPair encode(const SentFrame& sent) const;
+  /// With these bits of both words inverted; bit 0 is the last bit of the safety word.
+  WordPair flipped(WordPair words, LineWord wrong) const {
+    words.cpw ^= static_cast<std::uint64_t>(wrong >> spw_bits());
+    words.spw ^= static_cast<std::uint64_t>(wrong) & low_mask(spw_bits());
+    return words;
+  }
   /// Frame `index` with the fault. \pre not flips; a burst or a place fits into bits()
   WordPair damage(const WordPair& words, const FaultChoice& fault, std::uint64_t seed,
                   std::uint64_t index) const;

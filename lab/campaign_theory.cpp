@@ -6,6 +6,7 @@
 #include "lab/campaign_fitting.hpp"
 #include "lab/pair.hpp"
 #include "lab/statistics.hpp"
+#include "lab/structure.hpp"
 #include "lab/weights.hpp"
 
 namespace biss::lab {
@@ -68,7 +69,7 @@ WeightedEvents weighted(const CampaignFrame& frame, const FaultChoice& fault,
 
 FlipsTheory::FlipsTheory(const CampaignFrame& frame)
     : cpw_(undetected_by(frame.cpw_format())), spw_(undetected_by(frame.spw_format())) {
-  PairWeights pair = pair_weights(frame.format(), pair_checks_of(frame.plan().setup()));
+  PairWeights pair = pair_weights(frame.format(), frame.plan().setup().comparison);
   monitor_ = std::move(pair.accepted);
   wrong_ = std::move(pair.wrong);
 }
@@ -81,13 +82,13 @@ CampaignTheory FlipsTheory::at(long double rate) const {
 }
 
 std::optional<CampaignTheory> CampaignTheories::of(const FaultChoice& fault) {
-  if (pair_problem(frame_.format(), pair_checks_of(frame_.plan().setup()))) return std::nullopt;
+  if (pair_problem(frame_.format(), frame_.plan().setup().comparison)) return std::nullopt;
   if (fault.kind == FaultKind::flips) {
     if (!flips_) flips_.emplace(frame_);
     return flips_->at(probability_of(fault.rate));
   }
   const auto [at, fresh] = placed_.try_emplace(text_of(fault));
-  if (fresh) at->second = placed_theory(frame_, fault);
+  if (fresh) at->second = accepted_shares(frame_.format(), frame_.plan().setup(), fault);
   return at->second;
 }
 

@@ -37,9 +37,6 @@ class FlipsTheory {
   Undetected wrong_;
 };
 
-/// Faults other than flips. \pre the conditions of campaign_theory()
-CampaignTheory placed_theory(const CampaignFrame& frame, const FaultChoice& fault);
-
 /// campaign_theory() for many faults of one frame; each is calculated once.
 class CampaignTheories {
  public:

@@ -303,12 +303,12 @@ CampaignFrame frame_with(const char* format, SafetyComparison comparison = {}) {
 }
 
 long double wrong_share(const CampaignFrame& frame, const std::string& text) {
-  return placed_theory(frame, *parse_fault(text)).back();
+  return campaign_theory(frame, *parse_fault(text))->back();
 }
 
 // The model of a monitor with this setup, CDS sent as 0.
 StructureModel structure_model_of(const SafetySetup& setup) {
-  return {.pair = true, .checks = pair_checks_of(setup)};
+  return {.pair = true, .comparison = setup.comparison};
 }
 
 void expect_as_analysed(const CampaignFrame& frame, const char* name, FaultKind fault,
@@ -369,7 +369,7 @@ TEST(CampaignAround, SmallFrame_IsAsEnumerated) {
         sum[3] += outcome.monitor ? 1 : 0;
         sum[4] += outcome.wrong ? 1 : 0;
       }
-      const CampaignTheory theory = placed_theory(frame, fault);
+      const CampaignTheory theory = *campaign_theory(frame, fault);
       for (std::size_t what = 0; what < acceptance_count; ++what) {
         EXPECT_DOUBLE_EQ(static_cast<double>(theory[what]), sum[what] / (32 * 64))
             << format << " " << text << " " << acceptance_names[what];

@@ -74,14 +74,4 @@ std::vector<DistanceRun> distance_runs(std::uint32_t polynomial) {
   return runs;
 }
 
-std::optional<unsigned> data_bits_with(const std::vector<DistanceRun>& runs, unsigned distance) {
-  unsigned most = 0;
-  for (const DistanceRun& run : runs) {
-    if (run.distance < distance) break;
-    if (!run.data_bits_max) return {};
-    most = *run.data_bits_max;
-  }
-  return most;
-}
-
 }  // namespace biss::lab

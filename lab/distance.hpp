@@ -21,8 +21,4 @@ struct DistanceRun {
 /// \pre polynomial is in full form and of degree 1…16
 std::vector<DistanceRun> distance_runs(std::uint32_t polynomial);
 
-/// The longest data with at least this distance: 57 for 0x43 and 3. 0: no length; nothing: every
-/// length.
-std::optional<unsigned> data_bits_with(const std::vector<DistanceRun>& runs, unsigned distance);
-
 }  // namespace biss::lab

@@ -11,13 +11,6 @@ namespace biss::lab {
 template <std::size_t Unknowns>
 using LinearBit = std::bitset<Unknowns + 1>;
 
-template <std::size_t Unknowns>
-LinearBit<Unknowns> constant_bit(bool level) {
-  LinearBit<Unknowns> bit;
-  bit[Unknowns] = level;
-  return bit;
-}
-
 /// The first unknown of a bit; beyond the last one where there is none.
 template <class Bits>
 std::size_t first_of(const Bits& bits) {

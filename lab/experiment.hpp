@@ -3,16 +3,40 @@
 // is the same for any number of threads, after any interruption, and in any number of shards.
 #pragma once
 
+#include <atomic>
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <mutex>
 #include <string_view>
 #include <vector>
 
 namespace biss::lab {
 
+/// Runs threads that call step() until it returns false, and returns when all have ended. An
+/// exception of step() ends the other threads after their current step and is rethrown here. If a
+/// thread cannot be started, those that run do its work.
+/// \param threads 0: one for each core
+void run_workers(unsigned threads, const std::function<bool()>& step);
+
+/// Calls work(n) once for every n below `count`, in any order, several at a time.
+template <class Work>
+void parallel_for(unsigned threads, std::size_t count, const Work& work) {
+  std::atomic<std::size_t> next{0};
+  run_workers(threads, [&] {
+    const std::size_t n = next++;
+    if (n < count) work(n);
+    return n < count;
+  });
+}
+
 /// The seed of a row's random numbers. It depends on the row's name and not on other rows.
 std::uint64_t row_seed(std::uint64_t seed, std::string_view name);
+
+/// The name that the random numbers of a fault or a variant depend on: its former name, if it was
+/// renamed, so that its counts stay the same.
+std::string_view seed_name(std::string_view name);
 
 /// Trials 0…size - 1 of a row, divided into blocks; only the last block may have fewer trials.
 struct TrialBlocks {
@@ -43,14 +67,12 @@ class BlockSet {
   };
 
   bool operator==(const BlockSet&) const = default;
-  bool contains(std::uint64_t block) const;
-  /// \pre the set does not contain it
-  void add(std::uint64_t block);
-  /// Adds a run after all others. Returns false, and changes nothing, if the run is empty or does
-  /// not begin after the last block of the set.
-  [[nodiscard]] bool append(Run run);
+  bool contains(std::uint64_t block) const { return intersects({block, block + 1}); }
+  bool intersects(Run run) const;
   bool intersects(const BlockSet& other) const;
-  /// \pre the sets do not intersect
+  /// \pre the set contains none of these blocks
+  void add(Run run);
+  void add(std::uint64_t block) { add({block, block + 1}); }
   void add(const BlockSet& other);
   /// In ascending order, with a gap between two runs.
   const std::vector<Run>& runs() const { return runs_; }
@@ -60,6 +82,9 @@ class BlockSet {
  private:
   std::vector<Run> runs_;
 };
+
+/// Adds an index to an ascending list that keeps the lowest `most` indices, each once.
+void keep_lowest(std::vector<std::uint64_t>& list, std::uint64_t index, std::size_t most);
 
 /// Counts has add(const Counts&).
 template <class Counts>
@@ -92,28 +117,52 @@ struct ExperimentRun {
   std::function<bool()> interrupted{};
 };
 
-struct BlockRow {
-  TrialBlocks blocks{};
-  BlockSet* done = nullptr;
-};
-
-/// \param count counts block `block` of row `row`, in any thread; returns the function that adds
-///   the counts to the row, one call at a time
-bool run_blocks(
-    const std::vector<BlockRow>& rows, const ExperimentRun& run,
-    const std::function<std::function<void()>(std::size_t row, std::uint64_t block)>& count);
-
-/// Counts the missing blocks of the shard.
-/// \param trial trial(row, block) returns the counts of a block
+/// Counts the missing blocks of the shard, row after row.
+/// \param trial trial(row, block) returns the counts of a block, in any thread
 /// \return false if `save` or `interrupted` ended the run
 template <class Counts, class Trial>
 bool run_experiment(std::vector<ExperimentRow<Counts>>& rows, const ExperimentRun& run,
                     const Trial& trial) {
-  std::vector<BlockRow> blocks;
-  for (ExperimentRow<Counts>& row : rows) blocks.push_back({row.blocks, &row.done});
-  return run_blocks(blocks, run, [&](std::size_t row, std::uint64_t block) {
-    return [&sum = rows[row].counts, counts = trial(row, block)] { sum.add(counts); };
+  using Clock = std::chrono::steady_clock;
+  std::mutex mutex;
+  std::size_t row = 0;
+  std::uint64_t next = run.shard.number - 1;
+  bool stopped = false;
+  bool saved = false;
+  bool failed = false;
+  Clock::time_point last = Clock::now();
+  const auto save = [&] {
+    saved = true;
+    last = Clock::now();
+    failed = run.save && !run.save();
+    stopped = stopped || failed;
+  };
+  run_workers(run.threads, [&] {
+    std::unique_lock lock(mutex);
+    while (row < rows.size() &&
+           (next >= rows[row].blocks.count() || rows[row].done.contains(next))) {
+      const bool ends = next >= rows[row].blocks.count();
+      if (ends) ++row;
+      next = ends ? run.shard.number - 1 : next + run.shard.count;
+    }
+    if (stopped || row == rows.size()) return false;
+    ExperimentRow<Counts>& current = rows[row];
+    const std::uint64_t block = next;
+    const std::size_t number = row;
+    next += run.shard.count;
+    lock.unlock();
+    const Counts counts = trial(number, block);
+    lock.lock();
+    current.counts.add(counts);
+    current.done.add(block);
+    saved = false;
+    if (run.interrupted && run.interrupted()) stopped = true;
+    const std::chrono::duration<double> elapsed = Clock::now() - last;
+    if (!stopped && elapsed.count() >= run.save_seconds) save();
+    return !stopped;
   });
+  if (!saved && !failed) save();
+  return !stopped;
 }
 
 }  // namespace biss::lab

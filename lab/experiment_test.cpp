@@ -6,8 +6,6 @@
 #include <new>
 #include <vector>
 
-#include "lab/parallel.hpp"
-
 namespace biss::lab {
 namespace experiment_test {
 
@@ -102,15 +100,6 @@ TEST(BlockSet, SetsThatDoNotIntersect_AreJoined) {
   odd.add(even);
   EXPECT_EQ(odd.runs(), (std::vector<BlockSet::Run>{{0, 10}}));
   EXPECT_TRUE(odd.intersects(even));
-}
-
-TEST(BlockSet, RunThatIsEmptyOrNotInOrder_IsNotAppended) {
-  BlockSet set;
-  EXPECT_TRUE(set.append({2, 4}));
-  EXPECT_TRUE(set.append({4, 5}));
-  EXPECT_FALSE(set.append({4, 9}));
-  EXPECT_FALSE(set.append({7, 7}));
-  EXPECT_EQ(set.runs(), (std::vector<BlockSet::Run>{{2, 5}}));
 }
 
 }  // namespace experiment_test

@@ -1,7 +1,8 @@
-// The safety monitor with a format and a setup that are known at run time, compiled once.
+// The safety monitor with a format and a setup that are known at run time.
 #pragma once
 
 #include <cstddef>
+#include <cstring>
 #include <optional>
 
 #include "biss/safety/monitor.hpp"
@@ -38,27 +39,20 @@ class SharedSafetyPlan {
   SafetyFingerprint fingerprint_;
 };
 
-/// A SafetyMonitor with one clock; its functions are the same. It can be copied: only an experiment
-/// may return to an earlier state.
-class Monitor {
+/// A SafetyMonitor that can be copied: only an experiment may return to an earlier state.
+class Monitor : public SafetyMonitor<SharedSafetyPlan> {
  public:
-  explicit Monitor(SharedSafetyPlan plan);
-  Monitor(const Monitor& other);
-  Monitor& operator=(const Monitor& other);
+  /// \pre the plan outlives this
+  explicit Monitor(const SafetyPlan<>& plan) : SafetyMonitor(SharedSafetyPlan(plan)) {}
+  Monitor(const Monitor& other) : SafetyMonitor(other.plan()) { *this = other; }
+  Monitor& operator=(const Monitor& other) {
+    std::memmove(static_cast<void*>(this), &other, sizeof *this);
+    return *this;
+  }
 
-  bool self_test();
-  SafetyJudgement step(Picoseconds now, const BitView& bits);
-  SafetyJudgement step(Picoseconds now, const SafetyFinding& finding);
-  SafetyJudgement watch(Picoseconds now);
-  std::optional<Picoseconds> deadline() const;
-  void expect_position(std::uint64_t low, std::uint64_t high);
+  bool self_test() { return SafetyMonitor::self_test(plan().fingerprint()); }
   /// Whatever fault is latched.
-  void acknowledge();
-  void encoder_restarted();
-  SafetyState state() const;
-
- private:
-  SafetyMonitor<SharedSafetyPlan> monitor_;
+  void acknowledge() { SafetyMonitor::acknowledge(latched_cause()); }
 };
 
 }  // namespace biss::lab

@@ -1,7 +1,9 @@
 #include "lab/pair.hpp"
 
 #include <algorithm>
+#include <array>
 #include <bit>
+#include <cmath>
 #include <utility>
 
 #include "lab/weights.hpp"
@@ -69,14 +71,14 @@ class Sums {
   std::map<State, long double> states_;
 };
 
-// passing_masks() for both words: the two values pass, and the control word's value is within the
-// tolerance of the true one.
-std::map<MaskPair, long double> harmless_masks(unsigned bits, unsigned tolerance) {
+// The wrong bits of both words with which the two values pass, and the control word's value is
+// within `error` of the true one.
+std::map<MaskPair, long double> masks_within(int error, unsigned bits, unsigned tolerance) {
   std::map<MaskPair, long double> pairs;
   const int most = static_cast<int>(tolerance);
-  for (int error = -most; error <= most; ++error) {
+  for (int control = -error; control <= error; ++control) {
     for (int difference = -most; difference <= most; ++difference) {
-      Sums(error, error + difference, bits, 1).add_to(pairs);
+      Sums(control, control + difference, bits, 1).add_to(pairs);
     }
   }
   return pairs;
@@ -86,15 +88,14 @@ std::map<MaskPair, long double> harmless_masks(unsigned bits, unsigned tolerance
 // masks.
 class Word {
  public:
-  Word(const ChannelFormat& channel, const std::vector<ComparedBit>& compared, bool is_control,
-       const PairChecks& checks)
+  Word(const ChannelFormat& channel, const std::vector<ComparedBit>& compared, bool is_control)
       : code_(code_of(channel)) {
     for (auto bit = compared.rbegin(); bit != compared.rend(); ++bit) {
       shifts_.push_back(is_control ? bit->control_shift : bit->safety_shift);
       compared_ |= std::uint64_t{1} << shifts_.back();
     }
-    if (checks.flags && channel.error.present) right_ |= std::uint64_t{1} << channel.error.shift;
-    if (checks.counter) right_ |= channel.life_counter.placed(~std::uint64_t{0});
+    if (channel.error.present) right_ |= std::uint64_t{1} << channel.error.shift;
+    right_ |= channel.life_counter.placed(~std::uint64_t{0});
     position_ = channel.position.placed(~std::uint64_t{0}) |
                 channel.multiturn.placed(~std::uint64_t{0}) |
                 channel.singleturn.placed(~std::uint64_t{0});
@@ -234,7 +235,7 @@ void subtract(Polynomial<Wide>& from, const Polynomial<Wide>& what) {
 }  // namespace
 
 std::vector<ComparedBit> compared_bits(const ChannelFormat& control, const ChannelFormat& safety,
-                                       unsigned singleturn_bits, bool turns) {
+                                       const SafetyComparison& comparison) {
   const auto fine = [](const ChannelFormat& channel) {
     return channel.position.present() ? channel.position : channel.singleturn;
   };
@@ -244,7 +245,9 @@ std::vector<ComparedBit> compared_bits(const ChannelFormat& control, const Chann
   const Field a = fine(control);
   const Field b = fine(safety);
   const unsigned both = std::min(a.bits, b.bits);
-  const unsigned compared = singleturn_bits == 0 ? both : std::min(singleturn_bits, both);
+  const unsigned asked = comparison.compare_bits;
+  const unsigned compared = asked == 0 ? both : std::min(asked, both);
+  const bool turns = comparison.multiturn == MultiturnRule::with_carry;
   const unsigned turn_bits = turns ? std::min(control.multiturn.bits, safety.multiturn.bits) : 0U;
   const auto add = [&bits](unsigned control_shift, unsigned safety_shift) {
     bits.push_back(
@@ -260,40 +263,35 @@ std::vector<ComparedBit> compared_bits(const ChannelFormat& control, const Chann
 }
 
 std::map<std::uint64_t, long double> passing_masks(unsigned bits, unsigned tolerance) {
-  std::map<MaskPair, long double> pairs;
-  const int most = static_cast<int>(tolerance);
-  for (int difference = -most; difference <= most; ++difference) {
-    Sums(difference, 0, bits, 1).add_to(pairs);
-  }
   std::map<std::uint64_t, long double> masks;
-  for (const auto& [pair, share] : pairs) masks[pair.control] += share;
+  for (const auto& [pair, share] : masks_within(0, bits, tolerance)) masks[pair.safety] += share;
   return masks;
 }
 
-std::optional<PairError> pair_problem(const FrameFormat& format, const PairChecks& checks) {
+std::optional<PairError> pair_problem(const FrameFormat& format,
+                                      const SafetyComparison& comparison) {
   const ChannelFormat& control = format.channel_list[0];
   const ChannelFormat& safety = format.channel_list[1];
   if (format.channel_count < 2 || control.position_bits() == 0 || safety.position_bits() == 0) {
     return PairError::no_pair;
   }
-  const auto compared =
-      compared_bits(control, safety, checks.compare_bits, checks.compare_turns).size();
+  const auto compared = compared_bits(control, safety, comparison).size();
   if (compared == 0) return PairError::nothing_to_compare;
-  if (checks.tolerance_lsb > (compared == 1 ? 0U : 1U)) return PairError::tolerance;
+  if (comparison.tolerance_lsb > (compared == 1 ? 0U : 1U)) return PairError::tolerance;
   if (control.crc.width_bits + safety.crc.width_bits > 24) return PairError::too_many_checks;
   return {};
 }
 
-PairWeights pair_weights(const FrameFormat& format, const PairChecks& checks) {
+PairWeights pair_weights(const FrameFormat& format, const SafetyComparison& comparison) {
   const ChannelFormat& first = format.channel_list[0];
   const ChannelFormat& second = format.channel_list[1];
-  const auto compared = compared_bits(first, second, checks.compare_bits, checks.compare_turns);
+  const auto compared = compared_bits(first, second, comparison);
   const auto bits = static_cast<unsigned>(compared.size());
 
-  Word control(first, compared, true, checks);
-  Word safety(second, compared, false, checks);
+  Word control(first, compared, true);
+  Word safety(second, compared, false);
   const JointCount joint(control, safety, bits);
-  const auto harmless = harmless_masks(bits, checks.tolerance_lsb);
+  const auto harmless = masks_within(comparison.tolerance_lsb, bits, comparison.tolerance_lsb);
   const auto right_control = control.with_right_position();
 
   PairWeights out;
@@ -302,7 +300,7 @@ PairWeights pair_weights(const FrameFormat& format, const PairChecks& checks) {
   out.accepted.assign(out.bits + 1, 0);
   out.wrong.assign(out.bits + 1, 0);
   out.beyond_tolerance.assign(out.bits + 1, 0);
-  for (const auto& [mask, share] : passing_masks(bits, checks.tolerance_lsb)) {
+  for (const auto& [mask, share] : passing_masks(bits, comparison.tolerance_lsb)) {
     const auto all = joint.of(mask);
     add_share(out.accepted, all, share);
     auto wrong = all;
@@ -323,17 +321,38 @@ PairWeights pair_weights(const FrameFormat& format, const PairChecks& checks) {
 }
 
 const char* text_of(PairError error) {
-  switch (error) {
-    case PairError::no_pair:
-      return "two channels with a position each are needed";
-    case PairError::nothing_to_compare:
-      return "the two positions have no bit to compare";
-    case PairError::tolerance:
-      return "the tolerance is more than 1, or more than 0 with a single compared bit";
-    case PairError::too_many_checks:
-      return "the two checksums together have more than 24 bits";
-  }
-  return "";
+  constexpr std::array texts{
+      "two channels with a position each are needed", "the two positions have no bit to compare",
+      "the tolerance is more than 1, or more than 0 with a single compared bit",
+      "the two checksums together have more than 24 bits"};
+  return texts[static_cast<std::size_t>(error)];
+}
+
+std::optional<UndetectedShares> undetected_shares(const FrameFormat& format,
+                                                  const SafetyComparison& comparison) {
+  if (pair_problem(format, comparison)) return std::nullopt;
+  FrameFormat exchanged = format;
+  std::swap(exchanged.channel_list[0], exchanged.channel_list[1]);
+  const PairWeights by_cpw = pair_weights(format, comparison);
+  const PairWeights by_spw = pair_weights(exchanged, comparison);
+  const auto share = [](const Undetected& of) { return probability(of, rated_bit_error_rate); };
+  return UndetectedShares{.by_cpw = share(by_cpw.beyond_tolerance),
+                          .by_spw = share(by_spw.beyond_tolerance),
+                          .control_position = share(by_cpw.wrong)};
+}
+
+std::optional<SafetyRating> safety_rating(const FrameFormat& format,
+                                          const SafetyComparison& comparison) {
+  const auto shares = undetected_shares(format, comparison);
+  if (!shares) return std::nullopt;
+  // Rounded up, and by more than what the sum may be wrong by.
+  const long double scaled = std::ceil(shares->safe_position() * 1e24L * (1 + 1e-9L));
+  if (scaled > 1e19L) return std::nullopt;
+  SafetyRating rating;
+  rating.words = rated_words(format.channel_list[0], format.channel_list[1], comparison);
+  rating.residual_e24 = static_cast<std::uint64_t>(scaled);
+  rating.check = rating_check(rating.words, rating.residual_e24);
+  return rating;
 }
 
 }  // namespace biss::lab

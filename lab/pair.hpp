@@ -8,31 +8,11 @@
 #include <vector>
 
 #include "biss/frame/format.hpp"
+#include "biss/safety/rating.hpp"
 #include "biss/safety/setup.hpp"
 #include "lab/residual.hpp"
 
 namespace biss::lab {
-
-/// What the receiver checks besides the two checksums. Where the documents leave it open: a default.
-struct PairChecks {
-  /// Singleturn bits that are compared, ACC_MIN of the encoder's type; 0: all that both words have.
-  unsigned compare_bits = 0;
-  /// Permitted difference of the compared values, modulo their range: 0 or 1 (Safety Concept A5).
-  unsigned tolerance_lsb = 1;
-  /// Turns are compared if both words have them.
-  bool compare_turns = true;
-  /// The counter must be the expected one.
-  bool counter = true;
-  /// nE must say "no error" in both words.
-  bool flags = true;
-};
-
-/// The checks of a monitor with this setup. A monitor always checks counter and nE.
-constexpr PairChecks pair_checks_of(const SafetySetup& setup) {
-  return {.compare_bits = setup.comparison.compare_bits,
-          .tolerance_lsb = setup.comparison.tolerance_lsb,
-          .compare_turns = setup.comparison.multiturn == MultiturnRule::with_carry};
-}
 
 /// A bit of the control word and the bit of the safety word that must agree with it. Both are
 /// counted from the last data bit of their word.
@@ -45,10 +25,8 @@ struct ComparedBit {
 /// aligned at its first bit, turns at their last bit (fact sheet, 5.3). Turns and singleturn are one
 /// number, so a carry between them is no difference. Empty if nothing can be compared, and for Gray
 /// code.
-/// \param singleturn_bits compared bits of the singleturn (ACC_MIN); 0: all that both words have
-/// \param turns compare turns too, if both words have them
 std::vector<ComparedBit> compared_bits(const ChannelFormat& control, const ChannelFormat& safety,
-                                       unsigned singleturn_bits, bool turns);
+                                       const SafetyComparison& comparison = {});
 
 /// For each set of wrong bits among `bits` compared bits: the share of positions for which it
 /// passes. The true position is evenly distributed, and the two received values differ by at most
@@ -78,13 +56,38 @@ struct PairWeights {
 };
 
 /// Returns why the first two channels of a format cannot be analysed as a pair, or nothing.
-std::optional<PairError> pair_problem(const FrameFormat& format, const PairChecks& checks = {});
+std::optional<PairError> pair_problem(const FrameFormat& format,
+                                      const SafetyComparison& comparison = {});
 
 /// The first channel is the control word, the second one the safety word.
 /// \pre pair_problem() returns nothing
-PairWeights pair_weights(const FrameFormat& format, const PairChecks& checks = {});
+PairWeights pair_weights(const FrameFormat& format, const SafetyComparison& comparison = {});
 
 /// Returns a human-readable text.
 const char* text_of(PairError error);
+
+/// The bit error rate of IEC 61784-3 for which a rating holds.
+inline constexpr double rated_bit_error_rate = 1e-2;
+
+/// The share of frames with an undetected error at rated_bit_error_rate.
+struct UndetectedShares {
+  /// The compared bits are wrong by more than the tolerance: those of the CPW, as
+  /// PairWeights::beyond_tolerance counts, and those of the SPW, which the safe position consists of.
+  long double by_cpw = 0;
+  long double by_spw = 0;
+  /// Any bit of the CPW is wrong.
+  long double control_position = 0;
+
+  long double safe_position() const { return by_cpw > by_spw ? by_cpw : by_spw; }
+};
+
+/// Of the first two channels. Nothing where pair_problem() finds a problem.
+std::optional<UndetectedShares> undetected_shares(const FrameFormat& format,
+                                                  const SafetyComparison& comparison);
+
+/// The rating of the first two channels with this comparison. Nothing where pair_problem() finds a
+/// problem, and where the residual error is too large for a rating.
+std::optional<SafetyRating> safety_rating(const FrameFormat& format,
+                                          const SafetyComparison& comparison);
 
 }  // namespace biss::lab

@@ -1,5 +1,5 @@
 // The ratings of safety configurations: the table of the core, and random configurations.
-#include "lab/rating.hpp"
+#include "lab/pair.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>

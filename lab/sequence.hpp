@@ -36,50 +36,28 @@ inline constexpr std::array<std::string_view, 3> sequence_motion_names{"max", "s
 
 /// The text of the option --counter.
 constexpr std::string_view name_of(CounterMode mode) {
-  constexpr std::array<std::string_view, 3> names{"count_1_63", "count_0_63", "learned"};
-  return names[static_cast<std::size_t>(mode)];
+  return counter_mode_names[static_cast<std::size_t>(mode)];
 }
 
-/// How a transmission error is injected.
-enum class Injection : std::uint8_t {
-  corrupt,
-  previous,
-  older,
-  any_age,
-  exchanged,
-  shuffled,
-  overtaken,
-  no_answer,
-  skipped,
-  not_called,
-  whole_period,
-  watched,
-  unwatched,
-  stored,
-  constant,
-  stale,
-  foreign,
-  noise,
-  noise_word,
-  wrong_start_value,
-  polynomial,
-  standard,
-  one_frame,
-  permanent,
-  foreign_start_value,
-};
+class FaultRun;
+class SequenceFrame;
+struct SequenceRow;
+
+/// The exact share of a row's events that the monitor must accept; nothing if it is not known.
+using SequenceTheory = std::optional<long double>(const SequenceFrame& frame,
+                                                  const SequenceRow& row);
 
 /// A way to inject a transmission error; docs/safety-experiments.md describes each.
 struct SequenceVariant {
   TransmissionError error{};
-  Injection injection{};
-  /// The name that users see; for `corrupt` a fault that parse_fault() takes.
+  /// The name that users see; a fault that parse_fault() takes if bits are corrupted.
   std::string_view name;
-  /// The former name of a renamed variant, or empty.
-  std::string_view former = {};
-
-  /// The name that the random numbers depend on. A new name does not change the counts.
-  constexpr std::string_view seed_name() const { return former.empty() ? name : former; }
+  /// Injects one event. Null for `constant`: there the fault exists since power-up.
+  void (*inject)(FaultRun& run) = nullptr;
+  /// Null: 0.
+  SequenceTheory* theory = nullptr;
+  /// The monitor is not called during the fault: only its watchdog can detect it.
+  bool silent = false;
 };
 
 std::span<const SequenceVariant> variants_of(TransmissionError error);
@@ -104,10 +82,8 @@ struct SequenceRow {
   /// The motion, or the variant of the error; `all` for a sum of variants.
   std::string_view variant_name() const;
   /// \pre task is `fault`, and the row is no sum
-  Injection injection() const { return variants_of(kind)[variant].injection; }
-  bool is_constant() const {
-    return task == SequenceTask::fault && injection() == Injection::constant;
-  }
+  const SequenceVariant& injection() const { return variants_of(kind)[variant]; }
+  bool is_constant() const { return task == SequenceTask::fault && injection().inject == nullptr; }
   /// The seed of the row's random numbers. It depends on everything but `size`, and not on other
   /// rows.
   std::uint64_t seed(std::uint64_t campaign_seed) const;
@@ -154,7 +130,7 @@ struct SequenceCounts {
   std::uint64_t detected_as(SafetyVerdict verdict) const { return verdicts[index_of(verdict)]; }
   /// Events that were not accepted and had a verdict.
   std::uint64_t detected() const;
-  void add_odd(std::uint64_t index);
+  void add_odd(std::uint64_t index) { keep_lowest(odd, index, odd_kept); }
   void add(const SequenceCounts& other);
 };
 
@@ -182,11 +158,6 @@ struct SequencePlan {
   /// A row for each variant of the error; `faults` are divided evenly between them.
   void add_fault(TransmissionError kind, Counters counters, std::uint64_t faults);
 };
-
-/// Everything: undamaged frames at `motion` with both counters, set up and learned; both wrong
-/// counter ranges; the eight errors with the setup's counter (1…63 if it is learned).
-SequencePlan whole_plan(const FrameFormat& format, const SafetySetup& setup, std::uint64_t frames,
-                        std::uint64_t faults, std::uint64_t seed = 1);
 
 /// The result of a row; or the sum of an error's rows, whose variant is variants_of().size().
 struct SequenceResult {

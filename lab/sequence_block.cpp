@@ -5,8 +5,11 @@
 #include <deque>
 #include <limits>
 #include <numeric>
+#include <span>
 #include <utility>
 #include <vector>
+
+#include "lab/sequence_theory.hpp"
 
 namespace biss::lab {
 namespace {
@@ -18,11 +21,24 @@ Picoseconds clock_of(std::uint64_t block, sim::Random& random) {
   return Picoseconds{std::numeric_limits<std::int64_t>::max() - before};
 }
 
+}  // namespace
+
 // A monitor, its encoder and the clock between them; every call of the monitor is counted.
 class SequenceRig {
  public:
+  static constexpr std::size_t kept = 512;
+
   SequenceRig(const SequenceFrame& frame, const SequenceRow& row, std::uint64_t seed,
-              std::uint64_t block, WordRule rule, const SequenceWatcher& watcher);
+              std::uint64_t block, WordRule rule, const SequenceWatcher& watcher)
+      : frame_(frame),
+        watcher_(watcher),
+        random_(sim::scrambled(row.seed(seed)) + block),
+        encoder_(frame, row.encoder_counter, row.motion, rule, random_.next()),
+        monitor_(frame.plan()),
+        now_(clock_of(block, random_)) {
+    // It has passed in SequenceFrame::make() already.
+    static_cast<void>(monitor_.self_test());
+  }
 
   const SequenceFrame& frame() const { return frame_; }
   sim::Random& random() { return random_; }
@@ -31,62 +47,154 @@ class SequenceRig {
   SequenceCounts& counts() { return counts_; }
 
   // The following calls of the monitor belong to this frame or event.
-  void begin(std::uint64_t index);
+  void begin(std::uint64_t index) { event_ = {.index = index}; }
 
   // The encoder's next frame, which is kept.
-  const SequenceWords& own();
+  const SequenceWords& own() {
+    newest_ = (newest_ + 1U) % kept;
+    past_[newest_] = encoder_.next();
+    return past_[newest_];
+  }
   // The frame `age` frames before the newest one. \pre age is below `kept`
-  const SequenceWords& past(std::size_t age) const;
-  static constexpr std::size_t kept = 512;
+  const SequenceWords& past(std::size_t age) const { return past_[(newest_ + kept - age) % kept]; }
 
   // Time passes and the monitor is not called.
-  void pass(Picoseconds time);
+  void pass(Picoseconds time) { now_ = wrapping_later(now_, time); }
+
   // Time passes, and the monitor is called at its deadline and 1 ps later.
-  void pass_watched(Picoseconds time);
+  void pass_watched(Picoseconds time) {
+    const Picoseconds end = wrapping_later(now_, time);
+    const std::optional<Picoseconds> deadline = monitor_.deadline();
+    if (deadline && wrapping_elapsed(now_, *deadline).count >= 0 &&
+        wrapping_elapsed(now_, *deadline) < time) {
+      now_ = *deadline;
+      if (is_fault(logged("watch", {}, nullptr, monitor_.watch(OneClock{now_})).verdict)) alarm();
+      pass(picoseconds(1));
+      note(logged("watch", {}, nullptr, monitor_.watch(OneClock{now_})), nullptr);
+    }
+    now_ = end;
+  }
 
   // The encoder's next frame, undamaged: it must be safe, or `starting` if may_start. Returns false
   // for a false alarm or a misread frame.
-  bool good(bool may_start);
+  bool good(bool may_start) { return good(own(), may_start); }
   // The same for words that own() returned.
-  bool good(const SequenceWords& words, bool may_start);
+  bool good(const SequenceWords& words, bool may_start) {
+    const FrameBits bits = frame_.encode(words, random_);
+    const bool was_safe = !is_fault(monitor_.watch(OneClock{now_}).verdict);
+    const SafetyJudgement judgement =
+        logged("frame", bits.view(), &words, monitor_.step(OneClock{now_}, bits.view()));
+    ++counts_.frames;
+    const bool safe =
+        judgement.verdict == SafetyVerdict::safe && judgement.state == SafetyState::safe;
+    const bool starts = may_start && judgement.verdict == SafetyVerdict::starting;
+    const bool expected = was_safe && (safe || starts);
+    const bool right = judgement.position.has_value() == safe &&
+                       (!safe || position_of(judgement) == words.cpw) &&
+                       judgement.life_counter == words.life_counter &&
+                       judgement.cpw_nW == words.cpw_nW && judgement.spw_nW == words.spw_nW;
+    if (!expected) {
+      alarm();
+    } else if (!right) {
+      ++counts_.misread;
+      counts_.add_odd(event_.index);
+    }
+    return expected && right;
+  }
 
   // The fault affects requests from this one on; the first call of an event counts.
-  void fault_begins();
+  void fault_begins() {
+    if (!event_.due) event_.due = now_;
+  }
   // A frame that must not be safe, instead of `meant`.
-  void send_fault(const FrameBits& bits, const SequenceWords& meant);
+  void send_fault(const FrameBits& bits, const SequenceWords& meant) {
+    note(logged("fault", bits.view(), &meant, monitor_.step(OneClock{now_}, bits.view())), &meant);
+  }
   // No answer to a request.
-  void silence(const SequenceWords& meant);
+  void silence(const SequenceWords& meant) {
+    note(logged("silence", {}, &meant, monitor_.step(OneClock{now_}, BitView())), &meant);
+  }
+
   // Counts the event. `allowed` returns whether a first verdict is one of the error's.
   template <class Allowed>
   void close_event(std::uint64_t bound_cycles, const Allowed& allowed) {
     ++counts_.events;
-    bool odd = accepted_;
-    if (accepted_) {
+    bool odd = event_.accepted;
+    if (event_.accepted) {
       ++counts_.accepted;
-      if (wrong_) ++counts_.wrong;
+      if (event_.wrong) ++counts_.wrong;
     } else {
-      const bool late = !verdict_ || cycles_ > bound_cycles;
-      const bool unexpected = verdict_ && !allowed(*verdict_);
-      if (verdict_) ++counts_.verdicts[index_of(*verdict_)];
+      const auto verdict = event_.verdict;
+      const bool late = !verdict || event_.cycles > bound_cycles;
+      const bool unexpected = verdict && !allowed(*verdict);
+      if (verdict) ++counts_.verdicts[index_of(*verdict)];
       if (late) ++counts_.late;
       if (unexpected) ++counts_.unexpected;
-      counts_.worst_cycles = std::max(counts_.worst_cycles, cycles_);
+      counts_.worst_cycles = std::max(counts_.worst_cycles, event_.cycles);
       odd = late || unexpected;
     }
-    if (odd) counts_.add_odd(index_);
+    if (odd) counts_.add_odd(event_.index);
   }
 
   // A long pause, then the monitor starts again. What it has learned about the counter stays, unless
   // `forget`.
-  void settle(bool forget);
+  void settle(bool forget) {
+    pass(frame_.setup().frame_gap_max + frame_.cycle());
+    monitor_.watch(OneClock{now_});
+    monitor_.acknowledge();
+    if (forget) monitor_.encoder_restarted();
+  }
 
  private:
-  void note(const SafetyJudgement& judgement, const SequenceWords* meant);
-  void log(std::string_view what, const BitView& bits, const SequenceWords* meant,
-           const SafetyJudgement& judgement) const;
+  struct Event {
+    std::uint64_t index = 0;
+    std::optional<Picoseconds> due{};
+    std::optional<SafetyVerdict> verdict{};
+    std::uint64_t cycles = 0;
+    bool accepted = false;
+    bool wrong = false;
+  };
+
+  std::uint64_t position_of(const SafetyJudgement& safe) const {
+    return control_position(frame_.plan(), *safe.position);
+  }
+
   void alarm() {
     ++counts_.false_alarms;
-    counts_.add_odd(index_);
+    counts_.add_odd(event_.index);
+  }
+
+  // Shows a call of the monitor to the watcher, and returns its judgement.
+  const SafetyJudgement& logged(std::string_view what, const BitView& bits,
+                                const SequenceWords* meant,
+                                const SafetyJudgement& judgement) const {
+    if (!watcher_) return judgement;
+    SequenceStep step{
+        .index = event_.index, .time = now_, .what = what, .bits = bits, .judgement = judgement};
+    if (meant != nullptr) step.meant = *meant;
+    if (judgement.position) step.position_read = position_of(judgement);
+    watcher_(step);
+    return judgement;
+  }
+
+  void note(const SafetyJudgement& judgement, const SequenceWords* meant) {
+    if (judgement.position) {
+      event_.accepted = true;
+      event_.wrong = event_.wrong || meant == nullptr || position_of(judgement) != meant->cpw;
+    }
+    const SafetyBudget& budget = frame_.setup().budget;
+    if (judgement.tolerated) {
+      tolerated_.push_back(now_);
+      if (tolerated_.size() > budget.faults) {
+        if (wrapping_elapsed(tolerated_.front(), now_) <= budget.window) alarm();
+        tolerated_.pop_front();
+      }
+    }
+    if (event_.verdict || !is_fault(judgement.verdict)) return;
+    event_.verdict = judgement.verdict;
+    const std::int64_t cycle = frame_.cycle().count;
+    const std::int64_t since = wrapping_elapsed(event_.due.value_or(now_), now_).count;
+    event_.cycles = static_cast<std::uint64_t>((since + cycle - 1) / cycle);
   }
 
   const SequenceFrame& frame_;
@@ -98,149 +206,12 @@ class SequenceRig {
   Picoseconds now_{};
   std::array<SequenceWords, kept> past_{};
   std::size_t newest_ = 0;
-
-  // The current event.
-  std::uint64_t index_ = 0;
-  std::optional<Picoseconds> due_;
-  std::optional<SafetyVerdict> verdict_;
-  std::uint64_t cycles_ = 0;
-  bool accepted_ = false;
-  bool wrong_ = false;
+  Event event_;
   // The latest tolerated faults, of all events.
   std::deque<Picoseconds> tolerated_;
 };
 
-SequenceRig::SequenceRig(const SequenceFrame& frame, const SequenceRow& row, std::uint64_t seed,
-                         std::uint64_t block, WordRule rule, const SequenceWatcher& watcher)
-    : frame_(frame),
-      watcher_(watcher),
-      random_(sim::scrambled(row.seed(seed)) + block),
-      encoder_(frame, row.encoder_counter, row.motion, rule, random_.next()),
-      monitor_(SharedSafetyPlan(frame.plan())),
-      now_(clock_of(block, random_)) {
-  // It has passed in SequenceFrame::make() already.
-  static_cast<void>(monitor_.self_test());
-}
-
-void SequenceRig::begin(std::uint64_t index) {
-  index_ = index;
-  due_.reset();
-  verdict_.reset();
-  cycles_ = 0;
-  accepted_ = false;
-  wrong_ = false;
-}
-
-const SequenceWords& SequenceRig::own() {
-  newest_ = (newest_ + 1U) % kept;
-  past_[newest_] = encoder_.next();
-  return past_[newest_];
-}
-
-const SequenceWords& SequenceRig::past(std::size_t age) const {
-  return past_[(newest_ + kept - age) % kept];
-}
-
-void SequenceRig::log(std::string_view what, const BitView& bits, const SequenceWords* meant,
-                      const SafetyJudgement& judgement) const {
-  watcher_({.index = index_,
-            .time = now_,
-            .what = what,
-            .bits = bits,
-            .meant = meant != nullptr ? std::optional(*meant) : std::nullopt,
-            .judgement = judgement,
-            .position_read = judgement.position ? std::optional(control_position(
-                                                      frame_.plan(), *judgement.position))
-                                                : std::nullopt});
-}
-
-void SequenceRig::pass(Picoseconds time) { now_ = wrapping_later(now_, time); }
-
-void SequenceRig::pass_watched(Picoseconds time) {
-  const Picoseconds end = wrapping_later(now_, time);
-  const std::optional<Picoseconds> deadline = monitor_.deadline();
-  if (deadline && wrapping_elapsed(now_, *deadline).count >= 0 &&
-      wrapping_elapsed(now_, *deadline) < time) {
-    now_ = *deadline;
-    const SafetyJudgement still = monitor_.watch(now_);
-    if (watcher_) log("watch", {}, nullptr, still);
-    if (is_fault(still.verdict)) alarm();
-    pass(picoseconds(1));
-    const SafetyJudgement late = monitor_.watch(now_);
-    if (watcher_) log("watch", {}, nullptr, late);
-    note(late, nullptr);
-  }
-  now_ = end;
-}
-
-bool SequenceRig::good(bool may_start) { return good(own(), may_start); }
-
-bool SequenceRig::good(const SequenceWords& words, bool may_start) {
-  const FrameBits bits = frame_.encode(words, random_);
-  const bool was_safe = !is_fault(monitor_.watch(now_).verdict);
-  const SafetyJudgement judgement = monitor_.step(now_, bits.view());
-  if (watcher_) log("frame", bits.view(), &words, judgement);
-  ++counts_.frames;
-  const bool safe =
-      judgement.verdict == SafetyVerdict::safe && judgement.state == SafetyState::safe;
-  const bool starts = may_start && judgement.verdict == SafetyVerdict::starting;
-  const bool expected = was_safe && (safe || starts);
-  const bool right = judgement.position.has_value() == safe &&
-                     (!safe || control_position(frame_.plan(), *judgement.position) == words.cpw) &&
-                     judgement.life_counter == words.life_counter &&
-                     judgement.cpw_nW == words.cpw_nW && judgement.spw_nW == words.spw_nW;
-  if (!expected) {
-    alarm();
-  } else if (!right) {
-    ++counts_.misread;
-    counts_.add_odd(index_);
-  }
-  return expected && right;
-}
-
-void SequenceRig::fault_begins() {
-  if (!due_) due_ = now_;
-}
-
-void SequenceRig::note(const SafetyJudgement& judgement, const SequenceWords* meant) {
-  if (judgement.position) {
-    accepted_ = true;
-    wrong_ = wrong_ || meant == nullptr ||
-             control_position(frame_.plan(), *judgement.position) != meant->cpw;
-  }
-  const SafetyBudget& budget = frame_.setup().budget;
-  if (judgement.tolerated) {
-    tolerated_.push_back(now_);
-    if (tolerated_.size() > budget.faults) {
-      if (wrapping_elapsed(tolerated_.front(), now_) <= budget.window) alarm();
-      tolerated_.pop_front();
-    }
-  }
-  if (verdict_ || !is_fault(judgement.verdict)) return;
-  verdict_ = judgement.verdict;
-  const std::int64_t cycle = frame_.cycle().count;
-  const std::int64_t since = wrapping_elapsed(due_.value_or(now_), now_).count;
-  cycles_ = static_cast<std::uint64_t>((since + cycle - 1) / cycle);
-}
-
-void SequenceRig::send_fault(const FrameBits& bits, const SequenceWords& meant) {
-  const SafetyJudgement judgement = monitor_.step(now_, bits.view());
-  if (watcher_) log("fault", bits.view(), &meant, judgement);
-  note(judgement, &meant);
-}
-
-void SequenceRig::silence(const SequenceWords& meant) {
-  const SafetyJudgement judgement = monitor_.step(now_, BitView());
-  if (watcher_) log("silence", {}, &meant, judgement);
-  note(judgement, &meant);
-}
-
-void SequenceRig::settle(bool forget) {
-  pass(frame_.setup().frame_gap_max + frame_.cycle());
-  monitor_.watch(now_);
-  monitor_.acknowledge();
-  if (forget) monitor_.encoder_restarted();
-}
+namespace {
 
 constexpr unsigned most_repeats = 8;
 constexpr unsigned most_exchanged = 8;
@@ -248,80 +219,21 @@ constexpr unsigned most_lost = 62;
 constexpr unsigned most_periods = 4;
 constexpr unsigned most_foreign = 64;
 
-// Injects the events of one row.
+}  // namespace
+
+// Injects the events of one row. \pre the monitor is safe and the next request is due now
 class FaultRun {
  public:
   FaultRun(SequenceRig& rig, const SequenceRow& row)
-      : rig_(rig), row_(row), injection_(row.injection()) {
-    if (injection_ == Injection::corrupt) corruption_ = *parse_fault(row.variant_name());
-  }
+      : rig_(rig),
+        period_(row.period()),
+        corruption_(parse_fault(row.variant_name()).value_or(FaultChoice{})) {}
 
-  // One event. \pre the monitor is safe and the next request is due now
-  void inject() {
-    switch (injection_) {
-      case Injection::corrupt:
-        return corrupt();
-      case Injection::previous:
-        return repeat(1);
-      case Injection::older:
-        return repeat(any_of(2, row_.period() - 1));
-      case Injection::any_age:
-        return repeat(any_of(1, most_periods * row_.period()));
-      case Injection::exchanged:
-      case Injection::shuffled:
-      case Injection::overtaken:
-        return exchange();
-      case Injection::no_answer:
-        return lose_answers();
-      case Injection::skipped:
-        return skip();
-      case Injection::not_called:
-        return lose_calls(any_of(1, row_.period() - 1));
-      case Injection::whole_period:
-        return lose_calls(row_.period() * any_of(1, most_periods));
-      case Injection::watched:
-      case Injection::unwatched:
-        return delay();
-      case Injection::stored:
-        return store();
-      case Injection::constant:
-        return;  // count_constant()
-      case Injection::stale:
-        return insert(true);
-      case Injection::foreign:
-        return insert(false);
-      case Injection::noise:
-      case Injection::noise_word:
-      case Injection::standard:
-        return disguise();
-      case Injection::wrong_start_value:
-        return send_with(rig_.frame().other_starts());
-      case Injection::polynomial:
-        return send_with(rig_.frame().other_polynomials());
-      case Injection::one_frame:
-      case Injection::foreign_start_value:
-        return address(1);
-      case Injection::permanent:
-        return address(any_of(2, most_foreign));
-    }
-  }
-
- private:
-  std::uint64_t below(std::uint64_t limit) { return rig_.random().below(limit); }
+  const SequenceFrame& frame() const { return rig_.frame(); }
+  unsigned period() const { return period_; }
   // first…last
   unsigned any_of(unsigned first, unsigned last) {
     return first + static_cast<unsigned>(below(last - first + 1U));
-  }
-  FrameBits bits_of(const SequenceWords& words) {
-    return rig_.frame().encode(words, rig_.random());
-  }
-  FrameBits bits_of(const SequenceWords& words, const std::vector<SequenceFrame::Codec>& others) {
-    return rig_.frame().encode(words, others[below(others.size())], rig_.random());
-  }
-  Picoseconds cycle() const { return rig_.frame().cycle(); }
-  void send_fault(const FrameBits& bits, const SequenceWords& meant) {
-    rig_.fault_begins();
-    rig_.send_fault(bits, meant);
   }
 
   void corrupt() {
@@ -335,25 +247,6 @@ class FaultRun {
     }
     send_fault(bits, meant);
   }
-  // Returns false if no bit was drawn.
-  bool flip_some(FrameBits& bits) {
-    bool any = false;
-    for (std::size_t at = rig_.frame().payload_at(bits); at + 1 < bits.size_bits(); ++at) {
-      if ((rig_.random().next() >> 32U) >= corruption_.rate) continue;
-      bits.flip(at);
-      any = true;
-    }
-    return any;
-  }
-  void flip_burst(FrameBits& bits) {
-    const std::size_t payload = rig_.frame().payload_at(bits);
-    const unsigned length = corruption_.length_bits;
-    const std::size_t first = payload + below(bits.size_bits() - payload - length);
-    const std::uint64_t pattern = rig_.random().next();
-    for (unsigned k = 0; k < length; ++k) {
-      if (k == 0 || k + 1 == length || ((pattern >> k) & 1U) != 0) bits.flip(first + k);
-    }
-  }
 
   void repeat(unsigned age) {
     rig_.own();
@@ -366,14 +259,18 @@ class FaultRun {
     }
   }
 
-  void exchange() {
-    const unsigned count = any_of(2, most_exchanged);
+  using Order = std::span<std::uint8_t>;
+
+  // Several frames in an order that `mix` makes: any but the right one.
+  void exchange(void (FaultRun::*mix)(Order)) {
     std::array<SequenceWords, most_exchanged> frames;
-    std::array<std::uint8_t, most_exchanged> order{};
-    for (unsigned n = 0; n < count; ++n) frames[n] = rig_.own();
-    mix(order, count);
+    std::array<std::uint8_t, most_exchanged> numbers{};
+    const Order order(numbers.data(), any_of(2, most_exchanged));
+    for (std::size_t n = 0; n < order.size(); ++n) frames[n] = rig_.own();
+    std::iota(order.begin(), order.end(), std::uint8_t{0});
+    (this->*mix)(order);
     bool begun = false;
-    for (unsigned n = 0; n < count; ++n) {
+    for (std::size_t n = 0; n < order.size(); ++n) {
       if (n != 0) rig_.pass(cycle());
       begun = begun || order[n] != n;
       if (begun) {
@@ -383,25 +280,18 @@ class FaultRun {
       }
     }
   }
-  // Any order but the right one.
-  void mix(std::array<std::uint8_t, most_exchanged>& order, unsigned count) {
-    const auto end = order.begin() + count;
-    std::iota(order.begin(), end, std::uint8_t{0});
-    if (injection_ == Injection::overtaken) {
-      std::rotate(order.begin(), order.begin() + 1, end);
-    } else if (injection_ == Injection::exchanged) {
-      const unsigned one = any_of(0, count - 2);
-      std::swap(order[one], order[any_of(one + 1, count - 1)]);
-    } else {
-      while (std::is_sorted(order.begin(), end)) {
-        for (unsigned n = count - 1; n != 0; --n) std::swap(order[n], order[any_of(0, n)]);
+  void overtake(Order order) { std::rotate(order.begin(), order.begin() + 1, order.end()); }
+  void swap_two(Order order) {
+    const auto last = static_cast<unsigned>(order.size() - 1);
+    const unsigned one = any_of(0, last - 1);
+    std::swap(order[one], order[any_of(one + 1, last)]);
+  }
+  void shuffle(Order order) {
+    while (std::is_sorted(order.begin(), order.end())) {
+      for (auto n = static_cast<unsigned>(order.size() - 1); n != 0; --n) {
+        std::swap(order[n], order[any_of(0, n)]);
       }
     }
-  }
-
-  void send_own() {
-    const SequenceWords meant = rig_.own();
-    send_fault(bits_of(meant), meant);
   }
 
   // Requests without an answer; the encoder may have counted them or not.
@@ -417,7 +307,7 @@ class FaultRun {
     send_own();
   }
   void skip() {
-    for (unsigned left = any_of(1, row_.period() - 1); left != 0; --left) rig_.own();
+    for (unsigned left = any_of(1, period_ - 1); left != 0; --left) rig_.own();
     send_own();
   }
   void lose_calls(unsigned count) {
@@ -443,9 +333,9 @@ class FaultRun {
       rig_.pass(cycle());
     }
   }
-  void delay() {
-    const Picoseconds least = rig_.frame().setup().frame_gap_max - cycle() + picoseconds(1);
-    if (injection_ == Injection::watched) {
+  void delay(bool watched) {
+    const Picoseconds least = frame().setup().frame_gap_max - cycle() + picoseconds(1);
+    if (watched) {
       rig_.fault_begins();
       rig_.pass_watched(least + longer());
     } else {
@@ -453,18 +343,12 @@ class FaultRun {
     }
     send_own();
   }
-  // 0, or up to 128 cycles, every magnitude equally often.
-  Picoseconds longer() {
-    if (below(4) == 0) return {};
-    const std::uint64_t share = rig_.random().next() >> 44U;
-    return sim::part_of(cycle() * 128 / (std::int64_t{1} << below(20)), share);
-  }
 
   void insert(bool stale) {
     rig_.pass(-(cycle() / 2));  // between two requests
     const SequenceWords& last = rig_.past(0);
     const SequenceWords inserted =
-        stale ? rig_.past(below(row_.period() - 1)) : rig_.encoder().foreign(rig_.random());
+        stale ? rig_.past(below(period_ - 1)) : rig_.encoder().foreign(rig_.random());
     send_fault(bits_of(inserted), last);
   }
 
@@ -473,42 +357,126 @@ class FaultRun {
     const SequenceWords meant = rig_.own();
     send_fault(bits_of(meant, others), meant);
   }
-  // Noise instead of the words or of the safety word, or zeros instead of the safety word.
-  void disguise() {
+  // Noise instead of the words or of the safety word, or zeros.
+  void disguise(bool both_words, bool zeros) {
     const SequenceWords meant = rig_.own();
     FrameBits bits = bits_of(meant);
-    const std::size_t payload = rig_.frame().payload_at(bits);
-    const std::size_t word = payload + rig_.frame().words().cpw_bits();
-    std::size_t at = injection_ == Injection::noise ? payload : word;
+    std::size_t at = frame().payload_at(bits);
+    if (!both_words) at += frame().words().cpw_bits();
     for (; at + 1 < bits.size_bits(); ++at) {
-      const bool flip =
-          injection_ == Injection::standard ? bits.view()[at] : (rig_.random().next() >> 63U) != 0;
-      if (flip) bits.flip(at);
+      if (zeros ? bits.view()[at] : (rig_.random().next() >> 63U) != 0) bits.flip(at);
     }
     send_fault(bits, meant);
   }
 
-  void address(unsigned count) {
+  // Frames of another encoder, which does not move, but counts.
+  void address(unsigned count, bool other_start = false) {
     SequenceWords other = rig_.encoder().foreign(rig_.random());
     for (unsigned n = 0; n < count; ++n) {
       if (n != 0) rig_.pass(cycle());
       const SequenceWords meant = rig_.own();
-      send_fault(injection_ == Injection::foreign_start_value
-                     ? bits_of(other, rig_.frame().other_starts())
-                     : bits_of(other),
-                 meant);
-      // It does not move, but counts.
-      other.life_counter = other.life_counter == 63
-                               ? static_cast<std::uint8_t>(64 - row_.period())
-                               : static_cast<std::uint8_t>(other.life_counter + 1);
+      send_fault(other_start ? bits_of(other, frame().other_starts()) : bits_of(other), meant);
+      const unsigned next = other.life_counter == 63 ? 64 - period_ : other.life_counter + 1U;
+      other.life_counter = static_cast<std::uint8_t>(next);
     }
   }
 
+ private:
+  std::uint64_t below(std::uint64_t limit) { return rig_.random().below(limit); }
+  FrameBits bits_of(const SequenceWords& words) { return frame().encode(words, rig_.random()); }
+  FrameBits bits_of(const SequenceWords& words, const std::vector<SequenceFrame::Codec>& others) {
+    return frame().encode(words, others[below(others.size())], rig_.random());
+  }
+  Picoseconds cycle() const { return frame().cycle(); }
+  void send_fault(const FrameBits& bits, const SequenceWords& meant) {
+    rig_.fault_begins();
+    rig_.send_fault(bits, meant);
+  }
+  void send_own() {
+    const SequenceWords meant = rig_.own();
+    send_fault(bits_of(meant), meant);
+  }
+
+  // Returns false if no bit was drawn.
+  bool flip_some(FrameBits& bits) {
+    bool any = false;
+    for (std::size_t at = rig_.frame().payload_at(bits); at + 1 < bits.size_bits(); ++at) {
+      if ((rig_.random().next() >> 32U) >= corruption_.rate) continue;
+      bits.flip(at);
+      any = true;
+    }
+    return any;
+  }
+  void flip_burst(FrameBits& bits) {
+    const std::size_t payload = rig_.frame().payload_at(bits);
+    const unsigned length = corruption_.length_bits;
+    const std::size_t first = payload + below(bits.size_bits() - payload - length);
+    const std::uint64_t pattern = rig_.random().next();
+    for (unsigned k = 0; k < length; ++k) {
+      if (k == 0 || k + 1 == length || ((pattern >> k) & 1U) != 0) bits.flip(first + k);
+    }
+  }
+
+  // 0, or up to 128 cycles, every magnitude equally often.
+  Picoseconds longer() {
+    if (below(4) == 0) return {};
+    const std::uint64_t share = rig_.random().next() >> 44U;
+    return sim::part_of(cycle() * 128 / (std::int64_t{1} << below(20)), share);
+  }
+
   SequenceRig& rig_;
-  const SequenceRow& row_;
-  Injection injection_;
-  FaultChoice corruption_{};
+  unsigned period_;
+  FaultChoice corruption_;
 };
+
+namespace {
+
+void corrupt(FaultRun& run) { run.corrupt(); }
+
+constexpr auto variants = [] {
+  using E = TransmissionError;
+  using Run = FaultRun&;
+  constexpr bool silent = true;
+  return std::to_array<SequenceVariant>({
+      {E::corruption, "flips:0.5", corrupt, corruption_theory},
+      {E::corruption, "flips:0.1", corrupt, corruption_theory},
+      {E::corruption, "flips:0.01", corrupt, corruption_theory},
+      {E::corruption, "flips:0.001", corrupt, corruption_theory},
+      {E::corruption, "burst:8", corrupt, corruption_theory},
+      {E::corruption, "burst:16", corrupt, corruption_theory},
+      {E::corruption, "burst:32", corrupt, corruption_theory},
+      {E::repetition, "previous", [](Run run) { run.repeat(1); }},
+      {E::repetition, "older", [](Run run) { run.repeat(run.any_of(2, run.period() - 1)); }},
+      {E::repetition, "any_age",
+       [](Run run) { run.repeat(run.any_of(1, most_periods * run.period())); }, counter_theory},
+      {E::sequence, "exchanged", [](Run run) { run.exchange(&FaultRun::swap_two); }},
+      {E::sequence, "shuffled", [](Run run) { run.exchange(&FaultRun::shuffle); }},
+      {E::sequence, "overtaken", [](Run run) { run.exchange(&FaultRun::overtake); }},
+      {E::loss, "no_answer", [](Run run) { run.lose_answers(); }},
+      {E::loss, "skipped", [](Run run) { run.skip(); }},
+      {E::loss, "not_called", [](Run run) { run.lose_calls(run.any_of(1, run.period() - 1)); },
+       nullptr, silent},
+      {E::loss, "whole_period",
+       [](Run run) { run.lose_calls(run.period() * run.any_of(1, most_periods)); }, nullptr,
+       silent},
+      {E::delay, "watched", [](Run run) { run.delay(true); }, nullptr, silent},
+      {E::delay, "unwatched", [](Run run) { run.delay(false); }},
+      {E::delay, "stored", [](Run run) { run.store(); }},
+      {E::delay, "constant"},
+      {E::insertion, "stale", [](Run run) { run.insert(true); }},
+      {E::insertion, "foreign", [](Run run) { run.insert(false); }, insertion_theory},
+      {E::masquerade, "noise", [](Run run) { run.disguise(true, false); }, noise_theory},
+      {E::masquerade, "noise_word", [](Run run) { run.disguise(false, false); }, noise_word_theory},
+      {E::masquerade, "start_value", [](Run run) { run.send_with(run.frame().other_starts()); }},
+      {E::masquerade, "polynomial", [](Run run) { run.send_with(run.frame().other_polynomials()); },
+       polynomial_theory},
+      {E::masquerade, "standard", [](Run run) { run.disguise(false, true); }, standard_theory},
+      {E::addressing, "one_frame", [](Run run) { run.address(1); }, counter_theory},
+      {E::addressing, "permanent", [](Run run) { run.address(run.any_of(2, most_foreign)); },
+       counter_theory},
+      {E::addressing, "start_value", [](Run run) { run.address(1, true); }},
+  });
+}();
 
 // The number of frames that may be `starting`; the next one must be safe.
 unsigned start_up_frames(const SequenceFrame& frame, const SequenceRow& row) {
@@ -551,7 +519,13 @@ SequenceCounts count_undamaged(const SequenceFrame& frame, const SequenceRow& ro
 }
 
 // Good frames up to the first one that shows that the encoder's range is the other one.
-void try_counter_mode(SequenceRig& rig, const SequenceRow& row) {
+void try_counter_mode(SequenceRig& rig, const SequenceRow& row, bool continues) {
+  if (continues) {
+    rig.monitor().acknowledge();
+  } else {
+    rig.settle(true);
+    rig.encoder().put_elsewhere();
+  }
   const bool counts_zero = row.encoder_counter == CounterMode::count_0_63;
   const unsigned start_up = rig.frame().setup().start_frames - 1U;
   for (unsigned shown = 0; shown <= 2 * row.period(); ++shown) {
@@ -566,28 +540,6 @@ void try_counter_mode(SequenceRig& rig, const SequenceRow& row) {
     }
     rig.good(words, shown < start_up);
   }
-}
-
-// Every second trial continues from the one before, as after an acknowledgement in a machine.
-SequenceCounts count_counter_mode(const SequenceFrame& frame, const SequenceRow& row,
-                                  std::uint64_t seed, std::uint64_t block,
-                                  const SequenceWatcher& watcher) {
-  SequenceRig rig(frame, row, seed, block, WordRule::truncated, watcher);
-  const std::uint64_t first = row.blocks().first_of(block);
-  const std::uint64_t size = row.blocks().size_of(block);
-  for (std::uint64_t n = 0; n < size; ++n) {
-    rig.begin(first + n);
-    if (n % 2 == 0) {
-      rig.settle(true);
-      rig.encoder().put_elsewhere();
-    } else {
-      rig.monitor().acknowledge();
-    }
-    try_counter_mode(rig, row);
-    rig.close_event(0,
-                    [](SafetyVerdict verdict) { return verdict == SafetyVerdict::counter_mode; });
-  }
-  return rig.counts();
 }
 
 // The position that a monitor gives for these words.
@@ -666,81 +618,70 @@ class ConstantRun {
   unsigned late_;
 };
 
-SequenceCounts count_constant(const SequenceFrame& frame, const SequenceRow& row,
-                              std::uint64_t seed, std::uint64_t block,
-                              const SequenceWatcher& watcher) {
-  SequenceRig rig(frame, row, seed, block, WordRule::truncated, watcher);
-  rig.encoder().warn(false);
-  const std::uint64_t first = row.blocks().first_of(block);
-  const std::uint64_t size = row.blocks().size_of(block);
-  for (std::uint64_t n = 0; n < size; ++n) {
-    rig.begin(first + n);
-    ConstantRun(rig, row).inject(first + n, start_up_frames(frame, row));
-    rig.close_event(reaction_bound(frame, row), [](SafetyVerdict verdict) {
-      using enum SafetyVerdict;
-      return verdict == stimulus || verdict == no_frame || verdict == cpw_crc;
-    });
+// Good frames, then a fault.
+void inject_fault(SequenceRig& rig, FaultRun& run, const SequenceRow& row, bool first) {
+  rig.settle(row.counter != CounterMode::learned && rig.random().below(2) != 0);
+  rig.encoder().put_elsewhere();
+  // These faults need earlier frames: the encoder goes on while the monitor is not called.
+  const bool looks_back =
+      row.kind == TransmissionError::repetition || row.kind == TransmissionError::insertion;
+  for (unsigned frames = looks_back ? 256 : 0; frames != 0; --frames) rig.own();
+  const unsigned starting =
+      first ? start_up_frames(rig.frame(), row) : rig.frame().setup().start_frames - 1U;
+  const unsigned good = starting + 1U + static_cast<unsigned>(rig.random().below(8));
+  for (unsigned k = 0; k < good; ++k) {
+    rig.pass(rig.frame().cycle());
+    rig.good(k < starting);
   }
-  return rig.counts();
+  rig.pass(rig.frame().cycle());
+  row.injection().inject(run);
 }
 
-// Whether the fault needs earlier frames.
-bool looks_back(const SequenceRow& row) {
-  return row.kind == TransmissionError::repetition || row.kind == TransmissionError::insertion;
-}
-
-SequenceCounts count_faults(const SequenceFrame& frame, const SequenceRow& row, std::uint64_t seed,
-                            std::uint64_t block, const SequenceWatcher& watcher) {
-  const unsigned start_up = start_up_frames(frame, row);
-  SequenceRig rig(frame, row, seed, block, WordRule::truncated, watcher);
-  rig.encoder().warn(false);
-  FaultRun run(rig, row);
-  const SafetyMeasure& measure = safety_measures[static_cast<std::size_t>(row.kind)];
-  const unsigned again = frame.setup().start_frames - 1U;
-  const bool learns = row.counter == CounterMode::learned;
-  const std::uint64_t first = row.blocks().first_of(block);
-  const std::uint64_t size = row.blocks().size_of(block);
-  for (std::uint64_t n = 0; n < size; ++n) {
-    rig.begin(first + n);
-    rig.settle(!learns && rig.random().below(2) != 0);
-    rig.encoder().put_elsewhere();
-    // The encoder goes on while the monitor is not called.
-    for (unsigned frames = looks_back(row) ? 256 : 0; frames != 0; --frames) rig.own();
-    const unsigned starting = n == 0 ? start_up : again;
-    const unsigned good = starting + 1U + static_cast<unsigned>(rig.random().below(8));
-    for (unsigned k = 0; k < good; ++k) {
-      rig.pass(frame.cycle());
-      rig.good(k < starting);
-    }
-    rig.pass(frame.cycle());
-    run.inject();
-    rig.close_event(reaction_bound(frame, row),
-                    [&](SafetyVerdict verdict) { return measure.may_be(verdict); });
-  }
-  return rig.counts();
+// Whether this may be the first verdict of an event.
+bool may_be(const SequenceRow& row, SafetyVerdict verdict) {
+  using enum SafetyVerdict;
+  if (row.task == SequenceTask::counter_mode) return verdict == counter_mode;
+  if (row.is_constant()) return verdict == stimulus || verdict == no_frame || verdict == cpw_crc;
+  return safety_measures[static_cast<std::size_t>(row.kind)].may_be(verdict);
 }
 
 }  // namespace
 
+std::span<const SequenceVariant> variants_of(TransmissionError error) {
+  const auto of_error = [error](const SequenceVariant& each) { return each.error == error; };
+  const auto first = std::find_if(variants.begin(), variants.end(), of_error);
+  return {first, std::find_if_not(first, variants.end(), of_error)};
+}
+
 SequenceCounts count_sequence(const SequenceFrame& frame, const SequenceRow& row,
                               std::uint64_t seed, std::uint64_t block,
                               const SequenceWatcher& watcher) {
-  switch (row.task) {
-    case SequenceTask::undamaged:
-      return count_undamaged(frame, row, seed, block, watcher);
-    case SequenceTask::counter_mode:
-      return count_counter_mode(frame, row, seed, block, watcher);
-    case SequenceTask::fault:
-      break;
+  if (row.task == SequenceTask::undamaged) {
+    return count_undamaged(frame, row, seed, block, watcher);
   }
-  if (row.is_constant()) return count_constant(frame, row, seed, block, watcher);
-  return count_faults(frame, row, seed, block, watcher);
+  SequenceRig rig(frame, row, seed, block, WordRule::truncated, watcher);
+  if (row.task == SequenceTask::fault) rig.encoder().warn(false);
+  FaultRun run(rig, row);
+  const std::uint64_t first = row.blocks().first_of(block);
+  const std::uint64_t size = row.blocks().size_of(block);
+  for (std::uint64_t n = 0; n < size; ++n) {
+    rig.begin(first + n);
+    if (row.task == SequenceTask::counter_mode) {
+      // Every second trial continues from the one before, as after an acknowledgement in a machine.
+      try_counter_mode(rig, row, n % 2 != 0);
+    } else if (row.is_constant()) {
+      ConstantRun(rig, row).inject(first + n, start_up_frames(frame, row));
+    } else {
+      inject_fault(rig, run, row, n == 0);
+    }
+    rig.close_event(reaction_bound(frame, row),
+                    [&row](SafetyVerdict verdict) { return may_be(row, verdict); });
+  }
+  return rig.counts();
 }
 
 unsigned reaction_bound(const SequenceFrame& frame, const SequenceRow& row) {
-  const Injection injection = row.injection();
-  const bool silent = injection == Injection::not_called || injection == Injection::whole_period ||
-                      injection == Injection::watched;
+  const bool silent = row.task == SequenceTask::fault && row.injection().silent;
   return silent ? frame.watchdog_cycles() : 0;
 }
 

@@ -37,9 +37,8 @@ SequenceCounts count_sequence(const SequenceFrame& frame, const SequenceRow& row
                               std::uint64_t seed, std::uint64_t block,
                               const SequenceWatcher& watcher = {});
 
-/// The verdict of a fault must come within this number of cycles after the first request that has
-/// it: 0, or the watchdog's cycles if a frame is missing and the monitor is not called. \pre the row
-/// is a fault
+/// The verdict of an event must come within this number of cycles after the first request that has
+/// the fault: 0, or the watchdog's cycles if a frame is missing and the monitor is not called.
 unsigned reaction_bound(const SequenceFrame& frame, const SequenceRow& row);
 
 }  // namespace biss::lab

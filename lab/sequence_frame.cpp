@@ -10,42 +10,31 @@ namespace {
 constexpr std::size_t other_count = 9;
 constexpr std::uint64_t other_seed = 0x0B155;
 
-// A start value other than this one.
-std::uint16_t other_start(const CrcSpec& crc, sim::Random& random) {
-  const std::uint64_t apart = 1 + random.below(crc.mask());
-  return static_cast<std::uint16_t>(crc.start ^ apart);
-}
-
-// Another polynomial of that degree whose lowest coefficient is 1.
-std::uint32_t other_polynomial(const CrcSpec& crc, sim::Random& random) {
-  const std::uint64_t apart = 1 + random.below(crc.mask() >> 1U);
-  return crc.polynomial ^ static_cast<std::uint32_t>(apart << 1U);
-}
-
-std::vector<SequenceFrame::Codec> with_other_starts(const FrameFormat& format) {
+// Encoders of this type that `change(format, random, n)` makes different.
+template <class Change>
+std::vector<SequenceFrame::Codec> other_codecs(const FrameFormat& format, const Change& change) {
   std::vector<SequenceFrame::Codec> codecs;
   sim::Random random(other_seed);
   for (std::size_t n = 0; n < other_count; ++n) {
     FrameFormat other = format;
-    for (std::size_t k = 0; k < 2; ++k) {
-      CrcSpec& crc = other.channel_list[k].crc;
-      if (n % 3 != 1 - k) crc.start = other_start(crc, random);
-    }
+    change(other, random, n);
     codecs.emplace_back(other);
   }
   return codecs;
 }
 
-std::vector<SequenceFrame::Codec> with_other_polynomials(const FrameFormat& format) {
-  std::vector<SequenceFrame::Codec> codecs;
-  sim::Random random(other_seed);
-  for (std::size_t n = 0; n < other_count; ++n) {
-    FrameFormat other = format;
-    CrcSpec& crc = other.channel_list[1].crc;
-    crc.polynomial = other_polynomial(crc, random);
-    codecs.emplace_back(other);
+void change_starts(FrameFormat& format, sim::Random& random, std::size_t n) {
+  for (std::size_t k = 0; k < 2; ++k) {
+    CrcSpec& crc = format.channel_list[k].crc;
+    if (n % 3 == 1 - k) continue;
+    crc.start = static_cast<std::uint16_t>(crc.start ^ (1 + random.below(crc.mask())));
   }
-  return codecs;
+}
+
+// The lowest coefficient stays 1.
+void change_polynomial(FrameFormat& format, sim::Random& random, std::size_t /*n*/) {
+  CrcSpec& crc = format.channel_list[1].crc;
+  crc.polynomial ^= static_cast<std::uint32_t>((1 + random.below(crc.mask() >> 1U)) << 1U);
 }
 
 constexpr unsigned one_way = 256;
@@ -62,24 +51,25 @@ std::optional<SequenceFrame> SequenceFrame::make(const FrameFormat& format, Safe
   const UnratedSafetySetup unrated(setup);
   if (!words || check_safety(format, unrated)) return std::nullopt;
   SequenceFrame frame(*words, std::make_shared<const Plan>(format, unrated));
-  if (!Monitor(SharedSafetyPlan(frame.plan())).self_test()) return std::nullopt;
+  if (!Monitor(frame.plan()).self_test()) return std::nullopt;
   return frame;
 }
 
 SequenceFrame::SequenceFrame(const CampaignFrame& words, std::shared_ptr<const Plan> plan)
     : words_(words),
       plan_(std::move(plan)),
-      other_starts_(with_other_starts(words.format())),
-      other_polynomials_(with_other_polynomials(words.format())),
-      bits_(words.bits()) {
-  constexpr std::uint16_t most = 16;
-  const FrameBounds& bounds = setup().bounds;
-  lead_min_ = std::max<std::uint16_t>(bounds.lead_min_clocks, 1);
-  ack_min_ = std::max<std::uint16_t>(bounds.ack_min_clocks, 1);
-  lead_choice_ = std::min<std::uint16_t>(
-      most, static_cast<std::uint16_t>(1 + bounds.lead_max_clocks - lead_min_));
-  ack_choice_ = std::min<std::uint16_t>(
-      most, static_cast<std::uint16_t>(1 + bounds.ack_max_clocks - ack_min_));
+      other_starts_(other_codecs(words.format(), change_starts)),
+      other_polynomials_(other_codecs(words.format(), change_polynomial)),
+      lead_(setup().bounds.lead_min_clocks, setup().bounds.lead_max_clocks),
+      ack_(setup().bounds.ack_min_clocks, setup().bounds.ack_max_clocks),
+      bits_(words.bits()) {}
+
+SequenceFrame::ClockRange::ClockRange(std::uint16_t min, std::uint16_t max)
+    : least(std::max<unsigned>(min, 1)), choice(std::min(16U, 1U + max - least)) {}
+
+// \param share in parts of 2^16
+std::uint16_t SequenceFrame::ClockRange::drawn(std::uint64_t share) const {
+  return static_cast<std::uint16_t>(least + (share * choice >> 16U));
 }
 
 Picoseconds SequenceFrame::cycle() const {
@@ -96,9 +86,8 @@ FrameBits SequenceFrame::encode(const SequenceWords& words, const Codec& codec,
   const std::uint64_t drawn = random.next();
   BasicFrame<2> frame;
   frame.channel_count = 2;
-  frame.lead_clocks =
-      static_cast<std::uint16_t>(lead_min_ + ((drawn & 0xFFFFU) * lead_choice_ >> 16U));
-  frame.ack_clocks = static_cast<std::uint16_t>(ack_min_ + ((drawn >> 48U) * ack_choice_ >> 16U));
+  frame.lead_clocks = lead_.drawn(drawn & 0xFFFFU);
+  frame.ack_clocks = ack_.drawn(drawn >> 48U);
   frame.channel_list[0] = {words.cpw, 0, true, words.cpw_nW};
   frame.channel_list[1] = {words.spw, words.life_counter, true, words.spw_nW};
   return encode_frame(frame, codec).value();

@@ -63,16 +63,23 @@ class SequenceFrame {
   std::size_t payload_at(const FrameBits& bits) const { return bits.size_bits() - 1U - bits_; }
 
  private:
+  // A number of clocks within the setup's bounds, and at least 1.
+  struct ClockRange {
+    ClockRange(std::uint16_t min, std::uint16_t max);
+    std::uint16_t drawn(std::uint64_t share) const;
+
+    unsigned least;
+    unsigned choice;
+  };
+
   SequenceFrame(const CampaignFrame& words, std::shared_ptr<const Plan> plan);
 
   CampaignFrame words_;
   std::shared_ptr<const Plan> plan_;
   std::vector<Codec> other_starts_;
   std::vector<Codec> other_polynomials_;
-  std::uint16_t lead_min_ = 1;
-  std::uint16_t lead_choice_ = 1;
-  std::uint16_t ack_min_ = 1;
-  std::uint16_t ack_choice_ = 1;
+  ClockRange lead_;
+  ClockRange ack_;
   unsigned bits_ = 0;
 };
 

@@ -217,22 +217,6 @@ TEST(Sequence, OddEvent_IsTheSameAgain) {
   EXPECT_TRUE(accepted);
 }
 
-TEST(Sequence, WholePlan_HasBothCountersBothMistakesAndEightKinds) {
-  const SafetyConfiguration& type = *find_safety_configuration("fs-28-24");
-  const SequencePlan plan = whole_plan(type.frame_format(), type.setup, 100, 80);
-  std::uint64_t undamaged = 0;
-  std::uint64_t mistakes = 0;
-  std::uint64_t faults = 0;
-  for (const SequenceRow& row : plan.rows) {
-    if (row.task == SequenceTask::undamaged) undamaged += row.size;
-    if (row.task == SequenceTask::counter_mode) mistakes += row.size;
-    if (row.task == SequenceTask::fault) faults += row.size;
-  }
-  EXPECT_EQ(undamaged, 400U);
-  EXPECT_EQ(mistakes, 160U);
-  EXPECT_EQ(faults, 640U);
-}
-
 TEST(Sequence, FormatThatIsNoPair_GivesNone) {
   SequencePlan plan{.format = *parse_format("pos26,nE,nW,crc6"), .setup = {}};
   plan.add_undamaged(SequenceMotion::max, {count_1_63, count_1_63}, 1);

@@ -20,29 +20,6 @@ long double good_words(const SequenceFrame& frame) {
   return positions / power_of_half(frame.words().spw_format().data_bits - judged);
 }
 
-// Random bits instead of the safety word; the word that was sent is no fault.
-long double noise_word_theory(const SequenceFrame& frame) {
-  return (good_words(frame) - 1) * power_of_half(frame.words().spw_bits());
-}
-
-// The same for both words: every control word with nE = 1.
-long double noise_theory(const SequenceFrame& frame) {
-  const long double cpw_words = 1 / power_of_half(frame.words().cpw_format().data_bits - 1U);
-  return (cpw_words * good_words(frame) - 1) * power_of_half(frame.words().bits());
-}
-
-// Flips are drawn again until there is at least one.
-std::optional<long double> corruption_theory(const SequenceFrame& frame, std::string_view fault) {
-  const FaultChoice choice = *parse_fault(fault);
-  const bool flips = choice.kind == FaultKind::flips;
-  const long double rate = probability_of(choice.rate);
-  const long double none = flips ? std::pow(1 - rate, frame.words().bits()) : 0;
-  if (flips && rate == 0.5L) return noise_theory(frame) / (1 - none);
-  const auto theory = campaign_theory(frame.words(), choice);
-  if (!theory) return std::nullopt;
-  return (*theory)[static_cast<std::size_t>(Acceptance::monitor)] / (1 - none);
-}
-
 // For each counter, the positions for which both polynomials give the same CRC are the solutions of
 // linear equations.
 long double same_crc_theory(const SequenceFrame& frame, const SequenceFrame::Codec& other,
@@ -73,7 +50,32 @@ long double same_crc_theory(const SequenceFrame& frame, const SequenceFrame::Cod
   return share / (64 - first_counter);
 }
 
-long double polynomial_theory(const SequenceFrame& frame) {
+}  // namespace
+
+// The word that was sent is no fault.
+std::optional<long double> noise_word_theory(const SequenceFrame& frame, const SequenceRow&) {
+  return (good_words(frame) - 1) * power_of_half(frame.words().spw_bits());
+}
+
+// Every control word with nE = 1 is a good one.
+std::optional<long double> noise_theory(const SequenceFrame& frame, const SequenceRow&) {
+  const long double cpw_words = 1 / power_of_half(frame.words().cpw_format().data_bits - 1U);
+  return (cpw_words * good_words(frame) - 1) * power_of_half(frame.words().bits());
+}
+
+// Flips are drawn again until there is at least one.
+std::optional<long double> corruption_theory(const SequenceFrame& frame, const SequenceRow& row) {
+  const FaultChoice choice = *parse_fault(row.variant_name());
+  const bool flips = choice.kind == FaultKind::flips;
+  const long double rate = probability_of(choice.rate);
+  const long double none = flips ? std::pow(1 - rate, frame.words().bits()) : 0;
+  if (flips && rate == 0.5L) return *noise_theory(frame, row) / (1 - none);
+  const auto theory = campaign_theory(frame.words(), choice);
+  if (!theory) return std::nullopt;
+  return (*theory)[static_cast<std::size_t>(Acceptance::monitor)] / (1 - none);
+}
+
+std::optional<long double> polynomial_theory(const SequenceFrame& frame, const SequenceRow&) {
   long double sum = 0;
   for (const SequenceFrame::Codec& other : frame.other_polynomials()) {
     sum += same_crc_theory(frame, other, frame.words().first_counter());
@@ -81,43 +83,24 @@ long double polynomial_theory(const SequenceFrame& frame) {
   return sum / static_cast<long double>(frame.other_polynomials().size());
 }
 
-// Zeros instead of the safety word.
-std::optional<long double> standard_theory(const SequenceFrame& frame) {
+std::optional<long double> standard_theory(const SequenceFrame& frame, const SequenceRow&) {
   const ChannelFormat& spw = frame.words().spw_format();
   const bool refused = frame.codec().crc(1, 0, false) != 0 || !unpack(spw, 0).nE;
   return refused ? std::optional(0.0L) : std::nullopt;
 }
 
-// An inserted frame comes midway between two requests.
-bool comes_too_early(const SequenceFrame& frame) {
-  return frame.cycle() - frame.cycle() / 2 < frame.setup().frame_gap_min;
+std::optional<long double> counter_theory(const SequenceFrame&, const SequenceRow& row) {
+  return 1.0L / row.period();
 }
 
-}  // namespace
+std::optional<long double> insertion_theory(const SequenceFrame& frame, const SequenceRow& row) {
+  const Picoseconds gap = frame.cycle() - frame.cycle() / 2;
+  return gap < frame.setup().frame_gap_min ? 0 : counter_theory(frame, row);
+}
 
 std::optional<long double> sequence_theory(const SequenceFrame& frame, const SequenceRow& row) {
-  if (row.task != SequenceTask::fault) return 0;
-  const long double counter_fits = 1.0L / row.period();
-  switch (row.injection()) {
-    case Injection::corrupt:
-      return corruption_theory(frame, row.variant_name());
-    case Injection::any_age:
-    case Injection::one_frame:
-    case Injection::permanent:
-      return counter_fits;
-    case Injection::foreign:
-      return comes_too_early(frame) ? 0 : counter_fits;
-    case Injection::noise:
-      return noise_theory(frame);
-    case Injection::noise_word:
-      return noise_word_theory(frame);
-    case Injection::polynomial:
-      return polynomial_theory(frame);
-    case Injection::standard:
-      return standard_theory(frame);
-    default:
-      return 0;
-  }
+  const bool known = row.task == SequenceTask::fault && row.injection().theory != nullptr;
+  return known ? row.injection().theory(frame, row) : 0;
 }
 
 }  // namespace biss::lab

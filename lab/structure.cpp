@@ -17,7 +17,7 @@ using LineBit = LinearBit<unknowns>;
 using LineEquations = Equations<unknowns>;
 using Bits = std::vector<LineBit>;
 
-LineBit constant(bool level) { return constant_bit<unknowns>(level); }
+LineBit constant(bool level) { return LineBit().set(unknowns, level); }
 
 std::uint64_t position_mask(const ChannelFormat& channel) {
   return channel.position.placed(~std::uint64_t{0}) | channel.multiturn.placed(~std::uint64_t{0}) |
@@ -47,6 +47,8 @@ struct Sending {
   bool healthy_flags = true;
   // The first channels: their positions are the upper bits of the first channel's position.
   std::size_t aligned_channels = 1;
+  // Bits of their positions that the first channel's position does not have: evenly distributed, or 0.
+  bool extra_bits = true;
   // Before them the line is 1.
   unsigned ack_clocks = std::numeric_limits<std::uint16_t>::max();
 };
@@ -93,6 +95,12 @@ class Line {
     }
   }
 
+  void require_word_as_sent(LineEquations& equations, const Bits& seen, std::size_t k) const {
+    for (unsigned bit = 0; bit < format_.channel_list[k].total_bits(); ++bit) {
+      equations.require_zero(seen[starts_[k] + bit] ^ sent_[starts_[k] + bit]);
+    }
+  }
+
   void require_no_error(LineEquations& equations, const Bits& seen) const {
     for (std::size_t k = 0; k < format_.channel_count; ++k) {
       const FlagField& error = format_.channel_list[k].error;
@@ -120,10 +128,12 @@ class Line {
     const std::size_t first = sent_.size();
     starts_[k] = first;
     std::vector<ComparedBit> aligned;
-    if (k != 0 && k < sending_.aligned_channels) {
-      aligned = compared_bits(format_.channel_list[0], channel, 0, true);
-    }
     std::uint64_t random = position_mask(channel) | channel.life_counter.placed(~std::uint64_t{0});
+    if (k != 0 && k < sending_.aligned_channels) {
+      aligned = compared_bits(format_.channel_list[0], channel);
+      if (!sending_.extra_bits) random &= ~position_mask(channel);
+      for (const ComparedBit& bit : aligned) random |= std::uint64_t{1} << bit.safety_shift;
+    }
     if (!sending_.healthy_flags) {
       random |= channel.error.placed(!channel.error.active_high) |
                 channel.warning.placed(!channel.warning.active_high);
@@ -156,30 +166,26 @@ class Line {
   Bits sent_;
 };
 
-// What passes the checks of a StructureModel with a wrong position.
-class WrongPositions {
+// The frames of a StructureModel with a fault, as they are read and checked.
+class DamagedFrames {
  public:
-  WrongPositions(const FrameFormat& format, const StructureModel& model)
+  DamagedFrames(const FrameFormat& format, const StructureModel& model, bool extra_bits = true)
       : format_(format),
         model_(model),
-        line_(format, {.cds = model.cds, .aligned_channels = model.pair ? 2U : 1U}) {
+        line_(format, {.cds = model.cds,
+                       .aligned_channels = model.pair ? 2U : 1U,
+                       .extra_bits = extra_bits}) {
     if (!model.pair) return;
-    compared_ = compared_bits(format.channel_list[0], format.channel_list[1],
-                              model.checks.compare_bits, model.checks.compare_turns);
+    compared_ = compared_bits(format.channel_list[0], format.channel_list[1], model.comparison);
   }
 
   unsigned frame_bits() const { return line_.frame_bits(); }
 
-  PassedShares passed(FaultKind fault, int place) const {
-    Bits seen;
-    for (unsigned at = 0; at < frame_bits(); ++at) {
-      seen.push_back(read(fault, place, static_cast<int>(at)));
-    }
+  // What passes with a wrong position.
+  PassedShares passed(const FaultChoice& fault, int place) const {
+    const Bits seen = read(fault, place);
     PassedShares shares;
-    LineEquations equations;
-    if (fault == FaultKind::lost_start) {
-      for (int at = 1; at <= place; ++at) equations.require(line_.sent(at), at == place);
-    }
+    LineEquations equations = given(fault, place);
     line_.require_structure(equations, seen);
     line_.require_checksum(equations, seen, 0);
     shares.first_word = wrong_share(equations, seen);
@@ -189,30 +195,97 @@ class WrongPositions {
     shares.all_words = wrong_share(equations, seen);
     line_.require_no_error(equations, seen);
     shares.trusted = wrong_share(equations, seen);
-    if (model_.pair) shares.pair = compared_share(equations, seen);
+    if (!model_.pair) return shares;
+    for_each_agreement(equations, seen, [&](const LineEquations& agreeing) {
+      shares.pair += wrong_share(agreeing, seen);
+    });
+    return shares;
+  }
+
+  // \param counter_zero only frames in which the counter is 0
+  AcceptedShares accepted(const FaultChoice& fault, int place, bool counter_zero) const {
+    const Bits seen = read(fault, place);
+    LineEquations sent = given(fault, place);
+    const Field& counter = format_.channel_list[1].life_counter;
+    for (unsigned bit = 0; counter_zero && bit < counter.bits; ++bit) {
+      sent.require(line_.sent(static_cast<int>(line_.place_of(1, counter.shift + bit))), false);
+    }
+    LineEquations cpw = sent;
+    LineEquations spw = sent;
+    line_.require_checksum(cpw, seen, 0);
+    line_.require_checksum(spw, seen, 1);
+    LineEquations both = cpw;
+    line_.require_checksum(both, seen, 1);
+    LineEquations cpw_as_sent = sent;
+    LineEquations spw_as_sent = sent;
+    line_.require_word_as_sent(cpw_as_sent, seen, 0);
+    line_.require_word_as_sent(spw_as_sent, seen, 1);
+    LineEquations as_sent = cpw_as_sent;
+    line_.require_word_as_sent(as_sent, seen, 1);
+    AcceptedShares shares{cpw.share() - cpw_as_sent.share(), spw.share() - spw_as_sent.share(),
+                          both.share() - as_sent.share()};
+    line_.require_structure(both, seen);
+    line_.require_no_error(both, seen);
+    for_each_agreement(both, seen, [&](const LineEquations& agreeing) {
+      shares[3] += agreeing.share();
+      shares[4] += wrong_share(agreeing, seen);
+    });
+    // A frame that is received as it was sent has no fault.
+    as_sent.require_zero(seen.back());
+    if (!is_around(fault.kind)) shares[3] -= as_sent.share();
     return shares;
   }
 
  private:
+  // The frame as it is read.
+  Bits read(const FaultChoice& fault, int place) const {
+    Bits seen;
+    for (unsigned at = 0; at < frame_bits(); ++at) {
+      seen.push_back(bit_of(fault, place, static_cast<int>(at)));
+    }
+    if (fault.kind == FaultKind::cds_high) seen[1] = constant(true);
+    if (fault.kind == FaultKind::stop_high) seen.back() = constant(true);
+    return seen;
+  }
+
+  // The condition for START to be at this place.
+  LineEquations given(const FaultChoice& fault, int place) const {
+    LineEquations equations;
+    for (int at = 1; fault.kind == FaultKind::lost_start && at <= place; ++at) {
+      equations.require(line_.sent(at), at == place);
+    }
+    return equations;
+  }
+
   // Bit `at` of the frame as read.
-  LineBit read(FaultKind fault, int place, int at) const {
-    switch (fault) {
+  LineBit bit_of(const FaultChoice& fault, int place, int at) const {
+    switch (fault.kind) {
       case FaultKind::lost_bit:
         return line_.sent(at < place ? at : at + 1);
       case FaultKind::doubled_bit:
         return line_.sent(at <= place ? at : at - 1);
       case FaultKind::inserted_low:
       case FaultKind::inserted_high:
-        if (at == place) return constant(fault == FaultKind::inserted_high);
+        if (at == place) return constant(fault.kind == FaultKind::inserted_high);
         return line_.sent(at < place ? at : at - 1);
       case FaultKind::slo_low:
       case FaultKind::slo_high:
-        return at < place ? line_.sent(at) : constant(fault == FaultKind::slo_high);
+        return at < place ? line_.sent(at) : constant(fault.kind == FaultKind::slo_high);
       case FaultKind::gap_low:
       case FaultKind::gap_high:
-        return at < place || at >= place + static_cast<int>(model_.gap_bits)
+        return at < place || at >= place + static_cast<int>(fault.length_bits)
                    ? line_.sent(at)
-                   : constant(fault == FaultKind::gap_high);
+                   : constant(fault.kind == FaultKind::gap_high);
+      case FaultKind::burst: {
+        const int after = at - place;
+        const auto last = static_cast<int>(fault.length_bits) - 1;
+        if (after < 0 || after > last) return line_.sent(at);
+        LineBit wrong = constant(after == 0 || after == last);
+        // Unknown bits of a third channel, which no safety frame has.
+        if (after != 0 && after != last)
+          wrong[2 * max_data_bits + static_cast<unsigned>(after)] = true;
+        return line_.sent(at) ^ wrong;
+      }
       case FaultKind::lost_start:
         return line_.sent(at + place);
       case FaultKind::false_start:
@@ -237,21 +310,21 @@ class WrongPositions {
     return seen[line_.place_of(1, compared_[i].safety_shift)];
   }
 
-  // The comparison is not linear, but divides into linear cases that exclude each other: the values
-  // are equal, or one is the other plus one and the carry ends at a certain bit.
-  long double compared_share(LineEquations equations, const Bits& seen) const {
-    if (model_.checks.counter) {
-      line_.require_as_sent(equations, seen, 1,
-                            format_.channel_list[1].life_counter.placed(~std::uint64_t{0}));
-    }
-    if (!equations.possible()) return 0;
+  // Calls visit(equations) for each case in which counter and comparison pass. The comparison is not
+  // linear, but divides into linear cases that exclude each other: the values are equal, or one is
+  // the other plus one and the carry ends at a certain bit.
+  template <class Visit>
+  void for_each_agreement(LineEquations equations, const Bits& seen, const Visit& visit) const {
+    line_.require_as_sent(equations, seen, 1,
+                          format_.channel_list[1].life_counter.placed(~std::uint64_t{0}));
+    if (!equations.possible()) return;
     const std::size_t bits = compared_.size();
     LineEquations equal = equations;
     for (std::size_t i = 0; i < bits; ++i) {
       equal.require_zero(control_bit(seen, i) ^ safety_bit(seen, i));
     }
-    long double sum = wrong_share(equal, seen);
-    if (model_.checks.tolerance_lsb == 0) return sum;
+    visit(equal);
+    if (model_.comparison.tolerance_lsb == 0) return;
     for (const bool control_higher : {false, true}) {
       // `agreeing` upper bits are equal, then the carry ends; if all are, the values wrap around.
       LineEquations above = equations;
@@ -264,15 +337,14 @@ class WrongPositions {
           below.require(control_bit(seen, i), control);
           below.require(safety_bit(seen, i), !control);
         }
-        sum += wrong_share(below, seen);
+        visit(below);
         if (!wraps) above.require_zero(control_bit(seen, agreeing) ^ safety_bit(seen, agreeing));
       }
     }
-    return sum;
   }
 
   const FrameFormat& format_;
-  const StructureModel& model_;
+  StructureModel model_;
   Line line_;
   std::vector<ComparedBit> compared_;
 };
@@ -284,17 +356,46 @@ constexpr std::array share_members{&PassedShares::first_word, &PassedShares::all
 
 PassedShares passed_shares(const FrameFormat& format, FaultKind fault, unsigned place,
                            const StructureModel& model) {
-  return WrongPositions(format, model).passed(fault, static_cast<int>(place));
+  return DamagedFrames(format, model)
+      .passed({.kind = fault, .length_bits = model.gap_bits}, static_cast<int>(place));
+}
+
+AcceptedShares accepted_shares(const FrameFormat& format, const SafetySetup& setup,
+                               const FaultChoice& fault) {
+  const DamagedFrames frames(format, {.pair = true, .comparison = setup.comparison}, false);
+  const auto bits = static_cast<int>(format.payload_bits());
+  const auto places = places_of(fault, format.payload_bits());
+  // Places of a fault count from the first data bit, those of false_start from the last clock of ACK.
+  int first = fault.kind == FaultKind::false_start ? 1 : 2;
+  int last = first + static_cast<int>(places) - 1;
+  if (fault.place) first = last = first + static_cast<int>(*fault.place);
+  if (fault.kind == FaultKind::lost_start) {
+    const FrameBounds& bounds = setup.bounds;
+    first = 1;
+    last = std::min(bits + 1, bounds.ack_max_clocks - std::max<int>(1, bounds.ack_min_clocks));
+  }
+  const bool counts_zero = setup.counter.mode == CounterMode::count_0_63;
+  AcceptedShares sum{};
+  for (int place = first; place <= last; ++place) {
+    const AcceptedShares all = frames.accepted(fault, place, false);
+    const AcceptedShares zero =
+        counts_zero ? AcceptedShares{} : frames.accepted(fault, place, true);
+    for (std::size_t what = 0; what < sum.size(); ++what) sum[what] += all[what] - zero[what];
+  }
+  const long double averaged = fault.place ? 1 : places;
+  for (long double& share : sum) share = share * 64 / (averaged * (counts_zero ? 64 : 63));
+  return sum;
 }
 
 StructureRow structure_row(const FrameFormat& format, FaultKind fault,
                            const StructureModel& model) {
-  const WrongPositions wrong(format, model);
+  const DamagedFrames frames(format, model);
   StructureRow row;
   row.fault = fault;
   // From CDS to the last CRC bit; for false_start as many clocks of ACK.
-  for (unsigned place = 1; place + 1 < wrong.frame_bits(); ++place) {
-    const PassedShares shares = wrong.passed(fault, static_cast<int>(place));
+  for (unsigned place = 1; place + 1 < frames.frame_bits(); ++place) {
+    const PassedShares shares =
+        frames.passed({.kind = fault, .length_bits = model.gap_bits}, static_cast<int>(place));
     if (row.places++ == 0 || shares.first_word > row.worst.first_word) row.worst_place = place;
     for (const auto member : share_members) {
       row.sum.*member += shares.*member;
@@ -325,19 +426,6 @@ std::optional<unsigned> slip_conditions(const FrameFormat& format, const Slip& s
     line.require_checksum(equations, seen, k);
   }
   return equations.possible() ? std::optional(equations.rank()) : std::nullopt;
-}
-
-std::optional<unsigned> lost_start_conditions(const FrameFormat& format, unsigned distance_clocks,
-                                              const SlipModel& model) {
-  return slip_conditions(format, {.place = static_cast<int>(distance_clocks)}, model);
-}
-
-std::optional<unsigned> false_start_conditions(const FrameFormat& format, unsigned early_clocks,
-                                               const SlipModel& model) {
-  return slip_conditions(format,
-                         {.place = -static_cast<int>(early_clocks),
-                          .ack_clocks = static_cast<std::uint16_t>(early_clocks)},
-                         model);
 }
 
 }  // namespace biss::lab

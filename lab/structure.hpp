@@ -11,12 +11,10 @@
 #include <optional>
 
 #include "biss/frame/format.hpp"
+#include "lab/campaign_fault.hpp"
 #include "lab/pair.hpp"
-#include "sim/fault.hpp"
 
 namespace biss::lab {
-
-using sim::FaultKind;
 
 /// The kinds that are analysed. A place counts clocks from START, which is 0; CDS is 1, the first
 /// data bit 2, and STOP follows the last CRC bit. The place of false_start counts clocks before
@@ -33,7 +31,7 @@ inline constexpr std::array<FaultKind, 10> structural_faults{
 struct StructureModel {
   /// The compared bits of the safety word are those of the control word's position.
   bool pair = false;
-  PairChecks checks = {};
+  SafetyComparison comparison = {};
   bool cds = false;  ///< as sent by the encoder
   unsigned gap_bits = 8;
 };
@@ -50,6 +48,16 @@ struct PassedShares {
 /// One fault at one place. \pre fault is one of structural_faults
 PassedShares passed_shares(const FrameFormat& format, FaultKind fault, unsigned place,
                            const StructureModel& model);
+
+/// The shares of frames with a fault that one word's checksum, the other's, both checksums and the
+/// monitor accept, and of those with a wrong position: in the order of Acceptance.
+using AcceptedShares = std::array<long double, 5>;
+
+/// A fault of a campaign other than flips, at its place or at any place with the same probability.
+/// Words are sent as CampaignFrame::encode() does, with any position and any counter.
+/// \pre pair_problem() returns nothing for this format and setup
+AcceptedShares accepted_shares(const FrameFormat& format, const SafetySetup& setup,
+                               const FaultChoice& fault);
 
 /// One fault at all possible places. `sum` is over the places: a fault that is equally likely at
 /// each place passes with the share sum / places. For lost_start the places exclude each other (the
@@ -92,22 +100,23 @@ struct Slip {
   std::uint16_t ones_clocks = 0;
 };
 
+/// START is read as 0, and the 1 that follows `distance_clocks` (1…) later is taken for START.
+constexpr Slip lost_start(unsigned distance_clocks) {
+  return {.place = static_cast<int>(distance_clocks)};
+}
+/// The ACK bit `early_clocks` (1…) before START is read as 1 and taken for START.
+constexpr Slip false_start(unsigned early_clocks) {
+  return {.place = -static_cast<int>(early_clocks),
+          .ack_clocks = static_cast<std::uint16_t>(early_clocks)};
+}
+
 /// Returns the number of independent conditions c: the share 2^-c of data words is accepted. Enough
 /// clocks are assumed to reach the STOP of the slipped frame. A word that passes is counted even if
 /// the slipped position happens to be right (all bits 1, for example).
 /// \pre ones_clocks is 0 or less than place - 1
-/// \return nothing if no word passes
+/// \return nothing if no word passes. With place > 0: the share of all data words, also those whose
+///   next 1 is elsewhere
 std::optional<unsigned> slip_conditions(const FrameFormat& format, const Slip& slip,
                                         const SlipModel& model = {});
-
-/// START is read as 0 and the 1 that follows `distance_clocks` (1…) later is taken for START.
-/// \return as slip_conditions(): the share of all data words, also those whose next 1 is elsewhere
-std::optional<unsigned> lost_start_conditions(const FrameFormat& format, unsigned distance_clocks,
-                                              const SlipModel& model = {});
-
-/// The ACK bit `early_clocks` (1…) before START is read as 1 and taken for START.
-/// \return as slip_conditions()
-std::optional<unsigned> false_start_conditions(const FrameFormat& format, unsigned early_clocks,
-                                               const SlipModel& model = {});
 
 }  // namespace biss::lab

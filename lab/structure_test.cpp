@@ -132,12 +132,12 @@ Level judged(const FrameFormat& format, const Levels& line, std::size_t start, c
   level.trusted = level.trusted && level.all_words;
   if (!model.pair) return level;
   const unsigned both = channels[1].position.bits;
-  const unsigned bits = model.checks.compare_bits == 0 ? both : model.checks.compare_bits;
+  const unsigned bits = model.comparison.compare_bits == 0 ? both : model.comparison.compare_bits;
   const std::uint64_t range = std::uint64_t{1} << bits;
   const std::uint64_t a = position >> (channels[0].position.bits - bits);
   const std::uint64_t b = channels[1].position.of(words[1]) >> (both - bits);
   const std::uint64_t up = (a + range - b) % range;
-  const unsigned tolerance = model.checks.tolerance_lsb;
+  const unsigned tolerance = model.comparison.tolerance_lsb;
   level.pair = level.trusted && (up <= tolerance || range - up <= tolerance) &&
                channels[1].life_counter.of(words[1]) == truth.counter;
   return level;
@@ -192,9 +192,9 @@ TEST(Structure, TwoWords_AreWhatCountingFinds) {
   long double any = 0;
   any += expect_counted("pos7,nE,nW,crc3+pos5,nE,nW,lc2,crc4;cds0", {.pair = true, .gap_bits = 3});
   any += expect_counted("pos7,nE,nW,crc3+pos5,nE,nW,lc2,crc4",
-                        {.pair = true, .checks = {.compare_bits = 3}, .gap_bits = 5});
+                        {.pair = true, .comparison = {.compare_bits = 3}, .gap_bits = 5});
   any += expect_counted("pos6,nE,nW,crc3:plain+pos6,nE,lc2,crc3:plain",
-                        {.pair = true, .checks = {.tolerance_lsb = 0}, .gap_bits = 3});
+                        {.pair = true, .comparison = {.tolerance_lsb = 0}, .gap_bits = 3});
   EXPECT_GT(any, 0);
 }
 
@@ -212,8 +212,8 @@ TEST(Structure, LostAndFalseStart_AreSlips) {
         EXPECT_GE(found, passed - std::ldexp(1.0L, 1 - int{format.channel_list[0].position.bits}))
             << text << " " << name_of(fault) << " " << place;
       };
-      expect(FaultKind::lost_start, lost_start_conditions(format, place));
-      expect(FaultKind::false_start, false_start_conditions(format, place));
+      expect(FaultKind::lost_start, slip_conditions(format, lost_start(place)));
+      expect(FaultKind::false_start, slip_conditions(format, false_start(place)));
     }
   }
 }
@@ -324,15 +324,15 @@ TEST(Slip, EvenlyDistributedFlags_CountAsData) {
 
 TEST(Slip, TailChecked_LeavesFewerEarlyStarts) {
   // After a START in ACK, bits of the frame follow the STOP that is seen.
-  EXPECT_TRUE(false_start_conditions(renishaw18, 12) == 7U);
-  EXPECT_TRUE(false_start_conditions(renishaw18, 12, {.tail_checked = true}) == none);
-  EXPECT_TRUE(false_start_conditions(renishaw18, 3, {.tail_checked = true}) == 3U);
+  EXPECT_TRUE(slip_conditions(renishaw18, false_start(12)) == 7U);
+  EXPECT_TRUE(slip_conditions(renishaw18, false_start(12), {.tail_checked = true}) == none);
+  EXPECT_TRUE(slip_conditions(renishaw18, false_start(3), {.tail_checked = true}) == 3U);
   // After a late START only zeros follow.
-  EXPECT_TRUE(lost_start_conditions(renishaw18, 3, {.tail_checked = true}) == 3U);
+  EXPECT_TRUE(slip_conditions(renishaw18, lost_start(3), {.tail_checked = true}) == 3U);
 }
 
 TEST(Slip, TrustedOnly_AsksForNoError) {
-  EXPECT_TRUE(lost_start_conditions(renishaw18, 3, {.trusted_only = true}) == 4U);
+  EXPECT_TRUE(slip_conditions(renishaw18, lost_start(3), {.trusted_only = true}) == 4U);
 }
 
 TEST(Slip, OnesAfterALostAck_AreRequired) {
@@ -352,10 +352,10 @@ TEST(Slip, TwoChannels_NeedBothChecksums) {
   const FrameFormat one = *parse_format("pos12,nE,nW,crc6");
   const FrameFormat two = *parse_format("pos12,nE,nW,crc6+pos12,nE,nW,lc6,crc16");
   for (unsigned distance = 1; distance < 30; ++distance) {
-    const auto single = lost_start_conditions(one, distance);
-    const auto both = lost_start_conditions(two, distance);
+    const auto single = slip_conditions(one, lost_start(distance));
+    const auto both = slip_conditions(two, lost_start(distance));
     EXPECT_TRUE(!both || !single || *both > *single) << " at " << distance;
-    EXPECT_TRUE(both == lost_start_conditions(two, distance)) << " at " << distance;
+    EXPECT_TRUE(both == slip_conditions(two, lost_start(distance))) << " at " << distance;
   }
 }
 
@@ -378,13 +378,13 @@ TEST(Slip, WordsOfOnePosition_AreCountedOnce) {
 
 TEST(Slip, RenishawsWidths_PassAsTheFactSheetSays) {
   // START lost at 18 bits: a position passes if and only if it begins with 010.
-  EXPECT_EQ(lost_start_conditions(renishaw18, 3), 3U);
+  EXPECT_EQ(slip_conditions(renishaw18, lost_start(3)), 3U);
   // One bit early or late passes nowhere at Renishaw's widths because the CRC is inverted …
-  EXPECT_EQ(false_start_conditions(renishaw18, 1), none);
-  EXPECT_EQ(false_start_conditions(*parse_format("pos18,nE,nW,crc6"), 1), none);
-  EXPECT_EQ(lost_start_conditions(*parse_format("pos36,nE,nW,crc6"), 1, {.cds = true}), none);
+  EXPECT_EQ(slip_conditions(renishaw18, false_start(1)), none);
+  EXPECT_EQ(slip_conditions(*parse_format("pos18,nE,nW,crc6"), false_start(1)), none);
+  EXPECT_EQ(slip_conditions(*parse_format("pos36,nE,nW,crc6"), lost_start(1), {.cds = true}), none);
   // … and would for half of all words if it were not.
-  EXPECT_EQ(false_start_conditions(*parse_format("pos18,nE,nW,crc6:plain"), 1), 1U);
+  EXPECT_EQ(slip_conditions(*parse_format("pos18,nE,nW,crc6:plain"), false_start(1)), 1U);
 }
 
 }  // namespace structure_test

@@ -167,13 +167,21 @@ TEST(Distance, FactSheet_IsTheListed) {
 }
 
 TEST(Distance, LongestData_IsTheListed) {
-  EXPECT_EQ(data_bits_with(distance_runs(0x43), 3), 57U);
-  EXPECT_EQ(data_bits_with(distance_runs(0x43), 4), 0U);
-  EXPECT_EQ(data_bits_with(distance_runs(0x43), 2), std::nullopt);
-  EXPECT_EQ(data_bits_with(distance_runs(0x190D9), 6), 135U);
-  EXPECT_EQ(data_bits_with(distance_runs(0x190D9), 7), 5U);
-  EXPECT_EQ(data_bits_with(distance_runs(0x13D65), 6), 135U);
-  EXPECT_EQ(data_bits_with(distance_runs(0x197), 5), 3U);
+  // The longest data with at least this distance; 0: no length, nothing: every length.
+  const auto longest = [](std::uint32_t polynomial, unsigned distance) {
+    std::optional<unsigned> most = 0;
+    for (const DistanceRun& run : distance_runs(polynomial)) {
+      if (run.distance >= distance) most = run.data_bits_max;
+    }
+    return most;
+  };
+  EXPECT_EQ(longest(0x43, 3), 57U);
+  EXPECT_EQ(longest(0x43, 4), 0U);
+  EXPECT_EQ(longest(0x43, 2), std::nullopt);
+  EXPECT_EQ(longest(0x190D9, 6), 135U);
+  EXPECT_EQ(longest(0x190D9, 7), 5U);
+  EXPECT_EQ(longest(0x13D65, 6), 135U);
+  EXPECT_EQ(longest(0x197, 5), 3U);
 }
 
 TEST(Distance, EveryLengthOfAChannel_IsTheSmallestWeight) {

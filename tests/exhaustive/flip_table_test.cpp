@@ -140,13 +140,13 @@ TEST_P(FlipTable, SharesOfSlips_AreTheCoresOwn) {
     const Verdict verdict = judge_all(lost);
     for (unsigned distance = 1; distance < GetParam() + 9; ++distance) {
       EXPECT_EQ(accepted(verdict, lost.start_bit() + distance),
-                count(biss::lab::lost_start_conditions(format, distance, model)))
+                count(biss::lab::slip_conditions(format, biss::lab::lost_start(distance), model)))
           << "distance " << distance;
     }
     for (const Case& early : cases_of(Fault::ack_between, loose, GetParam(), cds0)) {
       const auto clocks = static_cast<unsigned>(early.start_bit() - early.flip);
       EXPECT_EQ(accepted(judge_all(early), early.flip),
-                count(biss::lab::false_start_conditions(format, clocks, model)))
+                count(biss::lab::slip_conditions(format, biss::lab::false_start(clocks), model)))
           << "early by " << clocks;
     }
   }

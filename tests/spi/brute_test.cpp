@@ -134,11 +134,12 @@ TEST(SlipFacts, FrameSlippedByOneBit_IsCaughtBecauseTheCrcIsInverted) {
     const std::string text = "pos" + std::to_string(width) + ",nE,nW,crc6";
     const FrameFormat inverted = *parse_format(text);
     const FrameFormat plain = *parse_format(text + ":plain");
-    EXPECT_EQ(lab::false_start_conditions(inverted, 1), std::nullopt) << width;
-    EXPECT_EQ(lab::lost_start_conditions(inverted, 1, {.cds = true}), std::nullopt) << width;
+    EXPECT_EQ(lab::slip_conditions(inverted, lab::false_start(1)), std::nullopt) << width;
+    EXPECT_EQ(lab::slip_conditions(inverted, lab::lost_start(1), {.cds = true}), std::nullopt)
+        << width;
     // Half of the words end with the 0 that is read as STOP, or begin with a 0.
-    EXPECT_EQ(lab::false_start_conditions(plain, 1), 1U) << width;
-    EXPECT_EQ(lab::lost_start_conditions(plain, 1, {.cds = true}), 1U) << width;
+    EXPECT_EQ(lab::slip_conditions(plain, lab::false_start(1)), 1U) << width;
+    EXPECT_EQ(lab::slip_conditions(plain, lab::lost_start(1), {.cds = true}), 1U) << width;
   }
 }
 

@@ -126,7 +126,8 @@ TEST(LostStartDocument, Places_AreTheComputedOnes) {
     std::string text = std::string("| ") + named.name + " |";
     unsigned shown = 0;
     for (unsigned place = 1; place < format.payload_bits() + 2 && shown < 3; ++place) {
-      const auto conditions = lab::lost_start_conditions(format, place, {.aligned_words = true});
+      const auto conditions =
+          lab::slip_conditions(format, lab::lost_start(place), {.aligned_words = true});
       if (!conditions) continue;
       text += (shown++ == 0 ? " " : ", ") + std::to_string(place) + ": 2^-" +
               std::to_string(*conditions);

@@ -7,7 +7,7 @@
 #include <unordered_map>
 #include <utility>
 
-#include "lab/parallel.hpp"
+#include "lab/experiment.hpp"
 #include "verbs/archive/archive.hpp"
 #include "verbs/archive/journal.hpp"
 #include "verbs/archive/read_file.hpp"

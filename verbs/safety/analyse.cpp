@@ -8,7 +8,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
-#include "lab/rating.hpp"
+#include "lab/pair.hpp"
 #include "verbs/common/format_option.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/safety/analysis.hpp"
@@ -33,16 +33,43 @@ std::optional<double> parse_positive(const std::string& text, double most) {
   return value > 0 && value <= most ? std::optional(value) : std::nullopt;
 }
 
+Residual residual_of(const SafetyQuestion& question, lab::Undetected undetected) {
+  Residual residual;
+  for (const double rate : question.bit_error_rates) {
+    residual.probabilities.push_back(lab::probability(undetected, rate));
+  }
+  residual.worst = lab::worst_rate(undetected);
+  residual.rate_at_limit =
+      lab::rate_reaching(undetected, question.limit_per_hour / question.frames_per_hour());
+  residual.undetected = std::move(undetected);
+  return residual;
+}
+
+// The names of BiSS Safety if a word has a counter, as safety words have.
+std::string name_of_word(const FrameFormat& format, std::size_t k) {
+  const auto& channels = format.channel_list;
+  if (channels[k].life_counter.present()) return "SPW";
+  const bool before_one = k + 1 < format.channel_count && channels[k + 1].life_counter.present();
+  return before_one ? "CPW" : fmt::format("channel {}", k + 1);
+}
+
+WordAnalysis analysed(const SafetyQuestion& question, std::size_t k) {
+  const ChannelFormat& channel = question.format.channel_list[k];
+  WordAnalysis word;
+  word.name = name_of_word(question.format, k);
+  word.channel = channel;
+  word.weights = lab::weights_of(lab::code_of(channel));
+  if (channel.crc.present()) word.distances = lab::distance_runs(channel.crc.polynomial);
+  word.residual = residual_of(question, lab::undetected_of(word.weights));
+  return word;
+}
+
 // The rating as C++ text, with the command that prints it.
 tl::expected<std::string, std::string> rating_text(const SafetyQuestion& question) {
-  const auto comparison =
-      SafetyComparison{.compare_bits = static_cast<std::uint8_t>(question.checks.compare_bits),
-                       .tolerance_lsb = static_cast<std::uint8_t>(question.checks.tolerance_lsb),
-                       .multiturn = question.checks.compare_turns ? MultiturnRule::with_carry
-                                                                  : MultiturnRule::ignored};
+  const SafetyComparison& comparison = question.comparison;
   const auto rating = lab::safety_rating(question.format, comparison);
   if (!rating) {
-    const auto problem = lab::pair_problem(question.format, question.checks);
+    const auto problem = lab::pair_problem(question.format, comparison);
     return tl::unexpected(fmt::format(
         "no rating: {}", problem ? lab::text_of(*problem) : "the residual error is too large"));
   }
@@ -53,10 +80,11 @@ tl::expected<std::string, std::string> rating_text(const SafetyQuestion& questio
       "// {:.4g} undetected errors an hour at {} frames a second and a bit error rate of {}\n"
       "biss::SafetyRating{{0x{:X}U, {}U, 0x{:X}U}}\n",
       format_text(question.format).view(),
-      question.checks.compare_bits == 0 ? "all" : std::to_string(question.checks.compare_bits),
-      question.checks.tolerance_lsb, question.checks.compare_turns ? "" : ", turns ignored",
-      per_hour, question.frame_rate.count, lab::rated_bit_error_rate, rating->words,
-      rating->residual_e24, rating->check);
+      comparison.compare_bits == 0 ? "all" : std::to_string(comparison.compare_bits),
+      comparison.tolerance_lsb,
+      comparison.multiturn == MultiturnRule::with_carry ? "" : ", turns ignored", per_hour,
+      question.frame_rate.count, lab::rated_bit_error_rate, rating->words, rating->residual_e24,
+      rating->check);
 }
 
 ExitStatus run_analyse(const AnalyseOptions& options, Host& host) {
@@ -89,9 +117,9 @@ tl::expected<SafetyQuestion, std::string> safety_question(const FrameFormat& for
                           .bit_error_rates = {},
                           .frame_rate = options.frame_rate,
                           .limit_per_hour = 0,
-                          .checks = options.checks,
+                          .comparison = options.comparison,
                           .gap_bits = options.gap_bits};
-  question.checks.compare_turns = !options.ignore_turns;
+  if (options.ignore_turns) question.comparison.multiturn = MultiturnRule::ignored;
   for (const std::string& text : options.rates) {
     const auto rate = parse_positive(text, 0.5);
     if (!rate) {
@@ -106,6 +134,30 @@ tl::expected<SafetyQuestion, std::string> safety_question(const FrameFormat& for
   }
   question.limit_per_hour = *limit;
   return question;
+}
+
+SafetyAnalysis analyse(const SafetyQuestion& question) {
+  const FrameFormat& format = question.format;
+  SafetyAnalysis analysis;
+  for (std::size_t k = 0; k < format.channel_count; ++k) {
+    analysis.words.push_back(analysed(question, k));
+  }
+  if (format.channel_count > 1 && format.channel_list[1].life_counter.present()) {
+    analysis.pair_problem = lab::pair_problem(format, question.comparison);
+    if (!analysis.pair_problem) {
+      PairAnalysis& pair = analysis.pair.emplace();
+      pair.weights = lab::pair_weights(format, question.comparison);
+      pair.beyond_tolerance = residual_of(question, pair.weights.beyond_tolerance);
+      pair.wrong = residual_of(question, pair.weights.wrong);
+    }
+  }
+  const lab::StructureModel model{.pair = analysis.pair.has_value(),
+                                  .comparison = question.comparison,
+                                  .gap_bits = question.gap_bits};
+  for (const lab::FaultKind fault : lab::structural_faults) {
+    analysis.structure.push_back(lab::structure_row(format, fault, model));
+  }
+  return analysis;
 }
 
 void warn_of_pair(const SafetyAnalysis& analysis, Host& host) {
@@ -127,12 +179,12 @@ Run add_safety_analyse(Verb verb) {
           "Find the bit error rate with this many undetected errors per hour; 1e-9 by default")
       .type_name("N");
   add_count_option(
-      verb, "--compare", into(asked.checks.compare_bits),
+      verb, "--compare", into(asked.comparison.compare_bits),
       "Number of upper singleturn bits to compare (ACC_MIN); by default all that both words have",
       64)
       .type_name("BITS");
   add_count_option(
-      verb, "--tolerance", into(asked.checks.tolerance_lsb),
+      verb, "--tolerance", into(asked.comparison.tolerance_lsb),
       "Largest difference of the two words, in counts of the lowest bit compared; 1 by default",
       255)
       .type_name("LSB");

@@ -27,7 +27,7 @@ struct QuestionOptions {
   std::vector<std::string> rates;
   std::string limit = "1e-9";
   Hertz frame_rate = kilohertz(32);
-  lab::PairChecks checks;
+  SafetyComparison comparison;
   bool ignore_turns = false;
   unsigned gap_bits = 8;
 };
@@ -38,7 +38,7 @@ struct SafetyQuestion {
   std::vector<double> bit_error_rates;
   Hertz frame_rate;
   double limit_per_hour = 0;
-  lab::PairChecks checks;
+  SafetyComparison comparison;
   unsigned gap_bits = 0;
 
   long double frames_per_hour() const { return 3600 * static_cast<long double>(frame_rate.count); }

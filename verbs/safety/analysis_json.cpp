@@ -20,26 +20,21 @@ Json number(lab::Count count) {
   return digits;
 }
 
-Json number(long double value) { return static_cast<double>(value); }
-
-template <class T>
-Json optional(const std::optional<T>& value) {
-  return value ? Json(static_cast<double>(*value)) : Json();
-}
+Json optional(const std::optional<long double>& value) { return value ? Json(*value) : Json(); }
 
 // A number for one rate, a list in the given order for several.
 template <class Values>
 Json one_or_list(const Values& values) {
   Json list = Json::array();
-  for (const auto value : values) list.push_back(static_cast<double>(value));
+  for (const auto value : values) list.push_back(value);
   return list.size() == 1 ? list.front() : list;
 }
 
 void add_residual(Json& object, const SafetyQuestion& question, const Residual& residual) {
   object["ber"] = one_or_list(question.bit_error_rates);
   object["p_undetected"] = one_or_list(residual.probabilities);
-  object["p_undetected_max"] = number(residual.worst.probability);
-  object["p_undetected_max_ber"] = number(residual.worst.bit_error_rate);
+  object["p_undetected_max"] = residual.worst.probability;
+  object["p_undetected_max_ber"] = residual.worst.bit_error_rate;
 }
 
 void add_rates(Json& object, const SafetyQuestion& question, const Residual& residual) {
@@ -56,10 +51,10 @@ void add_rates(Json& object, const SafetyQuestion& question, const Residual& res
 Json structure_of(const SafetyAnalysis& analysis) {
   const auto shares = [](const lab::PassedShares& of, long double places, bool pair) {
     Json object;
-    object["first_word"] = number(of.first_word / places);
-    object["all_words"] = number(of.all_words / places);
-    object["trusted"] = number(of.trusted / places);
-    object["pair"] = pair ? number(of.pair / places) : Json();
+    object["first_word"] = of.first_word / places;
+    object["all_words"] = of.all_words / places;
+    object["trusted"] = of.trusted / places;
+    object["pair"] = pair ? Json(of.pair / places) : Json();
     return object;
   };
   Json rows = Json::array();
@@ -110,13 +105,13 @@ Json object_of(const SafetyQuestion& question, const SafetyAnalysis& analysis,
   object["data_bits"] = words[0].channel.data_bits + words[1].channel.data_bits;
   object["min_distance"] = first == beyond.end() ? Json() : Json(first - beyond.begin());
   object["weights"] = Json::array();
-  for (const long double count : beyond) object["weights"].push_back(number(count));
+  for (const long double count : beyond) object["weights"].push_back(count);
   add_residual(object, question, pair.beyond_tolerance);
   object["compared_bits"] = pair.weights.compared_bits;
-  object["tolerance_lsb"] = question.checks.tolerance_lsb;
+  object["tolerance_lsb"] = question.comparison.tolerance_lsb;
   add_rates(object, question, pair.beyond_tolerance);
   object["p_wrong"] = one_or_list(pair.wrong.probabilities);
-  object["p_wrong_max"] = number(pair.wrong.worst.probability);
+  object["p_wrong_max"] = pair.wrong.worst.probability;
   object["p_wrong_ber_at_limit"] = optional(pair.wrong.rate_at_limit);
   object["model"] = channel_model_text;
   return object;

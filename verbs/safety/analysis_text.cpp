@@ -2,8 +2,8 @@
 
 #include "device/quantity.hpp"
 #include "report/summary.hpp"
-#include "report/table.hpp"
 #include "verbs/safety/analysis.hpp"
+#include "verbs/safety/fields.hpp"
 
 namespace biss::verbs {
 namespace {
@@ -78,7 +78,7 @@ void add_word(report::Summary& out, const SafetyQuestion& question, const WordAn
 void add_pair(report::Summary& out, const SafetyQuestion& question, const PairAnalysis& pair) {
   out.title(fmt::format("CPW and SPW together: {} bits, {} compared, tolerance {}",
                         pair.weights.bits, pair.weights.compared_bits,
-                        question.checks.tolerance_lsb));
+                        question.comparison.tolerance_lsb));
   const auto number = [](long double count) { return fmt::format("{:.6g}", count); };
   out.entry("undetected", weights_text(pair.weights.beyond_tolerance, number),
             "averaged over positions");
@@ -91,28 +91,22 @@ void add_pair(report::Summary& out, const SafetyQuestion& question, const PairAn
 }
 
 std::string structure_table(const SafetyAnalysis& analysis) {
-  std::vector<report::Column> columns = {
-      {.name = "fault"}, {.name = "first word"}, {.name = "all words"}, {.name = "and nE"}};
-  if (analysis.pair) columns.push_back({.name = "and comparison"});
-  columns.push_back({.name = "worst place"});
-  columns.push_back({.name = "at", .kind = report::Kind::unsigned_integer});
-  report::StringSink sink;
-  const auto table = report::make_table_writer(report::Format::table, columns, sink);
+  std::vector<FieldRow> table;
   for (const lab::StructureRow& row : analysis.structure) {
     // Only one place can be the next 1: for lost_start the sum is the share.
     const long double places = row.fault == lab::FaultKind::lost_start ? 1 : row.places;
-    std::vector<std::string> shares = {share_text(row.sum.first_word / places),
-                                       share_text(row.sum.all_words / places),
-                                       share_text(row.sum.trusted / places)};
-    if (analysis.pair) shares.push_back(share_text(row.sum.pair / places));
-    shares.push_back(share_text(row.worst.first_word));
-    std::vector<report::Cell> cells = {sim::name_of(row.fault)};
-    for (const std::string& share : shares) cells.emplace_back(share);
-    cells.emplace_back(row.worst_place);
-    table->row(cells);
+    FieldRow& fields = table.emplace_back(
+        FieldRow{text_field("fault", std::string(sim::name_of(row.fault))),
+                 text_field("first word", share_text(row.sum.first_word / places)),
+                 text_field("all words", share_text(row.sum.all_words / places)),
+                 text_field("and nE", share_text(row.sum.trusted / places))});
+    if (analysis.pair) {
+      fields.push_back(text_field("and comparison", share_text(row.sum.pair / places)));
+    }
+    fields.push_back(text_field("worst place", share_text(row.worst.first_word)));
+    fields.push_back(count_field("at", row.worst_place));
   }
-  table->finish();
-  return sink.text();
+  return text_of(table, report::Format::table);
 }
 
 }  // namespace

@@ -2,23 +2,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <atomic>
+#include <csignal>
 #include <filesystem>
 #include <memory>
-#include <optional>
-#include <string>
-#include <vector>
 
 #include "archive/hash.hpp"
-#include "lab/campaign.hpp"
-#include "verbs/common/safety_format.hpp"
 #include "verbs/common/shard_option.hpp"
 #include "verbs/common/terminal.hpp"
 #include "verbs/common/text_file.hpp"
 #include "verbs/common/verb.hpp"
-#include "verbs/safety/campaign_plan.hpp"
-#include "verbs/safety/campaign_table.hpp"
 #include "verbs/safety/experiments.hpp"
-#include "verbs/safety/interruption.hpp"
 #include "verbs/safety/safety.hpp"
 
 namespace biss::verbs {
@@ -31,10 +26,14 @@ constexpr const char* placed_faults =
     "lost_bit, doubled_bit, slo_low, slo_high, inserted_low, inserted_high, false_start";
 constexpr const char* other_faults = "lost_start, cds_high, stop_high";
 
-struct CampaignOptions {
-  std::string format;
-  std::vector<std::string> faults = usual_campaign_faults();
-  CampaignRequest request;
+constexpr auto usual_faults = std::to_array<const char*>(
+    {"flips:0.5", "flips:0.1", "flips:0.01", "burst:16", "burst:32", "lost_bit", "doubled_bit",
+     "slo_low", "slo_high", "inserted_low", "inserted_high", "gap_low:8", "gap_high:8",
+     "lost_start", "false_start", "cds_high", "stop_high"});
+
+struct CampaignOptions : ExperimentOptions {
+  std::uint64_t frames = 10'000'000;
+  std::vector<std::string> faults{usual_faults.begin(), usual_faults.end()};
   lab::Shard shard;
   std::string state;
   Picoseconds save_every = milliseconds(5000);
@@ -42,12 +41,34 @@ struct CampaignOptions {
   std::optional<std::uint64_t> replay;
   std::vector<std::string> parts;
   std::optional<Verb> merge;
-  report::Format to = report::Format::table;
-  std::string output;
 };
 
-ExitStatus bad_format(const std::string& name, Host& host) {
-  return host.fail(ExitStatus::usage, safety_format_error(name));
+std::optional<lab::CampaignFrame> frame_of(const std::string& format) {
+  const auto known = parse_safety_format(format);
+  if (!known) return std::nullopt;
+  return lab::CampaignFrame::make(known->format, known->setup);
+}
+
+// The settings of the monitor that change the counts, for CampaignPlan::rules.
+std::string rules_of(const lab::CampaignFrame& frame) {
+  const auto& alignment = frame.plan().alignment();
+  return fmt::format("compared bits {}, of them turns {}, tolerance {}, counter from {}",
+                     alignment.bits, alignment.bits - alignment.singleturn_bits,
+                     frame.plan().setup().comparison.tolerance_lsb, frame.first_counter());
+}
+
+// Adds rows by importance sampling for events that are too rare for plain sampling. They are part of
+// the plan, so every shard has them.
+void add_importance(const lab::CampaignFrame& frame, lab::CampaignPlan& plan) {
+  const std::vector<lab::FaultChoice> asked = plan.faults;
+  lab::CampaignTheories theories(frame);
+  for (const lab::FaultChoice& fault : asked) {
+    if (fault.kind != lab::FaultKind::flips) continue;
+    const auto theory = theories.of(fault);
+    if (!theory) continue;
+    const auto weighed = lab::importance_of(frame, fault, plan.frames, *theory);
+    plan.faults.insert(plan.faults.end(), weighed.begin(), weighed.end());
+  }
 }
 
 tl::expected<lab::CampaignState, std::string> read_state_of(const std::string& path) {
@@ -71,11 +92,9 @@ std::string too_many_bits(const std::string& path) {
 
 ExitStatus print_state(const lab::CampaignFrame& frame, const lab::CampaignState& state,
                        const CampaignOptions& options, Host& host) {
-  Output output(host);
-  if (!output.open(options.output)) return output.status();
   const std::vector<CampaignRow> rows = campaign_rows(frame, state);
-  const bool written = write_campaign(rows, options.to, output, output.table_options());
-  return written && output.finish() ? judge_campaign(rows, host) : output.status();
+  const ExitStatus status = print_rows(campaign_table(rows, options.to), options, host);
+  return status == ExitStatus::done ? judge_campaign(rows, host) : status;
 }
 
 bool save(const lab::CampaignState& state, const std::string& path, Host& host) {
@@ -89,12 +108,53 @@ bool save(const lab::CampaignState& state, const std::string& path, Host& host) 
   return saved;
 }
 
+constexpr std::array<int, 3> signal_numbers{SIGINT, SIGTERM, SIGHUP};
+using Handler = void (*)(int);
+
+std::array<Handler, signal_numbers.size()> previous_handlers{};
+std::atomic<int> noted_signal{0};
+static_assert(std::atomic<int>::is_always_lock_free);
+
+void restore_handlers() {
+  for (std::size_t n = 0; n < signal_numbers.size(); ++n)
+    std::signal(signal_numbers[n], previous_handlers[n]);
+}
+
+extern "C" void note_signal(int number) {
+  noted_signal = number;
+  restore_handlers();
+}
+
+// The user's signal to end a long run: the run saves its results before the process ends. While it
+// exists, the first SIGINT, SIGTERM or SIGHUP is only noted. A second one ends the process as it does
+// without this. A signal that the parent process ignores stays ignored. \pre at most one exists at a
+// time
+class Interruption {
+ public:
+  Interruption() {
+    noted_signal = 0;
+    for (std::size_t n = 0; n < signal_numbers.size(); ++n) {
+      previous_handlers[n] = std::signal(signal_numbers[n], SIG_IGN);
+    }
+    for (std::size_t n = 0; n < signal_numbers.size(); ++n) {
+      if (previous_handlers[n] != SIG_IGN) std::signal(signal_numbers[n], note_signal);
+    }
+  }
+  ~Interruption() { restore_handlers(); }
+  Interruption(const Interruption&) = delete;
+  Interruption& operator=(const Interruption&) = delete;
+
+  bool requested() const { return noted_signal != 0; }
+  // Ends the process by the signal that was noted. \pre requested()
+  void end_process() const { std::raise(noted_signal); }
+};
+
 // With a state file, a signal ends the run after a last save.
 ExitStatus count_blocks(const lab::CampaignFrame& frame, lab::CampaignState& state,
                         const CampaignOptions& options, Host& host) {
   std::optional<Interruption> interruption;
   if (!options.state.empty()) interruption.emplace();
-  lab::ExperimentRun run{.threads = options.request.threads,
+  lab::ExperimentRun run{.threads = options.threads,
                          .shard = options.shard,
                          .save_seconds = static_cast<double>(options.save_every.count) * 1e-12};
   run.save = [&] { return save(state, options.state, host); };
@@ -155,40 +215,24 @@ ExitStatus run_replay(const lab::CampaignFrame& frame, const lab::CampaignPlan& 
   }
   const lab::ReplayedFrame replayed = lab::replay_frame(frame, {plan.faults[0], plan.seed}, index);
   const SafetyJudgement judgement = frame.monitor(replayed.sent, replayed.received);
-  Output output(host);
-  if (!output.open(options.output)) return output.status();
-  using report::Kind;
-  const std::vector<report::Column> columns = {
-      {.name = "fault"},
-      {.name = "frame", .kind = Kind::unsigned_integer},
-      {.name = "position", .kind = Kind::unsigned_integer},
-      {.name = "lc", .kind = Kind::unsigned_integer},
-      {.name = "cpw_sent"},
-      {.name = "cpw_read"},
-      {.name = "spw_sent"},
-      {.name = "spw_read"},
-      {.name = "verdict"},
-      {.name = "position_read", .kind = Kind::unsigned_integer}};
-  const auto table = report::make_table_writer(options.to, columns, output, output.table_options());
   const lab::WordPair read = frame.read(replayed.received).value_or(lab::WordPair());
-  const auto word = [](std::uint64_t bits) { return fmt::format("0x{:X}", bits); };
-  const std::string texts[] = {text_of(plan.faults[0]), word(replayed.encoded.cpw), word(read.cpw),
-                               word(replayed.encoded.spw), word(read.spw)};
-  const report::Cell read_position =
+  const auto word = [](const char* name, std::uint64_t bits) {
+    return text_field(name, fmt::format("0x{:X}", bits));
+  };
+  const report::Cell position =
       judgement.position ? report::Cell(control_position(frame.plan(), *judgement.position))
                          : report::Cell();
-  const report::Cell cells[] = {texts[0],
-                                index,
-                                replayed.sent.position,
-                                unsigned{replayed.sent.life_counter},
-                                texts[1],
-                                texts[2],
-                                texts[3],
-                                texts[4],
-                                name_of(judgement.verdict),
-                                read_position};
-  if (!table->row(cells) || !table->finish() || !output.finish()) return output.status();
-  return ExitStatus::done;
+  const FieldRow fields{text_field("fault", text_of(plan.faults[0])),
+                        count_field("frame", index),
+                        count_field("position", replayed.sent.position),
+                        count_field("lc", unsigned{replayed.sent.life_counter}),
+                        word("cpw_sent", replayed.encoded.cpw),
+                        word("cpw_read", read.cpw),
+                        word("spw_sent", replayed.encoded.spw),
+                        word("spw_read", read.spw),
+                        text_field("verdict", std::string(name_of(judgement.verdict))),
+                        count_field("position_read", position)};
+  return print_rows({fields}, options, host);
 }
 
 ExitStatus run_merge(const CampaignOptions& options, Host& host) {
@@ -196,8 +240,8 @@ ExitStatus run_merge(const CampaignOptions& options, Host& host) {
   for (const std::string& path : options.parts) {
     auto part = read_state_of(path);
     if (!part) return host.fail(ExitStatus::io, part.error());
-    const auto frame = campaign_frame_of(part->plan.format);
-    if (!frame || campaign_rules(*frame) != part->plan.rules) {
+    const auto frame = frame_of(part->plan.format);
+    if (!frame || rules_of(*frame) != part->plan.rules) {
       return host.fail(ExitStatus::io,
                        fmt::format("{}: made with other monitor rules than this program's", path));
     }
@@ -211,7 +255,7 @@ ExitStatus run_merge(const CampaignOptions& options, Host& host) {
                                    path));
     }
   }
-  const auto frame = campaign_frame_of(sum->plan.format);
+  const auto frame = frame_of(sum->plan.format);
   if (!options.state.empty() && !save(*sum, options.state, host)) return ExitStatus::io;
   const ExitStatus status = print_state(*frame, *sum, options, host);
   if (status != ExitStatus::done || sum->complete()) return status;
@@ -222,15 +266,18 @@ ExitStatus run_merge(const CampaignOptions& options, Host& host) {
 tl::expected<lab::CampaignPlan, std::string> plan_of(const lab::CampaignFrame& frame,
                                                      const CampaignOptions& options) {
   lab::CampaignPlan plan{.format = options.format,
-                         .rules = campaign_rules(frame),
-                         .seed = options.request.seed,
-                         .frames = options.request.frames,
+                         .rules = rules_of(frame),
+                         .seed = options.seed,
+                         .frames = options.frames,
                          .faults = {}};
   for (const std::string& text : options.faults) {
-    if (add_campaign_fault(frame, text, plan)) continue;
-    return tl::unexpected(
-        fmt::format("'{}' is not a fault of these {} bits: {}, or one of {} with [:PLACE], or {}",
-                    text, frame.bits(), measured_faults, placed_faults, other_faults));
+    const auto fault = lab::parse_fault(text);
+    if (!fault || fault->place.value_or(0) >= lab::places_of(*fault, frame.bits())) {
+      return tl::unexpected(
+          fmt::format("'{}' is not a fault of these {} bits: {}, or one of {} with [:PLACE], or {}",
+                      text, frame.bits(), measured_faults, placed_faults, other_faults));
+    }
+    plan.faults.push_back(*fault);
   }
   return plan;
 }
@@ -238,8 +285,8 @@ tl::expected<lab::CampaignPlan, std::string> plan_of(const lab::CampaignFrame& f
 ExitStatus run_safety_campaign(const CampaignOptions& options, Host& host) {
   if (options.merge->parsed()) return run_merge(options, host);
   if (options.format.empty()) return host.fail(ExitStatus::usage, "no --format given");
-  const auto frame = campaign_frame_of(options.format);
-  if (!frame) return bad_format(options.format, host);
+  const auto frame = frame_of(options.format);
+  if (!frame) return fail_format(options.format, host);
   auto plan = plan_of(*frame, options);
   if (!plan) return host.fail(ExitStatus::usage, plan.error());
   if (options.replay) return run_replay(*frame, *plan, options, host);
@@ -249,15 +296,17 @@ ExitStatus run_safety_campaign(const CampaignOptions& options, Host& host) {
 }  // namespace
 
 tl::expected<lab::CampaignState, std::string> run_usual_campaign(const lab::CampaignFrame& frame,
-                                                                 const CampaignRequest& request,
+                                                                 std::uint64_t frames,
+                                                                 const ExperimentOptions& options,
                                                                  Host& host) {
-  CampaignOptions options;
-  options.request = request;
-  auto plan = plan_of(frame, options);
+  CampaignOptions campaign;
+  static_cast<ExperimentOptions&>(campaign) = options;
+  campaign.frames = frames;
+  auto plan = plan_of(frame, campaign);
   if (!plan) return tl::unexpected(plan.error());
   add_importance(frame, *plan);
   lab::CampaignState state(*plan);
-  count_blocks(frame, state, options, host);
+  count_blocks(frame, state, campaign, host);
   return state;
 }
 
@@ -272,11 +321,10 @@ Run add_safety_campaign(Verb verb) {
                               "all kinds by default",
                               measured_faults, placed_faults, other_faults))
       .type_name("KIND");
-  add_count_option(verb, "--frames", into(options->request.frames),
+  add_count_option(verb, "--frames", into(options->frames),
                    "Frames per fault; 10 million by default", lab::max_campaign_frames);
-  add_count_option(verb, "--seed", into(options->request.seed), "Random seed; 1 by default");
-  add_count_option(verb, "--threads", into(options->request.threads),
-                   "Worker threads; by default one per core", 1024);
+  add_seed_option(verb, options->seed);
+  add_threads_option(verb, options->threads);
   add_shard_option(verb, options->shard, "Count only the K-th of N parts");
   verb.add_option("--state", options->state, "Save progress to this file, and continue from it")
       .type_name("FILE")

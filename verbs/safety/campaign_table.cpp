@@ -1,121 +1,80 @@
-#include "verbs/safety/campaign_table.hpp"
-
+// The table of a fault campaign.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <array>
 #include <cmath>
-#include <string>
-#include <vector>
 
 #include "verbs/common/host.hpp"
+#include "verbs/safety/experiments.hpp"
 
 namespace biss::verbs {
 namespace {
 
 using lab::Acceptance;
-using report::Kind;
 
-constexpr std::array acceptances{Acceptance::cpw, Acceptance::spw, Acceptance::both,
-                                 Acceptance::monitor, Acceptance::wrong};
 // By chance a count deviates by more than this once in two million counts.
 constexpr long double sigma_limit = 5;
 
-std::string scientific(long double value) {
-  return fmt::format("{:.6e}", static_cast<double>(value));
+std::optional<long double> theory_of(const CampaignRow& row, std::size_t what) {
+  return row.theory ? std::optional((*row.theory)[what]) : std::nullopt;
 }
 
-// A long double as the nearest double.
-report::Cell real(long double value) { return static_cast<double>(value); }
-
-std::vector<report::Column> machine_columns() {
-  std::vector<report::Column> columns = {{.name = "fault"},
-                                         {.name = "frames", .kind = Kind::unsigned_integer}};
-  for (const char* name :
-       {"accepted_cpw", "accepted_spw", "accepted_both", "accepted_monitor", "wrong"}) {
-    columns.push_back({.name = name, .kind = Kind::unsigned_integer});
-  }
-  const auto add = [&columns](const std::string& name) {
-    columns.push_back({.name = name, .kind = Kind::real});
-  };
-  for (const char* name : {"rate", "theory", "low", "high", "sigma"}) add(name);
-  for (const char* what : {"cpw", "spw", "both", "monitor"}) {
-    for (const char* name : {"rate", "theory", "sigma"}) add(fmt::format("{}_{}", what, name));
-  }
-  columns.push_back({.name = "missed"});
-  for (const char* what : {"cpw_", "spw_", "both_", "monitor_", ""}) {
-    add(fmt::format("{}effective", what));
-  }
-  return columns;
+report::Cell events_of(const CampaignRow& row, std::size_t what) {
+  return row.estimates[what] ? report::Cell(row.counts.total(static_cast<Acceptance>(what)))
+                             : report::Cell();
 }
 
-report::Cell events_cell(const CampaignRow& row, std::size_t what) {
-  return row.estimates[what] ? report::Cell(row.counts.total(acceptances[what])) : report::Cell();
-}
-
-bool write_machine_row(report::TableWriter& table, const CampaignRow& row) {
-  constexpr std::size_t wrong = lab::acceptance_count - 1;
-  // Cells do not own their text.
-  const std::string fault = text_of(row.fault);
-  std::vector<report::Cell> cells = {report::Cell(fault), report::Cell(row.counts.frames)};
-  for (std::size_t what = 0; what <= wrong; ++what) cells.push_back(events_cell(row, what));
-  const auto add = [&](std::size_t what, bool bounds) {
-    const auto& found = row.estimates[what];
-    cells.push_back(found ? real(found->rate) : report::Cell());
-    cells.push_back(row.theory ? real((*row.theory)[what]) : report::Cell());
-    if (bounds) {
-      cells.push_back(found ? real(found->low) : report::Cell());
-      cells.push_back(found ? real(found->high) : report::Cell());
+// A row for programs.
+FieldRow fields_of(const CampaignRow& row) {
+  constexpr auto wrong = static_cast<std::size_t>(Acceptance::wrong);
+  FieldRow fields{text_field("fault", text_of(row.fault)),
+                  count_field("frames", row.counts.frames)};
+  const auto name_of = [](std::size_t what) { return std::string(lab::acceptance_names[what]); };
+  for (std::size_t what = 0; what < wrong; ++what) {
+    fields.push_back(count_field("accepted_" + name_of(what), events_of(row, what)));
+  }
+  fields.push_back(count_field("wrong", events_of(row, wrong)));
+  const auto add = [&](std::size_t what, const std::string& prefix) {
+    const auto found = row.estimates[what].value_or(lab::CampaignEstimate{});
+    const auto if_counted = [&](std::optional<long double> value) {
+      return row.estimates[what] ? value : std::nullopt;
+    };
+    fields.push_back(real_field(prefix + "rate", if_counted(found.rate)));
+    fields.push_back(real_field(prefix + "theory", theory_of(row, what)));
+    if (what == wrong) {
+      fields.push_back(real_field("low", if_counted(found.low)));
+      fields.push_back(real_field("high", if_counted(found.high)));
     }
-    cells.push_back(found && found->sigma ? real(*found->sigma) : report::Cell());
+    fields.push_back(real_field(prefix + "sigma", found.sigma));
   };
-  add(wrong, true);
-  for (std::size_t what = 0; what < wrong; ++what) add(what, false);
-  const std::string missed = fmt::format("{}", fmt::join(row.counts.missed, ";"));
-  cells.emplace_back(missed);
-  for (const auto& found : row.estimates) {
-    cells.push_back(found ? real(found->effective) : report::Cell());
+  add(wrong, "");
+  for (std::size_t what = 0; what < wrong; ++what) add(what, name_of(what) + "_");
+  fields.push_back(text_field("missed", fmt::format("{}", fmt::join(row.counts.missed, ";"))));
+  for (std::size_t what = 0; what <= wrong; ++what) {
+    const auto& found = row.estimates[what];
+    fields.push_back(real_field((what == wrong ? "" : name_of(what) + "_") + "effective",
+                                found ? std::optional(found->effective) : std::nullopt));
   }
-  return table.row(cells);
+  return fields;
 }
 
-std::vector<report::Column> readable_columns() {
-  return {{.name = "fault"},
-          {.name = "accepted by"},
-          {.name = "frames", .kind = Kind::unsigned_integer},
-          {.name = "events", .kind = Kind::unsigned_integer},
-          {.name = "effective"},
-          {.name = "rate"},
-          {.name = "low"},
-          {.name = "high"},
-          {.name = "theory"},
-          {.name = "sigma"}};
-}
-
-bool write_readable_rows(report::TableWriter& table, const CampaignRow& row) {
-  const std::string fault = text_of(row.fault);
-  for (std::size_t what = 0; what < lab::acceptance_count; ++what) {
-    if (!row.estimates[what]) continue;
-    const lab::CampaignEstimate& found = *row.estimates[what];
-    const std::string effective = fmt::format("{:.0f}", static_cast<double>(found.effective));
-    const std::string rate = scientific(found.rate);
-    const std::string low = scientific(found.low);
-    const std::string high = scientific(found.high);
-    const std::string theory = row.theory ? scientific((*row.theory)[what]) : "";
-    const std::string sigma = found.sigma ? sigma_text(*found.sigma) : "";
-    const report::Cell cells[] = {fault,
-                                  lab::acceptance_names[what],
-                                  row.counts.frames,
-                                  events_cell(row, what),
-                                  effective,
-                                  rate,
-                                  low,
-                                  high,
-                                  theory,
-                                  sigma};
-    if (!table.row(cells)) return false;
-  }
-  return true;
+// A row for eyes: one check of a fault.
+FieldRow readable_fields(const CampaignRow& row, std::size_t what) {
+  const lab::CampaignEstimate& found = *row.estimates[what];
+  const auto scientific = [](std::optional<long double> value) {
+    return value ? fmt::format("{:.6e}", static_cast<double>(*value)) : "";
+  };
+  return {text_field("fault", text_of(row.fault)),
+          text_field("accepted by", std::string(lab::acceptance_names[what])),
+          count_field("frames", row.counts.frames),
+          count_field("events", events_of(row, what)),
+          text_field("effective", fmt::format("{:.0f}", static_cast<double>(found.effective))),
+          text_field("rate", scientific(found.rate)),
+          text_field("low", scientific(found.low)),
+          text_field("high", scientific(found.high)),
+          text_field("theory", scientific(theory_of(row, what))),
+          text_field("sigma", found.sigma ? sigma_text(*found.sigma) : "")};
 }
 
 }  // namespace
@@ -131,28 +90,26 @@ std::vector<CampaignRow> campaign_rows(const lab::CampaignFrame& frame,
   std::vector<CampaignRow> rows;
   for (std::size_t n = 0; n < state.plan.faults.size(); ++n) {
     const lab::FaultChoice& fault = state.plan.faults[n];
-    CampaignRow row{fault, state.rows[n].counts, theories.of(fault)};
+    CampaignRow& row =
+        rows.emplace_back(CampaignRow{fault, state.rows[n].counts, theories.of(fault)});
     for (std::size_t what = 0; what < lab::acceptance_count; ++what) {
-      const auto theory = row.theory ? std::optional((*row.theory)[what]) : std::nullopt;
-      if (!is_counted(fault, acceptances[what])) continue;
-      row.estimates[what] = estimate(frame, fault, row.counts, acceptances[what], theory);
+      const auto acceptance = static_cast<Acceptance>(what);
+      if (!is_counted(fault, acceptance)) continue;
+      row.estimates[what] = estimate(frame, fault, row.counts, acceptance, theory_of(row, what));
     }
-    rows.push_back(row);
   }
   return rows;
 }
 
-bool write_campaign(std::span<const CampaignRow> rows, report::Format to, report::TextSink& sink,
-                    const report::TableOptions& table_options) {
-  const bool readable = to == report::Format::table;
-  const auto columns = readable ? readable_columns() : machine_columns();
-  const auto table = report::make_table_writer(to, columns, sink, table_options);
+std::vector<FieldRow> campaign_table(std::span<const CampaignRow> rows, report::Format to) {
+  std::vector<FieldRow> table;
   for (const CampaignRow& row : rows) {
-    if (!(readable ? write_readable_rows(*table, row) : write_machine_row(*table, row))) {
-      return false;
+    if (to != report::Format::table) table.push_back(fields_of(row));
+    for (std::size_t what = 0; to == report::Format::table && what < row.estimates.size(); ++what) {
+      if (row.estimates[what]) table.push_back(readable_fields(row, what));
     }
   }
-  return table->finish();
+  return table;
 }
 
 ExitStatus judge_campaign(std::span<const CampaignRow> rows, Host& host) {

@@ -1,4 +1,4 @@
-#include "verbs/safety/campaign_table.hpp"
+#include "verbs/safety/experiments.hpp"
 
 #include <gtest/gtest.h>
 

@@ -16,7 +16,7 @@
 
 #include "biss/safety/configurations.hpp"
 #include "biss/safety/verdict.hpp"
-#include "lab/rating.hpp"
+#include "lab/pair.hpp"
 #include "verbs/safety/evidence.hpp"
 #include "verbs/safety/setup_fields.hpp"
 

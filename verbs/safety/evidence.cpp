@@ -16,7 +16,6 @@
 #include "verbs/common/verb.hpp"
 #include "verbs/safety/analysis.hpp"
 #include "verbs/safety/safety.hpp"
-#include "verbs/safety/sequence_table.hpp"
 #include "verbs/safety/setup_fields.hpp"
 
 namespace biss::verbs {
@@ -75,57 +74,54 @@ class Experiments {
         options_(subject.options),
         rate_(subject.rate),
         monitored_(monitored_by(subject)),
-        comparison_(subject.monitored.setup.comparison),
-        threads_(threads) {}
+        shared_{
+            .format = subject.options.format, .seed = subject.options.seed, .threads = threads} {}
 
-  ExitStatus analysis_for_programs(report::TextSink& sink) {
-    const QuestionOptions asked{.rates = options_.bit_error_rates,
-                                .frame_rate = rate_,
-                                .checks = {.compare_bits = comparison_.compare_bits,
-                                           .tolerance_lsb = comparison_.tolerance_lsb},
-                                .ignore_turns = comparison_.multiturn == MultiturnRule::ignored};
-    auto question = safety_question(monitored_.format, asked);
+  ExitStatus analysis_for_programs(std::string& text) {
+    auto question = safety_question(monitored_.format, {.rates = options_.bit_error_rates,
+                                                        .frame_rate = rate_,
+                                                        .comparison = monitored_.setup.comparison});
     if (!question) return host_.fail(ExitStatus::usage, question.error());
     question_ = std::move(*question);
     analysis_ = analyse(question_);
     warn_of_pair(analysis_, host_);
-    return status_of(sink.write(analysis_jsonl(question_, analysis_)));
+    text = analysis_jsonl(question_, analysis_);
+    return ExitStatus::done;
   }
 
-  ExitStatus analysis_for_people(report::TextSink& sink) {
+  ExitStatus analysis_for_people(std::string& text) {
     warn_of_pair(analysis_, host_);
-    return status_of(sink.write(analysis_text(question_, analysis_)));
+    text = analysis_text(question_, analysis_);
+    return ExitStatus::done;
   }
 
-  ExitStatus line(report::TextSink& sink) {
-    const auto result = run_line_model(
-        monitored_,
-        {.cycles = options_.cycles, .seed = options_.seed, .rate = rate_, .threads = threads_},
-        host_);
+  ExitStatus line(std::string& text) {
+    const auto result = run_line_model(monitored_, {shared_, options_.cycles, rate_}, host_);
     if (!result) return host_.fail(ExitStatus::usage, result.error());
     line_ = *result;
-    return status_of(write_line(line_, options_.cycles, csv, sink), judge_line(line_, host_));
+    text = text_of(line_table(line_, options_.cycles), csv);
+    return judge_line(line_, host_);
   }
 
-  ExitStatus campaign(report::TextSink& sink) {
+  ExitStatus campaign(std::string& text) {
     const auto frame = lab::CampaignFrame::make(monitored_.format, monitored_.setup);
-    if (!frame) return host_.fail(ExitStatus::usage, safety_format_error(options_.format));
-    auto state = run_usual_campaign(
-        *frame, {.frames = options_.frames, .seed = options_.seed, .threads = threads_}, host_);
+    if (!frame) return fail_format(shared_.format, host_);
+    auto state = run_usual_campaign(*frame, options_.frames, shared_, host_);
     if (!state) return host_.fail(ExitStatus::usage, state.error());
     campaign_state_ = std::move(*state);
     campaign_ = campaign_rows(*frame, campaign_state_);
-    return status_of(write_campaign(campaign_, csv, sink), judge_campaign(campaign_, host_));
+    text = text_of(campaign_table(campaign_, csv), csv);
+    return judge_campaign(campaign_, host_);
   }
 
-  ExitStatus sequences(report::TextSink& sink) {
-    auto results =
-        run_sequence_plan(lab::whole_plan(monitored_.format, monitored_.setup, options_.frames,
-                                          options_.faults, options_.seed),
-                          threads_, host_);
-    if (!results) return host_.fail(ExitStatus::usage, safety_format_error(options_.format));
+  ExitStatus sequences(std::string& text) {
+    auto results = run_sequence_plan(
+        usual_sequences(monitored_, options_.frames, options_.faults, shared_.seed),
+        shared_.threads, host_);
+    if (!results) return fail_format(shared_.format, host_);
     sequences_ = std::move(*results);
-    return status_of(write_sequences(sequences_, csv, sink), judge_sequences(sequences_, host_));
+    text = text_of(sequence_table(sequences_, csv), csv);
+    return judge_sequences(sequences_, host_);
   }
 
   std::vector<CoverageRow> coverage() const {
@@ -141,16 +137,11 @@ class Experiments {
     return text == configuration_name ? subject.monitored : *parse_safety_format(text);
   }
 
-  static ExitStatus status_of(bool written, ExitStatus judged = ExitStatus::done) {
-    return written ? judged : ExitStatus::io;
-  }
-
   Host& host_;
   const EvidenceOptions& options_;
   Hertz rate_;
   SafetyFormat monitored_;
-  SafetyComparison comparison_;
-  unsigned threads_;
+  ExperimentOptions shared_;
   SafetyQuestion question_;
   SafetyAnalysis analysis_;
   LineResult line_{};
@@ -181,12 +172,12 @@ Bundle make_bundle(const EvidenceSubject& subject, const std::vector<std::string
     if (host.shows_progress()) {
       host.print_summary(command_line(each.arguments) + "\n");
     }
-    report::StringSink text;
+    std::string text;
     const ExitStatus status = (of.*experiments[k])(text);
     if (status != ExitStatus::done) bundle.status = status;
     if (status != ExitStatus::done && status != ExitStatus::data_failed) return bundle;
     each.status = static_cast<int>(status);
-    tables.push_back({each.file, text.take()});
+    tables.push_back({each.file, std::move(text)});
   }
   const std::vector<CoverageRow> coverage = of.coverage();
   bundle.files = {
@@ -314,64 +305,6 @@ std::vector<std::string> made_by_of(const Verb& verb) {
   return made_by;
 }
 
-std::string put_format(EvidenceSubject& subject) {
-  const std::string& name = subject.options.format;
-  if (name.empty()) return "--format is required";
-  subject.monitored.device = name;
-  if (const auto* known = find_safety_configuration(name)) {
-    subject.monitored.format = known->frame_format();
-    return {};
-  }
-  const auto device = parse_device(name);
-  if (!device) return device.error();
-  subject.monitored.format = device->format;
-  if (is_safety_format(subject.monitored.format)) return {};
-  return fmt::format("'{}' is not the format of a control and a safety word; fs-36-28 is, or rxm",
-                     name);
-}
-
-// The setup is chosen twice: the configuration's shortest cycle is the default of the rate.
-std::string put_setup(EvidenceSubject& subject) {
-  const EvidenceOptions& options = subject.options;
-  const FrameFormat& format = subject.monitored.format;
-  SafetyArguments alone;
-  alone.configuration = options.setup.configuration;
-  // As in parse_safety_format(), only a name stands for a configuration.
-  const auto device = parse_device(options.format);
-  alone.by_widths =
-      find_safety_configuration(options.format) == nullptr && device && device->entry == nullptr;
-  const auto known = choose_safety(alone, options.format, format, {});
-  if (!known) return known.error();
-  subject.rate = options.rate.value_or(rate_of_cycle(known->setup));
-  SafetyArguments arguments = options.setup;
-  arguments.latch = true;
-  arguments.by_widths = alone.by_widths;
-  if (!arguments.shortest) {
-    arguments.shortest =
-        std::max(known->setup.frame_gap_min, shortest_gap(period_of(subject.rate)));
-  }
-  auto choice = choose_safety(arguments, options.format, format, period_of(subject.rate));
-  if (!choice) return choice.error();
-  SafetySetup& setup = choice->setup;
-  if (options.missed == missed_names[1]) setup.counter.missed = MissedFrames::perhaps;
-  if (options.ignore_turns) setup.comparison.multiturn = MultiturnRule::ignored;
-  setup.budget = {static_cast<std::uint8_t>(options.budget), options.budget_window};
-  if (options.budget != 0 && options.budget_window.count == 0) {
-    setup.budget.window = setup.frame_gap_max * 64;
-  }
-  if (const auto mistake = check_safety(format, UnratedSafetySetup(setup))) {
-    return *mistake == SafetySetupError::budget
-               ? fmt::format(
-                     "--budget: at most {} faults, in a --budget-window that is not "
-                     "shorter than the watchdog time",
-                     max_tolerated_faults)
-               : "--ignore-turns: nothing is left to compare";
-  }
-  subject.monitored.setup = setup;
-  subject.configuration = choice->name;
-  return {};
-}
-
 // For a command line: no space before the unit.
 std::string typed(Hertz rate) {
   std::string text = text_of(rate);
@@ -382,12 +315,48 @@ std::string typed(Hertz rate) {
 }  // namespace
 
 tl::expected<EvidenceSubject, std::string> choose_evidence(const EvidenceOptions& options) {
-  EvidenceSubject subject;
-  subject.options = options;
-  for (const auto put : {put_format, put_setup}) {
-    if (std::string wrong = put(subject); !wrong.empty()) return tl::unexpected(std::move(wrong));
+  const std::string& name = options.format;
+  if (name.empty()) return tl::unexpected(std::string("--format is required"));
+  const auto device = parse_device(name);
+  const auto* named = find_safety_configuration(name);
+  if (named == nullptr && !device) return tl::unexpected(device.error());
+  const FrameFormat format = named != nullptr ? named->frame_format() : device->format;
+  if (named == nullptr && !is_safety_format(format)) {
+    return tl::unexpected(fmt::format(
+        "'{}' is not the format of a control and a safety word; fs-36-28 is, or rxm", name));
   }
-  return subject;
+  // The setup is chosen twice: the configuration's shortest cycle is the default of the rate. As in
+  // parse_safety_format(), only a name stands for a configuration.
+  SafetyArguments alone;
+  alone.configuration = options.setup.configuration;
+  alone.by_widths = named == nullptr && device->entry == nullptr;
+  const auto known = choose_safety(alone, name, format, {});
+  if (!known) return tl::unexpected(known.error());
+  const Hertz rate = options.rate.value_or(rate_of_cycle(known->setup));
+  SafetyArguments arguments = options.setup;
+  arguments.latch = true;
+  arguments.by_widths = alone.by_widths;
+  if (!arguments.shortest) {
+    arguments.shortest = std::max(known->setup.frame_gap_min, shortest_gap(period_of(rate)));
+  }
+  const auto choice = choose_safety(arguments, name, format, period_of(rate));
+  if (!choice) return tl::unexpected(choice.error());
+  SafetySetup setup = choice->setup;
+  if (options.missed == missed_names[1]) setup.counter.missed = MissedFrames::perhaps;
+  if (options.ignore_turns) setup.comparison.multiturn = MultiturnRule::ignored;
+  setup.budget = {static_cast<std::uint8_t>(options.budget), options.budget_window};
+  if (options.budget != 0 && options.budget_window.count == 0) {
+    setup.budget.window = setup.frame_gap_max * 64;
+  }
+  if (const auto mistake = check_safety(format, UnratedSafetySetup(setup))) {
+    return tl::unexpected(
+        *mistake == SafetySetupError::budget
+            ? fmt::format("--budget: at most {} faults, in a --budget-window that is not shorter "
+                          "than the watchdog time",
+                          max_tolerated_faults)
+            : "--ignore-turns: nothing is left to compare");
+  }
+  return EvidenceSubject{options, {format, setup, name}, choice->name, rate};
 }
 
 std::vector<EvidenceCommand> evidence_commands(const EvidenceSubject& subject) {
@@ -446,7 +415,7 @@ void add_evidence_options(Verb verb, EvidenceOptions& options) {
       "Cycles of the line model for each kind of fault, one in 32 with the fault; 50000 by "
       "default",
       most_line_cycles);
-  add_count_option(verb, "--seed", into(options.seed), "Random seed; 1 by default");
+  add_seed_option(verb, options.seed);
   verb.add_option("--ber", options.bit_error_rates,
                   "Bit error rate. May be repeated; 1e-2, 1e-3 and 1e-4 by default")
       .type_name("P");
@@ -477,8 +446,7 @@ Run add_safety_evidence(Verb verb) {
   const auto options = std::make_shared<VerbOptions>();
   add_evidence_options(verb, options->evidence);
   const Verb own = verb.scope(Scope::command);
-  add_count_option(own, "--threads", into(options->threads),
-                   "Worker threads; by default one per core", 1024);
+  add_threads_option(own, options->threads);
   const Option folder = own.add_option("-o,--output", options->folder,
                                        "Create this folder; it must be empty or not exist")
                             .type_name("DIR");

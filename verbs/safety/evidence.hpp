@@ -13,7 +13,6 @@
 #include "biss/base/units.hpp"
 #include "verbs/common/safety_format.hpp"
 #include "verbs/decode/safety.hpp"
-#include "verbs/safety/campaign_table.hpp"
 #include "verbs/safety/evidence_folder.hpp"
 #include "verbs/safety/experiments.hpp"
 

@@ -10,9 +10,9 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -90,15 +90,10 @@ fs::path target_of(const std::string& folder) {
 }
 
 std::string write_file(const fs::path& path, const std::string& text) {
-  std::FILE* file = std::fopen(path.c_str(), "wbx");
-  if (file == nullptr) return because(path.string(), errno);
-  const bool written = std::fwrite(text.data(), 1, text.size(), file) == text.size();
-  const int cause = errno;
-  if (!written) {
-    std::fclose(file);
-    return because(path.string(), cause);
-  }
-  return std::fclose(file) == 0 ? std::string() : because(path.string(), errno);
+  std::ofstream file(path, std::ios::binary);
+  file << text;
+  file.close();
+  return file ? std::string() : because(path.string(), errno);
 }
 
 std::vector<std::string> names_in(const fs::path& folder, std::error_code& error) {

@@ -8,35 +8,23 @@
 #include <iterator>
 #include <numeric>
 #include <regex>
+#include <sstream>
 #include <utility>
 
 #include "device/quantity.hpp"
 #include "lab/campaign_fault.hpp"
 #include "lab/pair.hpp"
-#include "lab/rating.hpp"
 #include "lab/residual.hpp"
 #include "lab/sequence.hpp"
 #include "lab/statistics.hpp"
 #include "lab/weights.hpp"
-#include "report/table.hpp"
 #include "sim/fault.hpp"
 #include "verbs/safety/evidence.hpp"
+#include "verbs/safety/fields.hpp"
 #include "verbs/safety/setup_fields.hpp"
 
 namespace biss::verbs {
 namespace {
-
-std::vector<std::string> split(std::string_view text, char at) {
-  std::vector<std::string> parts(1);
-  for (const char letter : text) {
-    if (letter == at) {
-      parts.emplace_back();
-    } else {
-      parts.back() += letter;
-    }
-  }
-  return parts;
-}
 
 // Flips leave some frames as they were: these are no faults.
 double damaged_share(const SafetyFormat& monitored, const lab::FaultChoice& fault) {
@@ -68,35 +56,37 @@ CoverageRow campaign_row(const SafetyFormat& monitored, const CampaignRow& resul
   return row;
 }
 
-// An accepted event counts whatever the position of the accepted frame is.
-CoverageRow sequence_row(const lab::SequenceResult& result) {
-  const lab::SequenceCounts& counts = result.counts;
-  CoverageRow row{
-      .error = std::string(result.row.name()),
-      .by = "sequences",
-      .fault = std::string(result.row.variant_name()),
-      .injected = counts.events,
-      .detected = std::accumulate(counts.verdicts.begin(), counts.verdicts.end(), std::uint64_t{}),
-      .accepted_wrong = counts.accepted,
-      .verdicts = verdicts_text(counts.verdicts)};
-  if (row.detected != 0U) row.reaction = counts.worst_cycles;
-  if (result.theory) row.theory = static_cast<double>(*result.theory);
+// A row whose instances were counted one by one, with the worst reaction of the detected ones.
+CoverageRow counted_row(CoverageRow row, std::uint64_t reaction,
+                        const std::array<std::uint64_t, safety_verdict_count>& verdicts) {
+  if (row.detected != 0U) row.reaction = reaction;
+  row.verdicts = verdicts_text(verdicts);
   set_share(row);
   return row;
 }
 
+// An accepted event counts whatever the position of the accepted frame is.
+CoverageRow sequence_row(const lab::SequenceResult& result) {
+  const lab::SequenceCounts& counts = result.counts;
+  CoverageRow row{.error = std::string(result.row.name()),
+                  .by = "sequences",
+                  .fault = std::string(result.row.variant_name()),
+                  .injected = counts.events,
+                  .detected = counts.detected(),
+                  .accepted_wrong = counts.accepted};
+  if (result.theory) row.theory = static_cast<double>(*result.theory);
+  return counted_row(std::move(row), counts.worst_cycles, counts.verdicts);
+}
+
 CoverageRow line_row(sim::FaultKind kind, const LineCounts& counts) {
-  CoverageRow row{.error = "encoder",
-                  .by = "line",
-                  .fault = std::string(name_of(kind)),
-                  .injected = counts.injected,
-                  .detected = counts.detected,
-                  .accepted_wrong = counts.accepted_wrong,
-                  .verdicts = verdicts_text(counts.verdicts)};
-  if (entry_of(kind).error) row.error = name_of(*entry_of(kind).error);
-  if (row.detected != 0U) row.reaction = counts.reaction;
-  set_share(row);
-  return row;
+  const auto error = entry_of(kind).error;
+  return counted_row({.error = std::string(error ? name_of(*error) : "encoder"),
+                      .by = "line",
+                      .fault = std::string(name_of(kind)),
+                      .injected = counts.injected,
+                      .detected = counts.detected,
+                      .accepted_wrong = counts.accepted_wrong},
+                     counts.reaction, counts.verdicts);
 }
 
 std::string scientific(double value) { return fmt::format("{:.6e}", value); }
@@ -286,53 +276,39 @@ std::vector<CoverageRow> coverage_of(const SafetyFormat& monitored, const LineRe
 }
 
 EvidenceFile coverage_file(const std::vector<CoverageRow>& rows) {
-  report::StringSink sink;
-  using report::Cell;
-  const auto count = [](const char* name) {
-    return report::Column{.name = name, .kind = report::Kind::unsigned_integer};
-  };
-  const std::vector<report::Column> columns = {
-      {.name = "error"},        {.name = "by"},    {.name = "fault"},        count("injected"),
-      count("accepted_wrong"),  {.name = "dc"},    {.name = "dc_low"},       {.name = "dc_high"},
-      {.name = "dc_theory"},    {.name = "share"}, {.name = "share_low"},    {.name = "share_high"},
-      {.name = "share_theory"}, count("detected"), count("reaction_cycles"), {.name = "verdicts"}};
-  const auto table = report::make_table_writer(report::Format::csv, columns, sink);
+  std::vector<FieldRow> table;
   for (const CoverageRow& row : rows) {
-    const bool any = row.injected != 0;
-    const std::string texts[] = {
-        coverage_text(row.share), coverage_text(row.high),
-        coverage_text(row.low),   row.theory ? coverage_text(*row.theory) : "",
-        scientific(row.share),    scientific(row.low),
-        scientific(row.high),     row.theory ? scientific(*row.theory) : ""};
-    std::vector<Cell> cells = {row.error, row.by, row.fault, row.injected, row.accepted_wrong};
-    for (const std::string& each : texts) {
-      cells.push_back(any && !each.empty() ? Cell(each) : Cell());
-    }
-    cells.insert(cells.end(), {Cell(row.detected), Cell(row.reaction), Cell(row.verdicts)});
-    table->row(cells);
+    const auto text = [&row](const char* name, std::optional<double> value, auto text_of) {
+      return text_field(name,
+                        row.injected != 0 && value ? std::optional(text_of(*value)) : std::nullopt);
+    };
+    table.push_back(
+        {text_field("error", row.error), text_field("by", row.by), text_field("fault", row.fault),
+         count_field("injected", row.injected), count_field("accepted_wrong", row.accepted_wrong),
+         text("dc", row.share, coverage_text), text("dc_low", row.high, coverage_text),
+         text("dc_high", row.low, coverage_text), text("dc_theory", row.theory, coverage_text),
+         text("share", row.share, scientific), text("share_low", row.low, scientific),
+         text("share_high", row.high, scientific), text("share_theory", row.theory, scientific),
+         count_field("detected", row.detected), count_field("reaction_cycles", row.reaction),
+         text_field("verdicts", row.verdicts)});
   }
-  table->finish();
-  return {"coverage.csv", sink.text()};
+  return {"coverage.csv", text_of(table, report::Format::csv)};
 }
 
 EvidenceFile matrix_file() {
-  report::StringSink sink;
-  const std::vector<report::Column> columns = {
-      {.name = "requirement"}, {.name = "source"}, {.name = "test"}};
-  const auto table = report::make_table_writer(report::Format::csv, columns, sink);
+  std::vector<FieldRow> table;
   std::string requirement;
   std::string source;
-  for (const std::string& line : split(safety_matrix_page, '\n')) {
+  std::istringstream page(safety_matrix_page);
+  for (std::string line; std::getline(page, line);) {
     if (line.starts_with("### ")) requirement = line.substr(4);
     if (line.starts_with("## ")) requirement.clear();
     if (line.starts_with("Source: ")) source = line.substr(8);
     if (requirement.empty() || !line.starts_with("* `")) continue;
-    const std::string test = line.substr(3, line.size() - 4);
-    const report::Cell row[] = {requirement, source, test};
-    table->row(row);
+    table.push_back({text_field("requirement", requirement), text_field("source", source),
+                     text_field("test", line.substr(3, line.size() - 4))});
   }
-  table->finish();
-  return {"matrix.csv", sink.text()};
+  return {"matrix.csv", text_of(table, report::Format::csv)};
 }
 
 std::vector<std::string> not_run(const EvidenceOptions& options) {

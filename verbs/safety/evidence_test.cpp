@@ -10,7 +10,7 @@
 
 #include "biss/safety/configurations.hpp"
 #include "cli/verb_harness.hpp"
-#include "lab/rating.hpp"
+#include "lab/pair.hpp"
 #include "sim/fault.hpp"
 #include "verbs/common/safety_format.hpp"
 #include "verbs/common/text_file.hpp"
@@ -189,6 +189,22 @@ std::vector<std::map<std::string, std::string>> rows_of(const std::string& csv) 
     for (std::size_t k = 0; k < names.size(); ++k) named[names[k]] = row[k];
   }
   return rows;
+}
+
+TEST(SafetySequences, UsualPlan_HasBothCountersBothMistakesAndEightKinds) {
+  const lab::SequencePlan plan =
+      usual_sequences(parse_safety_format("fs-28-24").value(), 100, 80, 1);
+  std::uint64_t undamaged = 0;
+  std::uint64_t mistakes = 0;
+  std::uint64_t faults = 0;
+  for (const lab::SequenceRow& row : plan.rows) {
+    if (row.task == lab::SequenceTask::undamaged) undamaged += row.size;
+    if (row.task == lab::SequenceTask::counter_mode) mistakes += row.size;
+    if (row.task == lab::SequenceTask::fault) faults += row.size;
+  }
+  EXPECT_EQ(undamaged, 400U);
+  EXPECT_EQ(mistakes, 160U);
+  EXPECT_EQ(faults, 640U);
 }
 
 // At a rate at which the encoder becomes ready only when the next request begins.

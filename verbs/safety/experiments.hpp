@@ -13,22 +13,41 @@
 #include "biss/base/units.hpp"
 #include "biss/safety/verdict.hpp"
 #include "lab/campaign.hpp"
+#include "lab/campaign_theory.hpp"
 #include "lab/sequence.hpp"
-#include "report/table.hpp"
 #include "sim/fault.hpp"
 #include "verbs/common/exit_status.hpp"
 #include "verbs/common/safety_format.hpp"
+#include "verbs/safety/fields.hpp"
 
 namespace biss::verbs {
 
 class Host;
+class Verb;
 
-struct LineRequest {
-  std::uint64_t cycles = 50'000;
+/// Options of every experiment.
+struct ExperimentOptions {
+  std::string format{};
   std::uint64_t seed = 1;
+  unsigned threads = 0;
+  report::Format to = report::Format::table;
+  std::string output{};
+};
+
+void add_seed_option(Verb verb, std::uint64_t& seed);
+void add_threads_option(Verb verb, unsigned& threads);
+
+/// Prints a line of usage: what is wrong with `-f`.
+ExitStatus fail_format(const std::string& format, Host& host);
+
+/// Writes a table to the output that the options name.
+ExitStatus print_rows(const std::vector<FieldRow>& rows, const ExperimentOptions& options,
+                      Host& host);
+
+struct LineRequest : ExperimentOptions {
+  std::uint64_t cycles = 50'000;
   /// By default the highest rate of the configuration's shortest cycle.
   std::optional<Hertz> rate;
-  unsigned threads = 0;
 };
 
 /// The counts of a fault of the line model.
@@ -52,27 +71,50 @@ using LineResult = std::array<LineCounts, sim::simulated_fault_count>;
 /// \return one line of text where the line model cannot do it (usage: exit status 2)
 tl::expected<LineResult, std::string> run_line_model(const SafetyFormat& monitored,
                                                      const LineRequest& request, Host& host);
-/// \return false if the sink failed
-bool write_line(const LineResult& result, std::uint64_t cycles, report::Format to,
-                report::TextSink& sink, const report::TableOptions& options = {});
+std::vector<FieldRow> line_table(const LineResult& result, std::uint64_t cycles);
 /// Done, or data_failed after a message for each fault that has a wrong count.
 ExitStatus judge_line(const LineResult& result, Host& host);
-
-struct CampaignRequest {
-  std::uint64_t frames = 10'000'000;
-  std::uint64_t seed = 1;
-  unsigned threads = 0;
-};
 
 /// Counts all usual faults, rows by importance sampling included.
 /// \return one line of text where a fault is none of this frame (usage: exit status 2)
 tl::expected<lab::CampaignState, std::string> run_usual_campaign(const lab::CampaignFrame& frame,
-                                                                 const CampaignRequest& request,
+                                                                 std::uint64_t frames,
+                                                                 const ExperimentOptions& options,
                                                                  Host& host);
 
+/// A fault of a campaign, and what was measured.
+struct CampaignRow {
+  lab::FaultChoice fault;
+  /// Of the state.
+  const lab::CampaignCounts& counts;
+  std::optional<lab::CampaignTheory> theory;
+  /// By lab::Acceptance; none if the fault has no counts of this kind.
+  std::array<std::optional<lab::CampaignEstimate>, lab::acceptance_count> estimates{};
+};
+
+/// \pre the state outlives the rows
+std::vector<CampaignRow> campaign_rows(const lab::CampaignFrame& frame,
+                                       const lab::CampaignState& state);
+/// CSV and JSON lines have a row for each fault, the human-readable table a row for each fault and
+/// check.
+std::vector<FieldRow> campaign_table(std::span<const CampaignRow> rows, report::Format to);
+/// Done, or data_failed after a message: a count is more than five standard deviations from the
+/// theory.
+ExitStatus judge_campaign(std::span<const CampaignRow> rows, Host& host);
+/// A deviation for the human-readable table, `+1.53`; 0 after rounding has no sign.
+std::string sigma_text(long double sigma);
+
+/// Everything: undamaged frames at full speed with both counters, set up and learned; both wrong
+/// counter ranges; the eight errors with the setup's counter (1…63 if it is learned).
+lab::SequencePlan usual_sequences(const SafetyFormat& monitored, std::uint64_t frames,
+                                  std::uint64_t faults, std::uint64_t seed);
 /// As lab::run_sequences(), with the progress on a terminal.
 std::optional<std::vector<lab::SequenceResult>> run_sequence_plan(const lab::SequencePlan& plan,
                                                                   unsigned threads, Host& host);
+/// The sum of an error's rows follows them.
+/// CSV and JSON lines have more columns.
+std::vector<FieldRow> sequence_table(std::span<const lab::SequenceResult> results,
+                                     report::Format to);
 /// Done, or data_failed after a message for the first row that has not passed.
 ExitStatus judge_sequences(std::span<const lab::SequenceResult> results, Host& host);
 

@@ -6,16 +6,12 @@
 #include <deque>
 #include <memory>
 #include <mutex>
-#include <optional>
-#include <string>
 #include <utility>
-#include <vector>
 
 #include "biss/frame/format_text.hpp"
 #include "decode/decoder.hpp"
 #include "decode/safety_watch.hpp"
-#include "lab/parallel.hpp"
-#include "report/table.hpp"
+#include "lab/experiment.hpp"
 #include "sim/line.hpp"
 #include "verbs/common/terminal.hpp"
 #include "verbs/common/verb.hpp"
@@ -35,13 +31,6 @@ constexpr Millimetres line_cable = metres(20);
 constexpr std::uint64_t reaction_cycles = 1;
 // The simulator's times hold 106 days.
 constexpr Picoseconds longest_run = milliseconds(100LL * 24 * 3600 * 1000);
-
-struct LineRunOptions {
-  std::string format;
-  LineRequest request;
-  report::Format to = report::Format::table;
-  std::string output;
-};
 
 struct Truth {
   std::uint64_t number = 0;
@@ -198,42 +187,13 @@ tl::expected<sim::LineSetup, std::string> line_of(const SafetyFormat& monitored,
       [](const std::string& error) { return "the line model, 10 MHz, 20 m: " + error; });
 }
 
-std::vector<report::Column> columns() {
-  const auto count = [](const char* name) {
-    return report::Column{.name = name, .kind = report::Kind::unsigned_integer};
-  };
-  return {{.name = "fault"},       count("cycles"),          count("undamaged"),
-          count("false_alarms"),   count("injected"),        count("detected"),
-          count("accepted_wrong"), count("reaction_cycles"), {.name = "verdicts"}};
-}
-
-bool write_row(report::TableWriter& table, sim::FaultKind kind, std::uint64_t cycles,
-               const LineCounts& counts) {
-  const std::string verdicts = verdicts_text(counts.verdicts);
-  const report::Cell cells[] = {
-      name_of(kind),
-      cycles,
-      counts.undamaged,
-      counts.false_alarms,
-      counts.injected,
-      counts.detected,
-      counts.accepted_wrong,
-      counts.detected == 0 ? report::Cell() : report::Cell(counts.reaction),
-      verdicts};
-  return table.row(cells);
-}
-
-ExitStatus run_line(const LineRunOptions& options, Host& host) {
-  const auto monitored = parse_safety_format(options.format);
-  if (!monitored) return host.fail(ExitStatus::usage, safety_format_error(options.format));
-  const auto counts = run_line_model(*monitored, options.request, host);
+ExitStatus run_line(const LineRequest& request, Host& host) {
+  const auto monitored = parse_safety_format(request.format);
+  if (!monitored) return fail_format(request.format, host);
+  const auto counts = run_line_model(*monitored, request, host);
   if (!counts) return host.fail(ExitStatus::usage, counts.error());
-  Output output(host);
-  if (!output.open(options.output)) return output.status();
-  const bool written =
-      write_line(*counts, options.request.cycles, options.to, output, output.table_options());
-  const ExitStatus status = judge_line(*counts, host);
-  return written && output.finish() ? status : output.status();
+  const ExitStatus status = print_rows(line_table(*counts, request.cycles), request, host);
+  return status == ExitStatus::done ? judge_line(*counts, host) : status;
 }
 
 }  // namespace
@@ -263,29 +223,34 @@ tl::expected<LineResult, std::string> run_line_model(const SafetyFormat& monitor
   return all;
 }
 
-bool write_line(const LineResult& result, std::uint64_t cycles, report::Format to,
-                report::TextSink& sink, const report::TableOptions& options) {
-  const auto table = report::make_table_writer(to, columns(), sink, options);
+std::vector<FieldRow> line_table(const LineResult& result, std::uint64_t cycles) {
+  std::vector<FieldRow> table;
   for (std::size_t k = 0; k < result.size(); ++k) {
-    if (!write_row(*table, static_cast<sim::FaultKind>(k), cycles, result[k])) return false;
+    const LineCounts& counts = result[k];
+    const auto reaction = counts.detected == 0 ? report::Cell() : report::Cell(counts.reaction);
+    table.push_back({text_field("fault", std::string(name_of(static_cast<sim::FaultKind>(k)))),
+                     count_field("cycles", cycles), count_field("undamaged", counts.undamaged),
+                     count_field("false_alarms", counts.false_alarms),
+                     count_field("injected", counts.injected),
+                     count_field("detected", counts.detected),
+                     count_field("accepted_wrong", counts.accepted_wrong),
+                     count_field("reaction_cycles", reaction),
+                     text_field("verdicts", verdicts_text(counts.verdicts))});
   }
-  return table->finish();
+  return table;
 }
 
 ExitStatus judge_line(const LineResult& result, Host& host) {
   ExitStatus status = ExitStatus::done;
   for (std::size_t k = 0; k < result.size(); ++k) {
-    const auto kind = static_cast<sim::FaultKind>(k);
-    if (result[k].false_alarms != 0) {
+    const auto name = name_of(static_cast<sim::FaultKind>(k));
+    const auto judge = [&](std::uint64_t count, const char* what) {
+      if (count == 0) return;
       status = host.fail(ExitStatus::data_failed,
-                         fmt::format("{}: {} frames without a fault have a fault verdict",
-                                     name_of(kind), result[k].false_alarms));
-    }
-    if (result[k].wrong_undamaged != 0) {
-      status = host.fail(ExitStatus::data_failed,
-                         fmt::format("{}: {} frames without a fault are safe with a wrong position",
-                                     name_of(kind), result[k].wrong_undamaged));
-    }
+                         fmt::format("{}: {} frames without a fault {}", name, count, what));
+    };
+    judge(result[k].false_alarms, "have a fault verdict");
+    judge(result[k].wrong_undamaged, "are safe with a wrong position");
   }
   return status;
 }
@@ -305,16 +270,15 @@ std::string verdicts_text(const std::array<std::uint64_t, safety_verdict_count>&
 }
 
 Run add_safety_line(Verb verb) {
-  const auto options = std::make_shared<LineRunOptions>();
+  const auto options = std::make_shared<LineRequest>();
   add_safety_format_option(verb, options->format).required();
-  add_count_option(verb, "--cycles", into(options->request.cycles),
+  add_count_option(verb, "--cycles", into(options->cycles),
                    "Cycles for each kind of fault, one in 32 with the fault; 50000 by default",
                    most_line_cycles);
-  add_rate_option(verb, "--rate", into(options->request.rate),
+  add_rate_option(verb, "--rate", into(options->rate),
                   "Requests per second; by default 1 / the configuration's shortest cycle");
-  add_count_option(verb, "--seed", into(options->request.seed), "Random seed; 1 by default");
-  add_count_option(verb, "--threads", into(options->request.threads),
-                   "Worker threads; by default one per core", 1024);
+  add_seed_option(verb, options->seed);
+  add_threads_option(verb, options->threads);
   add_to_option(verb, options->to);
   add_output_option(verb, options->output);
   return [options](Host& host) { return run_line(*options, host); };

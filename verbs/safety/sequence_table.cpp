@@ -1,119 +1,68 @@
-#include "verbs/safety/sequence_table.hpp"
-
+// The table of safety sequences.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <optional>
-#include <vector>
-
-#include "verbs/safety/campaign_table.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/safety/experiments.hpp"
 
 namespace biss::verbs {
 namespace {
 
 using lab::SequenceResult;
-using lab::SequenceTask;
 using report::Cell;
-using report::Kind;
 
-// The text of a row's cells; cells do not own their text.
-struct Texts {
+// In the order of the verdicts.
+std::string verdicts_of(const lab::SequenceCounts& counts) {
+  std::string text;
+  for (std::size_t k = 0; k < counts.verdicts.size(); ++k) {
+    if (counts.verdicts[k] == 0) continue;
+    text +=
+        fmt::format("{}{}:{}", text.empty() ? "" : " ", name_of(verdict_of(k)), counts.verdicts[k]);
+  }
+  return text;
+}
+
+// CSV and JSON lines have all fields.
+FieldRow fields_of(const SequenceResult& result, bool all) {
+  const lab::SequenceCounts& counts = result.counts;
+  const bool undamaged = result.row.task == lab::SequenceTask::undamaged;
+  const auto of_event = [&](std::uint64_t value) { return undamaged ? Cell() : Cell(value); };
   std::optional<std::string> theory;
   std::optional<std::string> sigma;
-  std::string verdicts;
-  std::string odd;
-  std::string_view result;
-
-  explicit Texts(const SequenceResult& result_row)
-      : verdicts(verdicts_of(result_row.counts)),
-        odd(fmt::format("{}", fmt::join(result_row.counts.odd, ";"))),
-        result(result_row.passed() ? "ok" : "failed") {
-    const auto& [row, counts, share, deviation, bound] = result_row;
-    if (share) theory = fmt::format("{:.4g}", static_cast<double>(*share));
-    if (deviation) sigma = sigma_text(*deviation);
+  if (!undamaged && result.theory) {
+    theory = fmt::format("{:.4g}", static_cast<double>(*result.theory));
   }
-
- private:
-  static std::string verdicts_of(const lab::SequenceCounts& counts) {
-    std::string text;
-    for (std::size_t k = 0; k < counts.verdicts.size(); ++k) {
-      if (counts.verdicts[k] == 0) continue;
-      if (!text.empty()) text += ' ';
-      text += fmt::format("{}:{}", name_of(verdict_of(k)), counts.verdicts[k]);
-    }
-    return text;
+  if (result.sigma) sigma = sigma_text(*result.sigma);
+  Field encoder =
+      text_field("encoder_counter", std::string(lab::name_of(result.row.encoder_counter)));
+  encoder.column.heading = "encoder";
+  FieldRow fields{text_field("run", std::string(result.row.name())),
+                  text_field("variant", std::string(result.row.variant_name())),
+                  text_field("counter", std::string(lab::name_of(result.row.counter))),
+                  encoder,
+                  count_field("frames", counts.frames),
+                  count_field("false_alarms", counts.false_alarms, "alarms"),
+                  count_field("misread", counts.misread),
+                  count_field("events", of_event(counts.events)),
+                  count_field("accepted", of_event(counts.accepted)),
+                  text_field("theory", theory),
+                  text_field("sigma", sigma),
+                  count_field("worst_cycles", of_event(counts.worst_cycles), "cycles"),
+                  count_field("bound_cycles", of_event(result.bound_cycles), "bound"),
+                  count_field("late", of_event(counts.late)),
+                  count_field("unexpected", of_event(counts.unexpected)),
+                  text_field("result", result.passed() ? "ok" : "failed", report::Role::status),
+                  text_field("verdicts", verdicts_of(counts))};
+  if (all) {
+    fields.insert(fields.end(), {count_field("wrong", of_event(counts.wrong)),
+                                 count_field("position_wraps", counts.position_wraps),
+                                 count_field("counter_wraps", counts.counter_wraps),
+                                 text_field("odd", fmt::format("{}", fmt::join(counts.odd, ";")))});
   }
-};
-
-Cell text(const std::optional<std::string>& value) { return value ? Cell(*value) : Cell(); }
-
-std::vector<report::Column> columns_for(report::Format to) {
-  const bool readable = to == report::Format::table;
-  const auto count = [](const char* name, const char* heading) {
-    return report::Column{.name = name, .kind = Kind::unsigned_integer, .heading = heading};
-  };
-  std::vector<report::Column> columns = {{.name = "run"},
-                                         {.name = "variant"},
-                                         {.name = "counter"},
-                                         {.name = "encoder_counter", .heading = "encoder"},
-                                         count("frames", ""),
-                                         count("false_alarms", "alarms"),
-                                         count("misread", ""),
-                                         count("events", ""),
-                                         count("accepted", ""),
-                                         {.name = "theory"},
-                                         {.name = "sigma"},
-                                         count("worst_cycles", "cycles"),
-                                         count("bound_cycles", "bound"),
-                                         count("late", ""),
-                                         count("unexpected", ""),
-                                         {.name = "result", .role = report::Role::status},
-                                         {.name = "verdicts"}};
-  if (readable) return columns;
-  for (const char* name : {"wrong", "position_wraps", "counter_wraps"}) {
-    columns.push_back(count(name, ""));
-  }
-  columns.push_back({.name = "odd"});
-  return columns;
+  return fields;
 }
 
-}  // namespace
-
-bool write_sequences(std::span<const SequenceResult> results, report::Format to,
-                     report::TextSink& sink, const report::TableOptions& table_options) {
-  const std::vector<report::Column> columns = columns_for(to);
-  const auto table = report::make_table_writer(to, columns, sink, table_options);
-  for (const SequenceResult& each : results) {
-    const Texts texts(each);
-    const lab::SequenceCounts& counts = each.counts;
-    const bool undamaged = each.row.task == SequenceTask::undamaged;
-    const auto of_event = [&](std::uint64_t value) { return undamaged ? Cell() : Cell(value); };
-    std::vector<Cell> cells = {each.row.name(),
-                               each.row.variant_name(),
-                               lab::name_of(each.row.counter),
-                               lab::name_of(each.row.encoder_counter),
-                               counts.frames,
-                               counts.false_alarms,
-                               counts.misread,
-                               of_event(counts.events),
-                               of_event(counts.accepted),
-                               undamaged ? Cell() : text(texts.theory),
-                               text(texts.sigma),
-                               of_event(counts.worst_cycles),
-                               of_event(each.bound_cycles),
-                               of_event(counts.late),
-                               of_event(counts.unexpected),
-                               texts.result,
-                               texts.verdicts};
-    if (to != report::Format::table) {
-      cells.insert(cells.end(), {of_event(counts.wrong), counts.position_wraps,
-                                 counts.counter_wraps, texts.odd});
-    }
-    if (!table->row(cells)) return false;
-  }
-  return table->finish();
-}
-
+// Why a row has not passed, in one line: false alarms, late verdicts, ….
 std::string failure_of(const SequenceResult& result) {
   std::string text = fmt::format("{} {}:", result.row.name(), result.row.variant_name());
   const lab::SequenceCounts& counts = result.counts;
@@ -132,6 +81,23 @@ std::string failure_of(const SequenceResult& result) {
   }
   text.back() = ';';
   return text + fmt::format(" the first at {}", fmt::join(counts.odd, ", "));
+}
+
+}  // namespace
+
+std::vector<FieldRow> sequence_table(std::span<const SequenceResult> results, report::Format to) {
+  std::vector<FieldRow> table;
+  for (const SequenceResult& each : results) {
+    table.push_back(fields_of(each, to != report::Format::table));
+  }
+  return table;
+}
+
+ExitStatus judge_sequences(std::span<const SequenceResult> results, Host& host) {
+  for (const SequenceResult& result : results) {
+    if (!result.passed()) return host.fail(ExitStatus::data_failed, failure_of(result));
+  }
+  return ExitStatus::done;
 }
 
 }  // namespace biss::verbs

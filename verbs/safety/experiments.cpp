@@ -1,0 +1,29 @@
+#include "verbs/safety/experiments.hpp"
+
+#include "verbs/common/verb.hpp"
+
+namespace biss::verbs {
+
+void add_seed_option(Verb verb, std::uint64_t& seed) {
+  add_count_option(verb, "--seed", into(seed), "Random seed; 1 by default");
+}
+
+void add_threads_option(Verb verb, unsigned& threads) {
+  add_count_option(verb, "--threads", into(threads), "Worker threads; by default one per core",
+                   1024);
+}
+
+ExitStatus fail_format(const std::string& format, Host& host) {
+  return host.fail(ExitStatus::usage, safety_format_error(format));
+}
+
+ExitStatus print_rows(const std::vector<FieldRow>& rows, const ExperimentOptions& options,
+                      Host& host) {
+  Output output(host);
+  const bool written = output.open(options.output) &&
+                       write_rows(rows, options.to, output, output.table_options()) &&
+                       output.finish();
+  return written ? ExitStatus::done : output.status();
+}
+
+}  // namespace biss::verbs
