@@ -22,7 +22,7 @@ std::string shortened(std::string_view text, std::size_t most) {
   return fmt::format("{}...", text.substr(0, most));
 }
 
-// What a polynomial that lacks its top or its last bit is in full form; nothing if neither does.
+// The full form of a polynomial without its top or its last bit; empty if it lacks neither.
 std::string full_forms(std::string_view text, std::size_t at) {
   const std::size_t end = std::min(text.find_first_of(":,+;", at), text.size());
   const std::string_view digits = text.substr(at, end - at);

@@ -22,7 +22,7 @@ struct DrawnBit {
   Picoseconds time{};
   /// When SLO is sampled for it; absent if there was no ACK.
   std::optional<Picoseconds> sampled_at;
-  /// Of SLO at the sample; absent if it is not known.
+  /// The level of SLO at the sample; absent if it is not known.
   std::optional<bool> level;
   /// `LAT`, `ACK`, `START`, `CDS`, `STOP`, a field of the format with the bit's number (`pos25`,
   /// `crc0`, `nE`), with the number of the channel after a dot from the second one on (`pos27.2`);
@@ -32,11 +32,11 @@ struct DrawnBit {
   std::string field;
   /// Number among the bits of data and CRC, from 0, as `bit=N` of a fault.
   std::optional<std::size_t> payload_bit;
-  /// Of data and CRC: the channel.
+  /// The channel of a data or CRC bit.
   std::size_t channel = 0;
   /// The field of a data bit; absent in a CRC.
   std::optional<LineField> data_field;
-  /// Of a CRC bit: what the received data need.
+  /// The value of a CRC bit that the received data need.
   std::optional<bool> expected;
 };
 
@@ -49,7 +49,7 @@ struct DrawnCheck {
   std::uint16_t received = 0;
   /// The checksum of the received data.
   std::uint16_t expected = 0;
-  /// If they differ: single bits that would mend the channel.
+  /// If they differ: single bits whose flip would correct the channel.
   std::vector<Flips> singles;
   /// The number of pairs of bits whose flip would correct the channel, and the first pairs.
   std::size_t pair_count = 0;

@@ -33,7 +33,7 @@ struct Part {
   std::string name{};
   /// The value of a complete field or bit, as in `text`.
   std::optional<std::uint64_t> value{};
-  /// Of a checksum: what the received data need, if that is not `value`.
+  /// The checksum that the received data need, if it is not `value`.
   std::optional<std::uint64_t> expected{};
 };
 
@@ -52,7 +52,7 @@ struct Mark {
 struct Layout {
   CycleDrawing drawing;
   std::vector<Cut> cuts;
-  /// Of each cut: `27 clocks`, or its time if MA rests.
+  /// The text of each cut: `27 clocks`, or its time if MA rests.
   std::vector<std::string> cut_texts;
   std::vector<Track> tracks;
   std::vector<Mark> failures;

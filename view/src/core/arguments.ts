@@ -10,9 +10,9 @@ function optionOf(verb: string, name: string): Option | undefined {
   return OPTIONS[verb]?.find(({ names }) => names.split(',').includes(name));
 }
 
-// Of the further options, those that choose rows and columns, or are for `decode` alone, change nothing
-// for another verb, nor do columns that it does not judge. `convert` takes those that say how the file is
-// read. Every other one goes to the verb, which takes it or refuses it by name.
+// Options that choose rows and columns, options for `decode` alone, and columns that the verb does not
+// judge change nothing for another verb. `convert` takes the options for reading a file. Every other
+// option goes to the verb, which takes it or refuses it by name.
 function isFor(verb: string, name: string): boolean {
   const scope = optionOf('decode', name)?.scope;
   if (verb === 'convert') return scope === 'file' && optionOf(verb, name) !== undefined;
