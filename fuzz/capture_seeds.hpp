@@ -265,7 +265,9 @@ inline std::string fst_seed(std::uint64_t seed) {
 }
 
 inline std::string pairs_text_seed(std::uint64_t seed) {
-  return seed % 6 == 5 ? saleae_seed(seed) : text_seed(seed);
+  if (seed / 8 % 3 == 0) return saleae_seed(seed);
+  return (seed / 8 % 3 == 1 ? seed_text<capture::VcdWriter>
+                            : seed_text<capture::EventCsvWriter>)(seed);
 }
 
 inline std::string pairs_samples_seed(std::uint64_t seed) {
