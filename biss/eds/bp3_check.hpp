@@ -40,10 +40,10 @@ class Bp3Check : PartCheck<Sink> {
   using Base::report, Base::bank_, Base::options_;
 
  public:
-  constexpr Bp3Check(const EdsBank& bank, const Bp3Context& context, const EdsCheckOptions& options,
-                     Sink& sink)
-      : Base(bank, EdsPart::bp3, context.channel, options, sink),
-        part_(parse_bp3_part(bank)),
+  constexpr Bp3Check(const EdsBank& checked, const Bp3Context& context,
+                     const EdsCheckOptions& given, Sink& sink)
+      : Base(checked, EdsPart::bp3, context.channel, given, sink),
+        part_(parse_bp3_part(checked)),
         id_{part_.bp_id},
         context_(context) {}
 

@@ -54,8 +54,8 @@ constexpr std::optional<bool> is_safety_encoder(const EdsImage& image) {
 template <EdsSink Sink>
 class ImageCheck {
  public:
-  constexpr ImageCheck(const EdsImage& image, const EdsCheckOptions& options, Sink& sink)
-      : image_(image), options_(options), sink_(sink) {}
+  constexpr ImageCheck(const EdsImage& image, const EdsCheckOptions& given, Sink& sink)
+      : image_(image), options_(given), sink_(sink) {}
 
   constexpr void run() {
     if (image_.common != nullptr) {

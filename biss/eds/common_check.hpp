@@ -27,10 +27,10 @@ class CommonCheck : PartCheck<Sink> {
   using Base::report, Base::options_;
 
  public:
-  constexpr CommonCheck(const EdsBank& bank, std::optional<std::uint8_t> eds_bank,
-                        const EdsCheckOptions& options, Sink& sink)
-      : Base(bank, EdsPart::common, 0, options, sink),
-        part_(parse_common_part(bank)),
+  constexpr CommonCheck(const EdsBank& checked, std::optional<std::uint8_t> eds_bank,
+                        const EdsCheckOptions& given, Sink& sink)
+      : Base(checked, EdsPart::common, 0, given, sink),
+        part_(parse_common_part(checked)),
         eds_bank_(eds_bank) {}
 
   constexpr void run() const {

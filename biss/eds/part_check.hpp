@@ -42,9 +42,9 @@ namespace biss::eds_detail {
 template <EdsSink Sink>
 class PartCheck {
  public:
-  constexpr PartCheck(const EdsBank& bank, EdsPart part, std::uint8_t channel,
-                      const EdsCheckOptions& options, Sink& sink)
-      : bank_(bank), options_(options), part_(part), channel_(channel), sink_(sink) {}
+  constexpr PartCheck(const EdsBank& checked, EdsPart part, std::uint8_t number,
+                      const EdsCheckOptions& given, Sink& sink)
+      : bank_(checked), options_(given), part_(part), channel_(number), sink_(sink) {}
 
   constexpr void report(EdsProblem problem, std::string_view symbol, std::uint32_t value,
                         std::string_view against = {}, std::uint32_t expected = 0) const {

@@ -416,7 +416,7 @@ TEST_F(DecodeRows, Vcd_ShowsTheTracksAtTheTimesOfTheCapture) {
 TEST_F(DecodeRows, VcdOfWhatHasNoOneTime_IsRefused) {
   const std::string capture = simulate("line.vcd", "-f resolute-26 --cycles 20");
   EXPECT_THAT(run("decode {} {} --to vcd", capture, capture),
-              fails(2, "--to vcd: of one capture and one pair of lines only"));
+              fails(2, "--to vcd: only for one capture and one pair of lines"));
   const std::string csv_capture = simulate("line.csv", "-f resolute-26 --cycles 20");
   // The same lines, with a pulse of MA before 0.
   std::string early = content_of(csv_capture);

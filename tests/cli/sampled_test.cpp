@@ -137,7 +137,7 @@ TEST_F(Sampled, RawSamplesHalfDescribed_AreRefusedByName) {
   expect(raw, {"--raw-rate", "0Hz"}, 2, "--raw-rate");
   expect(raw, {"--raw-rate", "50MHz", "--ma", "D8"}, 2, "it has D0, D1, D2");
   expect(raw, {"--raw-rate", "50MHz", "--ma", "D1", "--slo", "D1"}, 2, "same line");
-  expect(changes, {"--raw-rate", "50MHz"}, 2, "says its times itself");
+  expect(changes, {"--raw-rate", "50MHz"}, 2, "has times of its own");
   EXPECT_THAT(run("simulate -f resolute-26 --raw-rate 50MHz -o {}", folder.path("other.bin")),
               fails(2, "--sample-rate"));
 }
