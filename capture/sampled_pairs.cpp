@@ -119,7 +119,7 @@ class SampledPiece final : public PairPiece {
   }
 
   PackedSamples packed;
-  std::vector<std::uint8_t> beginning;  // the bytes, if they are these
+  std::vector<std::uint8_t> beginning;  // holds packed.bytes of the first piece
   std::uint64_t first = 0;              // sample of the capture
   std::size_t count = 0;                // samples
   bool too_many = false;                // changes for arrays
