@@ -20,7 +20,7 @@ Day day_of(std::int64_t time);
 
 /// `2024-03-17`.
 std::string day_text(Day day);
-/// Reads the text of day_text(); nothing where it is no date.
+/// Reads the text of day_text(); nothing if it is not a date.
 std::optional<Day> day_from(std::string_view text);
 
 }  // namespace biss::archive

@@ -11,15 +11,15 @@
 
 namespace biss::archive {
 
-/// What one capture says of a quantity.
+/// The value of a quantity in one capture.
 struct DatedValue {
   Day day = 0;
   std::int64_t value = 0;
 };
 
 /// The slope of the line of least squares through the values, in units a year of 365 days, rounded.
-/// Nothing where all values are of one day. Exact, so that it is the same on every machine; values
-/// above 2^53 count as that.
+/// Nothing if all values are of one day. The result is exact, so it is the same on every machine.
+/// Values above 2^53 count as 2^53.
 std::optional<std::int64_t> change_per_year(std::span<const DatedValue> values);
 
 /// A link of a capture, and the file it is in, which has a day.

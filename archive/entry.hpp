@@ -1,4 +1,4 @@
-// What is known of one file of an archive.
+// The results of one file of an archive.
 #pragma once
 
 #include <array>
@@ -19,16 +19,16 @@ namespace biss::archive {
 struct LinkEntry {
   std::string ma;
   std::string slo;
-  /// The frame format in its canonical text; empty where it is not known.
+  /// The frame format in its canonical text; empty if it is not known.
   std::string format;
   /// Encoders of the catalogue that the frames can be from.
   std::vector<std::string> encoders;
-  /// The frames show this format and not the one that was given; empty where they do not.
+  /// The format of the frames if it differs from the given one; else empty.
   std::string other_format;
   Counts counts;
-  /// By Quantity; absent where it was not seen.
+  /// By Quantity; absent if the quantity was not seen.
   std::array<std::optional<Range>, quantity_count> ranges;
-  /// By Quantity. Empty in a summary, where the histograms of a group hold the values.
+  /// By Quantity. Empty in a summary: there, the histograms of each group hold the values.
   std::vector<Histogram> histograms;
 
   bool operator==(const LinkEntry&) const = default;
@@ -53,9 +53,9 @@ struct FileEntry {
   /// was not looked for.
   std::uint64_t place = 0;
   std::uint64_t bytes = 0;
-  /// Absent where there is no file, as at the end of a broken link.
+  /// Absent if there is no file, as at the end of a broken link.
   std::optional<Day> day;
-  /// The day is from the path; else it is that of the file's last change.
+  /// The day is from the path; else it is the day on which the file was last changed.
   bool dated_by_path = false;
   Reading reading = Reading::none;
   /// Why it was not read, or not to its end: one name for each cause, listed in docs/archive.md.
@@ -80,14 +80,15 @@ bool is_foreign(std::string_view cause);
 /// last. Equal ones by their path.
 bool is_worse(const FileEntry& a, const FileEntry& b);
 
-/// Valid UTF-8, different for different texts: the text, or where it is no UTF-8, or has `\x`, the
-/// text with these bytes and each backslash as `\xNN`.
+/// Valid UTF-8, different for different texts. If the text is not UTF-8 or contains `\x`, the
+/// invalid bytes and each backslash are written as `\xNN`.
 std::string utf8_text(std::string_view text);
 
-/// What a file was when it was read: if both are the same, it has not changed.
+/// The state of a file when it was read. If both values are the same later, the file has not
+/// changed.
 struct FileStamp {
   std::uint64_t bytes = 0;
-  /// Of its last change, in nanoseconds since 1970.
+  /// Time of the last change, in nanoseconds since 1970.
   std::int64_t time = 0;
   bool operator==(const FileStamp&) const = default;
 };
@@ -99,7 +100,7 @@ struct StampedEntry {
 
 /// One line without a line feed, with a checksum.
 std::string journal_line(const StampedEntry& entry);
-/// Reads the text of journal_line(); the cause where it is damaged.
+/// Reads the text of journal_line(); the cause if the line is damaged.
 tl::expected<StampedEntry, std::string> read_journal_line(std::string_view line);
 
 }  // namespace biss::archive

@@ -13,7 +13,7 @@
 
 namespace biss::archive {
 
-/// What is measured in the cycles of a capture. Times are in picoseconds.
+/// The quantities that are measured in the cycles of a capture. Times are in picoseconds.
 enum class Quantity : std::uint8_t { period, interval, line_delay, ack, ack_clocks, duty };
 
 inline constexpr std::size_t quantity_count = 6;
@@ -28,7 +28,7 @@ constexpr std::string_view name_of(Quantity quantity) {
 const decode::Distribution& distribution_of(const decode::Statistics& statistics,
                                             Quantity quantity);
 
-/// Counts of request cycles; the names are those of decode::Statistics.
+/// Counts of request cycles, with the same names as in decode::Statistics.
 struct Counts {
   std::uint64_t cycles = 0;
   std::array<std::uint64_t, decode::cycle_status_count> by_status{};
@@ -46,7 +46,7 @@ struct Counts {
   }
   /// Cycles with a named cause: neither good nor cut by an end of the capture.
   std::uint64_t faults() const;
-  /// The most frequent cause; `ok` where there is no fault.
+  /// The most frequent cause; `ok` if there is no fault.
   decode::CycleStatus foremost_fault() const;
 };
 

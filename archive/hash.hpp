@@ -24,7 +24,7 @@ static_assert(hash_of("a") == 0xAF63DC4C8601EC8CU);
 inline std::string checksum_end(std::uint64_t hash) {
   return fmt::format(",\n\"checksum\":\"{:016x}\"}}\n", hash);
 }
-/// Follows the name of a file where this end is not the one that its bytes ask for.
+/// Follows the name of a file if the checksum at its end does not match its bytes.
 inline constexpr std::string_view checksum_wrong =
     "its checksum is missing or wrong; it was changed, or written by a version without checksums, "
     "so make it again";

@@ -35,8 +35,8 @@ class Histogram {
   /// In ascending order.
   const std::vector<Bucket>& buckets() const { return buckets_; }
   /// The histogram of these buckets, as read from a file.
-  /// \return false, and nothing changes, where no values can have them: buckets out of order or
-  ///   empty, limits outside of the first and the last bucket, more than 2^64 values
+  /// \return false, and nothing changes, if the buckets are not valid: out of order or empty,
+  ///   limits outside of the first and the last bucket, more than 2^64 values
   [[nodiscard]] bool assign(std::vector<Bucket> buckets, std::int64_t min, std::int64_t max);
 
  private:

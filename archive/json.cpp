@@ -142,7 +142,7 @@ void from_json(const Json& json, Histogram& histogram) {
   const std::int64_t max = any ? time_from(json.at("max"), "max") : 0;
   if (!histogram.assign(std::move(buckets), min, max)) wrong_json("'buckets' are no histogram");
   if (histogram.count() != member_number(json, "count")) {
-    wrong_json("'count' is not that of the 'buckets'");
+    wrong_json("'count' does not match the 'buckets'");
   }
 }
 

@@ -1,5 +1,5 @@
-// JSON of this room: numbers of any size. The from_json() functions throw a std::exception that says
-// what is wrong first.
+// JSON of this room: numbers of any size. The from_json() functions throw a std::exception with a
+// description of the first fault.
 #pragma once
 
 #include <fmt/format.h>
@@ -25,11 +25,11 @@ using Json = nlohmann::ordered_json;
 Json json_of(std::uint64_t value);
 void to_json(Json& json, const Histogram& histogram);
 void to_json(Json& json, const Counts& counts);
-/// With the histograms, where it has some.
+/// Includes the histograms if the link has any.
 void to_json(Json& json, const LinkEntry& link);
 void to_json(Json& json, const FileEntry& entry);
 
-/// A text, or null where it is empty.
+/// A text, or null if it is empty.
 inline Json text_or_null(const std::string& text) {
   return text.empty() ? Json(nullptr) : Json(text);
 }
@@ -37,7 +37,7 @@ inline Json text_or_null(const std::string& text) {
 /// One line, as all texts of this room. \pre its texts are valid UTF-8
 inline std::string text_of(const Json& json) { return json.dump(); }
 
-/// The whole text as a number; nothing where it is none.
+/// The whole text as a number; nothing if it is not a number.
 template <class Number>
 std::optional<Number> whole_number(std::string_view digits, int base = 10) {
   Number number = 0;

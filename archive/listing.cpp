@@ -29,7 +29,7 @@ FileStamp stamp_of(const Status& status) {
           std::int64_t{status.st_mtim.tv_sec} * second_ns + status.st_mtim.tv_nsec};
 }
 
-// The path without links; empty where it leads nowhere.
+// The path without links; empty if the path leads nowhere.
 std::string real_path(const std::string& path, std::error_code& cause) {
   return std::filesystem::canonical(path, cause).string();
 }
@@ -42,8 +42,8 @@ std::string below(const std::string& folder, const std::string& name) {
   return folder.ends_with('/') ? folder + name : folder + '/' + name;
 }
 
-// The path as given, without `./` and the like. As given where `..` follows a link, which leads
-// elsewhere than its name.
+// The path as given, without `./` and the like. A path in which `..` follows a link is not changed,
+// because the link leads elsewhere than its name.
 std::string plain_path(const std::string& path) {
   std::string plain = std::filesystem::path(path).lexically_normal();
   if (plain.size() > 1 && plain.ends_with('/')) plain.pop_back();
@@ -90,7 +90,7 @@ std::vector<std::string> names_in(const std::string& folder, std::error_code& ca
   return names;
 }
 
-// Written by this program, also where it is only begun.
+// Whether this program wrote the file, even an unfinished one.
 bool is_own_file(const std::string& path, const Status& status) {
   const std::string name = name_of_path(path);
   if (name.starts_with(".biss-") && name.ends_with(".tmp")) return true;
@@ -162,7 +162,7 @@ class Walk {
     } else if (!S_ISREG(status.st_mode)) {
       leave_out(path, "not_a_file", "a pipe, a socket or a device");
     } else if (!is_own_file(path, status)) {
-      const std::string real = real_path(path);  // empty where it has gone meanwhile
+      const std::string real = real_path(path);  // empty if it is gone by now
       files_.push_back({path, stamp_of(status), {}, {}, real.empty() ? 0 : hash_of(real)});
     }
   }
@@ -184,7 +184,8 @@ class Walk {
 
   static constexpr const char* read_elsewhere = "a link to what is read elsewhere";
 
-  // What is read, without links: the paths given, and the folders and files that links lead to.
+  // The places that are read, without links: the given paths, and the folders and files that links
+  // lead to.
   Places ends_;
   std::set<std::string> file_ends_;
   std::vector<std::string> folders_;
@@ -221,7 +222,8 @@ tl::expected<std::vector<ListedFile>, std::string> list_files(
       roots.emplace_back(std::move(plain), std::move(real));
     }
   }
-  // Of two names of a folder, and of a folder and what is in it, one is read.
+  // A folder with two names is read once, and so is a folder that is inside another one of the
+  // list.
   std::sort(roots.begin(), roots.end(), [](const auto& a, const auto& b) {
     return std::tie(a.second, a.first) < std::tie(b.second, b.first);
   });

@@ -11,7 +11,7 @@ namespace biss::archive {
 
 /// A file below one of the folders, or why something there is not read.
 struct ListedFile {
-  /// As given, without `./`, and the names below it. Bytes as the system has them.
+  /// The given path without `./`, and the names below it. The bytes are unchanged.
   std::string path;
   FileStamp stamp;
   /// Empty: to be read. Else a cause of FileEntry, and a sentence.
@@ -21,18 +21,19 @@ struct ListedFile {
   std::uint64_t place = 0;
 };
 
-/// Lists all files at and below these paths and those of a list, sorted by path, each path once.
+/// Lists all files at and below these paths and the paths of a list, sorted by path, each path
+/// once.
 ///
-/// A symbolic link is followed where it leads to a file or folder outside of all these paths that no
-/// earlier link leads to; any other has the cause `link`, or `broken_link`. So nothing is counted
-/// twice and no circle is entered. Files that this program writes (summaries, journals, temporary
-/// files) are left out. Folders that cannot be read have the cause `folder_unreadable`; pipes,
-/// sockets and devices `not_a_file`; what the list names and is gone `cannot_open`.
+/// A symbolic link is followed if it leads to a file or folder outside of all these paths and no
+/// earlier link leads there; any other link has the cause `link` or `broken_link`. So nothing is
+/// counted twice and no circle is entered. Files that this program writes (summaries, journals,
+/// temporary files) are left out. Folders that cannot be read have the cause `folder_unreadable`;
+/// pipes, sockets and devices `not_a_file`; files of the list that are gone `cannot_open`.
 /// \return the files, or one line: which of `paths` does not exist
 tl::expected<std::vector<ListedFile>, std::string> list_files(
     const std::vector<std::string>& paths, const std::vector<std::string>& listed = {});
 
-/// Reads the stamp of a file; false where it is gone.
+/// Reads the stamp of a file; false if the file is gone.
 bool read_stamp(const std::string& path, FileStamp& stamp);
 
 }  // namespace biss::archive

@@ -95,7 +95,7 @@ namespace {
 
 using ListKey = std::pair<ListMark, std::uint64_t>;
 
-// The names of a file that occurs twice, by path or by place; empty where there is none.
+// The names of a file that occurs twice, by path or by place; empty if there is no such file.
 std::string file_of_two(const std::vector<FileEntry>& files) {
   std::vector<const FileEntry*> sorted;
   for (const FileEntry& file : files) sorted.push_back(&file);

@@ -1,5 +1,5 @@
-// The figures of an archive: what each file is, and the sums of each encoder. Summaries of parts add
-// up to that of the whole, byte for byte.
+// The figures of an archive: what each file is, and the sums of each encoder. The summaries of all
+// parts add up to the summary of the whole, byte for byte.
 #pragma once
 
 #include <array>
@@ -19,7 +19,7 @@
 
 namespace biss::archive {
 
-/// What two summaries must have in common, so that their figures mean the same.
+/// The settings that two summaries must share, so that their figures mean the same.
 struct Setup {
   /// The program and its version.
   std::string program;
@@ -104,7 +104,7 @@ using NamedSummary = std::pair<std::string, Summary>;
 
 /// Adds up parts of one list of files, and complete lists that have no file in common.
 /// \param parts at least one
-/// \return the sum; where parts of the only list are missing, those that are there. Else one line:
+/// \return the sum; if parts of the only list are missing, the sum of the others. Else one line:
 ///   which file does not fit, and why
 tl::expected<Summary, std::string> merge(std::vector<NamedSummary> parts);
 

@@ -64,7 +64,7 @@ void read_group(const Json& json, Summary& summary) {
   }
 }
 
-// The sums of the groups are those of the files, and the files are those of the list.
+// Checks that the sums of the groups match the files, and that the files match the list.
 void compare_sums(const Summary& summary) {
   std::map<GroupKey, Group> sums;
   ListMark list;
@@ -81,7 +81,7 @@ void compare_sums(const Summary& summary) {
                            summary.parts.files_of(summary.list.files)));
   }
   if (summary.parts.complete() && list != summary.list) {
-    wrong_json("its files are not those of its list");
+    wrong_json("its files do not match its list");
   }
   const bool same = sums.size() == summary.groups.size() &&
                     std::equal(sums.begin(), sums.end(), summary.groups.begin(),

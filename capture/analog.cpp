@@ -18,7 +18,7 @@ constexpr unsigned changes_of_sure_levels = 16;
 constexpr std::int64_t least_part_of_swing = 16;
 constexpr std::int64_t hysteresis_part = 5;
 constexpr Threshold logic_threshold{millivolts(500), {}};
-// The time between samples is taken from this many rows where the file does not say it.
+// If the file does not give the time between samples, it is measured in this many rows.
 constexpr std::size_t rows_of_period = 1'024;
 
 bool is_voltage(Nanovolts sample) {
@@ -131,8 +131,8 @@ class Slicer {
   Picoseconds longest_step_ = endless;
 };
 
-// Where `pair` divides into two of the names; nothing where it does not, or where it can in two
-// ways.
+// The two channels whose names `pair` joins; nothing if there are none, or if `pair` can be divided
+// in two ways.
 std::optional<std::pair<std::size_t, std::size_t>> divide(
     const std::string& pair, const std::vector<AnalogChannel>& channels) {
   const auto index_of = [&](std::string_view name) {
@@ -181,7 +181,7 @@ class AnalogSource final : public StepSource {
   explicit AnalogSource(std::unique_ptr<AnalogSamples> samples)
       : samples_(std::move(samples)), columns_(samples_->channels().size()) {}
 
-  // Finds the lines and their thresholds; the cause where it cannot.
+  // Finds the lines and their thresholds; returns the cause of a failure.
   std::optional<CaptureError> open(const AnalogOptions& options) {
     if (const auto error = find_lines(options.differentials)) return error;
     if (const auto error = measure_steps()) return error;
@@ -257,7 +257,7 @@ class AnalogSource final : public StepSource {
     }
   }
 
-  // The levels of each line in the rows held; nothing where more rows are needed to be sure.
+  // The levels of each line in the rows held; nothing if more rows are needed to be sure.
   std::optional<std::vector<std::optional<SignalLevels>>> judge(bool last_try) {
     std::vector<std::optional<SignalLevels>> levels;
     bool any = false;
@@ -278,7 +278,7 @@ class AnalogSource final : public StepSource {
     return levels;
   }
 
-  // Reads until that many rows are held; false when there are no more.
+  // Reads until that many rows are held; false if the samples end before.
   bool hold_more(std::size_t rows) {
     while (!samples_ended_ && rows_held() < rows) {
       fresh_.clear();
@@ -292,7 +292,7 @@ class AnalogSource final : public StepSource {
     return rows_held() >= rows;
   }
 
-  // Voltages have a constant step up to the end. What comes before is delivered.
+  // Voltages must have a constant step up to the end. The rows before a shorter step are delivered.
   void refuse_short_steps(std::size_t from) {
     for (std::size_t i = std::max<std::size_t>(from, 1); i < rows_held(); ++i) {
       const Picoseconds each = elapsed(rows_.times[i - 1], rows_.times[i]);
@@ -435,7 +435,7 @@ class AnalogSource final : public StepSource {
   Picoseconds shortest_step_{};
   std::vector<Picoseconds> longest_of_line_;  // between two samples
 
-  // Rows that are not sliced yet, from next_row_ on; what follows them.
+  // Rows that are not sliced yet, from next_row_ on, and the rows that follow them.
   SampleRows rows_;
   SampleRows fresh_;
   std::size_t next_row_ = 0;

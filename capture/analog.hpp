@@ -23,8 +23,8 @@ inline constexpr Nanovolts bad_sample{std::numeric_limits<std::int64_t>::min() +
 /// limited to it.
 inline constexpr Nanovolts over_range{1'000'000'000'000'000};
 
-/// A line rises where the voltage reaches centre + hysteresis / 2, and falls where it passes
-/// centre - hysteresis / 2.
+/// A line rises when the voltage reaches centre + hysteresis / 2, and falls when the voltage
+/// drops below centre - hysteresis / 2.
 struct Threshold {
   Nanovolts centre;
   Nanovolts hysteresis;
@@ -39,7 +39,7 @@ struct Differential {
   std::string name;
 };
 
-/// What the user says about analog channels.
+/// The user's settings for analog channels.
 struct AnalogOptions {
   /// For every analog line. Nothing: measured for each line at the beginning of the capture.
   std::optional<Threshold> threshold = {};
@@ -88,11 +88,12 @@ class AnalogSamples {
   /// Puts the next rows into `rows`, which is empty: none at the end, and a bounded number. Times
   /// never fall. Rows before an error are delivered with it; it is the last call.
   virtual std::optional<CaptureError> next(SampleRows& rows) = 0;
-  /// The time between two samples where the file says it; 0 where it does not.
+  /// The time between two samples; 0 if the file does not give it.
   virtual Picoseconds sample_period() const { return {}; }
   /// As EdgeSource::sample_rate().
   virtual Hertz sample_rate() const { return {}; }
-  /// What the last digit of a time counted in the rows so far; nothing where no row can be missing.
+  /// The value of one unit in the last digit of a time, in the rows so far; nothing if no row can
+  /// be missing.
   virtual std::optional<Picoseconds> time_digit() const { return std::nullopt; }
 };
 
@@ -105,32 +106,32 @@ struct SignalLevels {
 };
 
 /// The two levels of a signal, from its samples: the medians of the two classes into which a
-/// threshold by Otsu's method divides them. Nothing where the samples do not form two levels: fewer
+/// threshold by Otsu's method divides them. Nothing if the samples do not form two levels: fewer
 /// than 8 samples in a class, levels less than 100 mV apart, or classes as wide as their distance
-/// (noise). Samples that are no voltage are ignored.
+/// (noise). Samples that are not voltages are ignored.
 /// \param samples every `stride`-th is one of this signal, from the first on
 std::optional<SignalLevels> estimate_levels(std::span<const Nanovolts> samples,
                                             std::size_t stride = 1);
 
 /// Opens samples as edges.
 ///
-/// Without a threshold it is measured for each line, on the first 4096 rows, or up to 2^20 samples
-/// where a line has not changed by then: the middle between both levels, with a hysteresis of a
-/// fifth of their distance. A beginning in which no line changes is skipped, whatever its length.
-/// An analog line without two levels takes the threshold of the analog line with the largest
-/// swing; it must be clearly above or below, else its level is unknown.
+/// If no threshold is given, it is measured for each line on the first 4096 rows, or on up to 2^20
+/// samples if a line has not changed by then. It is the middle between both levels, with a
+/// hysteresis of a fifth of their distance. A beginning in which no line changes is skipped,
+/// whatever its length. An analog line without two levels takes the threshold of the analog line
+/// with the largest swing; it must be clearly above or below, else its level is unknown.
 ///
 /// The time of an edge is interpolated linearly between the two samples around the crossing. It is
 /// the time of the first sample that shows it for a logic channel, after a missing sample, and for
 /// a sample beyond the range.
 ///
-/// A line has a hole where its samples, which have a constant step, are missing for longer than one
-/// and a half steps: its level is unknown from the last row before the hole on, up to its next sample.
+/// Samples have a constant step. A line has a hole if its samples are missing for longer than one
+/// and a half steps: its level is unknown from the last row before the hole up to its next sample.
 /// Rows of logic channels alone may be changes.
 ///
-/// Fails with `malformed` where voltages have no constant step, `no_two_levels` where no line has two
-/// levels, `no_such_channel` for a differential that names other channels, and with the errors of the
-/// samples.
+/// Fails with `malformed` if voltages have no constant step, with `no_two_levels` if no line has
+/// two levels, with `no_such_channel` for a differential that names other channels, and with the
+/// errors of the samples.
 Opened open_analog(std::unique_ptr<AnalogSamples> samples, const AnalogOptions& options);
 
 }  // namespace biss::capture

@@ -1,5 +1,5 @@
-// Where bits of samples change: the innermost loops of the quick way through sampled captures, with
-// the processor's vectors and without.
+// Finds the changes of bits in samples: the innermost loops of the quick way through sampled
+// captures, with the processor's vectors and without.
 #pragma once
 
 #include <cstddef>

@@ -42,7 +42,7 @@ class Buffer {
   std::span<std::uint8_t> take(std::size_t bytes) {
     if (bytes > capacity_) {
       bytes_.reset();
-      capacity_ = 0;  // also where there is no memory
+      capacity_ = 0;  // also if there is no memory
       bytes_.reset(bytes < large_page ? allocated(bytes, alignof(std::max_align_t))
                                       : in_large_pages(bytes));
       capacity_ = bytes;
@@ -68,7 +68,8 @@ class Buffer {
   static std::uint8_t* in_large_pages(std::size_t bytes) {
     std::uint8_t* const got = allocated(bytes, large_page);
 #ifdef MADV_HUGEPAGE
-    // A part of a large page stays in small ones. Where the system has none, nothing changes.
+    // A part of a large page stays in small ones. If the system has no large pages, nothing
+    // changes.
     static_cast<void>(madvise(got, bytes / large_page * large_page, MADV_HUGEPAGE));
 #endif
     return got;

@@ -1,4 +1,4 @@
-// Where the bytes of a capture come from, and where they go.
+// Sources and sinks for the bytes of a capture.
 #pragma once
 
 #include <cstddef>
@@ -26,19 +26,19 @@ class ByteSource {
   /// \pre into is not empty
   virtual Result<std::size_t, CaptureError> read(std::span<char> into) = 0;
 
-  /// The next bytes where they lie in memory, at most `most`, valid as long as this source; empty
-  /// where they have to be read, and at the end.
+  /// The next bytes in memory, at most `most`, without a copy. They are valid as long as this
+  /// source. Empty if the bytes have to be read, and at the end.
   virtual std::span<const char> take(std::size_t most) {
     static_cast<void>(most);
     return {};
   }
 
-  /// What take() could give from here on, where it lies in memory.
+  /// The bytes in memory that take() could return from here on.
   virtual std::span<const char> ahead() const { return {}; }
 
-  /// Descriptor of the regular file that all of these bytes are, from its beginning, for formats
-  /// that are read at any place; -1 where there is none. It stays open as long as the source lives,
-  /// and may be read instead of the source, not beside it.
+  /// Descriptor of the regular file that consists of all these bytes, for formats that are read at
+  /// any place; -1 if there is no such file. It stays open as long as the source lives. Read either
+  /// the file or the source, not both.
   virtual int regular_file() const { return -1; }
 };
 

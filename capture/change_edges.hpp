@@ -1,4 +1,4 @@
-// Changes of two lines as edges, where a piece has too many of them for arrays.
+// Changes of two lines as edges, for a piece with too many changes for arrays.
 #pragma once
 
 #include <cstddef>
@@ -25,7 +25,8 @@ class ChangeEdges {
     skip(ma_, ma);
     skip(slo_, slo);
   }
-  /// Delivers these changes in the order of their times; of two at one time, that of SLO first.
+  /// Delivers these changes in the order of their times. If both lines change at one time, SLO
+  /// comes first.
   void put(const LineChanges& ma, const LineChanges& slo, const PairSource::OnEdges& on_edges) {
     edges_.clear();
     std::size_t at = 0;

@@ -1,5 +1,5 @@
-// The CRC-32 of inflated samples, which must not take longer than inflating them: by carry-less
-// multiplication of whole vectors where the processor has it, by libdeflate elsewhere.
+// The CRC-32 of inflated samples, which must not take longer than inflating them. It uses
+// carry-less multiplication of whole vectors if the processor has it, else libdeflate.
 // Source: Gopal and others, Fast CRC Computation for Generic Polynomials Using PCLMULQDQ, Intel 2009.
 #define HWY_WANT_AVX3_DL
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_SSE4 | HWY_AVX2 | HWY_AVX3)
@@ -70,7 +70,7 @@ std::uint32_t checksum(std::uint32_t before, const std::uint8_t* bytes, std::siz
   hn::Store(sum1, d, sums + lanes);
   hn::Store(sum2, d, sums + 2 * lanes);
   hn::Store(sum3, d, sums + 3 * lanes);
-  // One block that has the remainder of all bytes so far; it contains what stands before it.
+  // One block that has the remainder of all bytes so far. It includes the bytes before it.
   const std::uint32_t nothing_before = ~std::uint32_t{0};
   const std::uint32_t so_far = libdeflate_crc32(nothing_before, sums, block_bytes);
   return libdeflate_crc32(so_far, bytes + at, count - at);

@@ -17,7 +17,7 @@ Compression compression_of(std::string_view head);
 /// The path without the extension of a compressed file: `a.vcd` of `a.vcd.gz`.
 std::string_view without_compression(std::string_view path);
 
-/// What `bytes` were before their compression.
+/// The content of the compressed `bytes`.
 ///
 /// Members or frames that follow each other are one text, as for gzip and zstd themselves. Bytes are
 /// decompressed as they are read, so memory does not depend on their number: 64 KiB and the window,

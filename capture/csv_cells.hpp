@@ -7,7 +7,7 @@
 
 namespace biss::capture {
 
-/// A tab or a semicolon where one stands outside quotes, else a comma.
+/// A tab if there is one outside quotes, else a semicolon if there is one, else a comma.
 char find_separator(std::string_view row);
 
 /// `text` without blanks, carriage returns and (when not the separator) tabs around it.
@@ -25,7 +25,8 @@ std::string unquote(std::string_view cell);
 /// All cells of a row, unquoted.
 std::vector<std::string> cells_of(std::string_view row, char separator);
 
-/// A row that says nothing: blank, or a comment without a CR, which may have ended it.
+/// A row without data: it is blank, or it is a comment without a CR, because a CR may have ended
+/// the comment.
 bool is_csv_comment(std::string_view row);
 
 /// The first place of `wanted`, or `end`.

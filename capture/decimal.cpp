@@ -13,7 +13,7 @@ bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 std::uint64_t digit_of(char c) { return static_cast<std::uint64_t>(c - '0'); }
 
-// The parts of a number; the digits are those of both parts, without the decimal mark.
+// The parts of a number. `digits` counts the digits of both parts, without the decimal mark.
 struct Parts {
   bool negative = false;
   std::string_view whole;

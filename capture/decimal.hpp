@@ -76,8 +76,8 @@ class FixedDigits {
 
   std::size_t count() const { return count_; }
 
-  /// The number whose digits end before `end`; false, and no number, where another character is
-  /// among them. \pre the 16 bytes before `end` may be read
+  /// The number whose digits end before `end`; false, and no number, if another character is among
+  /// them. \pre the 16 bytes before `end` may be read
   bool read(const char* end, std::uint64_t& number) {
     const std::uint64_t high = (load_eight(end - 16) & keep_high_) | (zeros & ~keep_high_);
     const std::uint64_t low = (load_eight(end - 8) & keep_low_) | (zeros & ~keep_low_);
@@ -115,7 +115,8 @@ enum class DecimalCause : std::uint8_t { no_number, out_of_range };
 Result<std::int64_t, DecimalCause> parse_decimal(std::string_view text, int scale,
                                                  bool comma = false);
 
-/// What the last digit of `text` counts, times 10^`scale`; 0 where that is less than one half.
+/// The value of one unit in the last digit of `text`, times 10^`scale`; 0 if that is less than one
+/// half.
 /// \pre parse_decimal() reads it
 std::int64_t last_digit_of(std::string_view text, int scale);
 

@@ -9,7 +9,7 @@ namespace {
 
 constexpr std::uint32_t no_scope = UINT32_MAX;
 
-// `[0:0]` only says that the signal has one bit; `[3]` says which bit of a wider signal it is.
+// `[0:0]` only means that the signal has one bit; `[3]` selects a bit of a wider signal.
 bool is_whole_range(std::string_view text) {
   const std::size_t colon = text.find(':');
   if (!text.starts_with('[') || !text.ends_with(']') || colon == std::string_view::npos) {

@@ -24,9 +24,9 @@ std::string joined_name(std::span<const std::string> words);
 /// Collects signals of one bit. A signal has a name, a scope, and a variable: the number of what
 /// the file's values belong to.
 ///
-/// The name of a line is the plain one, `top.cap.MA` with its scopes where another line is called
-/// the same. Signals of the same name and variable are one line; signals of another name and the
-/// same variable are lines that change together.
+/// The name of a line is its plain name. If another line has the same name, the scopes are added:
+/// `top.cap.MA`. Signals of the same name and variable are one line; signals of another name and
+/// the same variable are lines that change together.
 class DeclaredLines {
  public:
   static constexpr std::size_t max_depth = 256;

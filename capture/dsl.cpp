@@ -118,7 +118,7 @@ class DslHeaderParser {
   CaptureError error_;
 };
 
-// The samples of all probes put together: bit k of a sample is that of the k-th probe.
+// The samples of all probes put together: bit k of a sample is from the k-th probe.
 class DslPieces final : public SamplePieces {
  public:
   DslPieces(std::unique_ptr<ZipArchive> archive, const DslHeader& header, bool verify)
@@ -146,7 +146,8 @@ class DslPieces final : public SamplePieces {
 
  private:
   static constexpr std::uint64_t plane_bytes = dsl_block_samples / 8;
-  // What is deflated to more than this does not come from DSView; it is inflated as it is read.
+  // A block that is deflated to more than this does not come from DSView; it is inflated as it is
+  // read.
   static constexpr std::uint64_t most_compressed = 2 * plane_bytes;
   // A multiple of 64, so that every piece begins with a whole word of each plane.
   static constexpr std::uint64_t samples_of_piece = std::uint64_t{1} << 17U;
@@ -205,7 +206,7 @@ class DslPieces final : public SamplePieces {
     return nullptr;
   }
 
-  // What follows the samples up to the end of a word is 0.
+  // The bits between the last sample and the end of its word are 0.
   bool read_plane(const ZipMember& member, std::string& words) {
     const auto bytes = static_cast<std::size_t>(member.size_bytes);
     words.assign((bytes + 7) / 8 * 8, '\0');
@@ -257,7 +258,7 @@ class DslPieces final : public SamplePieces {
         continue;
       }
       if constexpr (std::endian::native == std::endian::big) sample = __builtin_bswap64(sample);
-      // The bytes after the sample are those of the next one.
+      // The bytes after the sample belong to the next one.
       for (std::size_t i = begin; i < end; ++i) {
         std::memcpy(into + i * unit_bytes_, &sample, sizeof sample);
       }

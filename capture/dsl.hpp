@@ -22,18 +22,18 @@ struct DslHeader {
   unsigned version = 1;
   Hertz rate;
   std::uint64_t total_samples = 0;
-  /// Of each probe; 0 where the header does not say.
+  /// For each probe; 0 if the header has no count.
   std::uint64_t total_blocks = 0;
   std::string capture_file;       ///< member with the samples of version 1
   std::vector<SampleLine> lines;  ///< probes by their numbers, from 0
 
-  /// Of each probe, for the total samples.
+  /// The blocks that each probe needs for the total samples.
   std::uint64_t needed_blocks() const {
     return total_samples / dsl_block_samples + (total_samples % dsl_block_samples != 0);
   }
 };
 
-/// Reads the member `header`. Keys that say nothing of logic samples are skipped. Fails with
+/// Reads the member `header`. Keys that do not concern logic samples are skipped. Fails with
 /// `malformed`, and with `unknown_format` for captures of DSView's oscilloscope and data logger.
 tl::expected<DslHeader, CaptureError> parse_dsl_header(std::string_view text);
 
@@ -45,9 +45,9 @@ tl::expected<DslHeader, CaptureError> parse_dsl_header(std::string_view text);
 /// to 63 samples that the header counts may be missing at the end.
 ///
 /// Fails with `read_failed`, `unknown_format`, `damaged` (as open_sr(); a block that is missing or
-/// has another size than those of the other probes), `malformed` (header; a block that the header
-/// does not count), `empty`, `truncated` (fewer
-/// samples than the header has) and `time_out_of_range`.
+/// differs in size from the blocks of the other probes), `malformed` (header; a block that the
+/// header does not count), `empty`, `truncated` (fewer samples than the header has) and
+/// `time_out_of_range`.
 /// Source: DSView, storesession.cpp and session_driver.c.
 Opened open_dsl(std::unique_ptr<ByteSource> bytes, const SampleReading& reading = {});
 Opened open_dsl(std::unique_ptr<ZipArchive> archive, const SampleReading& reading = {});

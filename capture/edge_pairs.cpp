@@ -19,7 +19,8 @@ class EdgePiece final : public PairPiece {
 
   std::vector<wire::Edge> edges;
   bool regular = false;
-  // What ended the reading after these edges, and how far the capture has come with them.
+  // The error that ended the reading after these edges, and the time that the capture has reached
+  // with them.
   std::optional<CaptureError> error;
   Picoseconds end_time;
 
@@ -82,7 +83,7 @@ class EdgePairs final : public PairSource {
     taken_ += count;
   }
 
-  // The last piece may have no edges: it says where the capture ends.
+  // The last piece may have no edges: it only holds the end time of the capture.
   void fetch_edges(EdgePiece& piece) {
     while (!ended_ && piece.edges.size() < edges_in_piece) {
       const auto block = source_.next_block();
@@ -99,10 +100,10 @@ class EdgePairs final : public PairSource {
   std::unique_ptr<PairSource> own_;
   wire::LineIndex ma_;
   wire::LineIndex slo_;
-  // Of fetch().
+  // Used by fetch().
   std::size_t taken_ = 0;
   bool ended_ = false;
-  // Of settle().
+  // Used by settle().
   std::size_t settled_ = 0;
   Picoseconds end_time_;
   std::optional<CaptureError> error_;

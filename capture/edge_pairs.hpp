@@ -10,12 +10,13 @@
 
 namespace biss::capture {
 
-/// The changes of two lines among these edges. False where a level is unknown: arrays cannot say it.
+/// The changes of two lines among these edges. False if a level is unknown: arrays cannot represent
+/// it.
 bool take_changes(std::span<const wire::Edge> edges, wire::LineIndex ma, wire::LineIndex slo,
                   LineChanges& ma_changes, LineChanges& slo_changes);
 
-/// These edges, then the rest of the source: by its own arrays where it has some, else by its edges.
-/// The source must outlive what is returned.
+/// These edges, then the rest of the source: by its own arrays if it has them, else by its edges.
+/// The source must outlive the returned object.
 std::unique_ptr<PairSource> pairs_of(std::vector<wire::Edge> edges, EdgeSource& source,
                                      wire::LineIndex ma, wire::LineIndex slo);
 

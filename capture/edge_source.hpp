@@ -48,11 +48,11 @@ enum class CaptureCause : std::uint8_t {
   truncated,          ///< the file ends inside a token, a header, a row or a sample
 };
 
-/// Where and why reading stopped. `line` and `column` count from 1, columns in bytes; `line` is 0
-/// when the cause is not in the text. `expected` says what is right at that place: static text, or
-/// null. `part` names the part of an archive: static text, or null; its `part_number` counts from 1
-/// and is 0 where parts have no number. `member` is the name of a member that is refused: printable
-/// characters up to a 0, cut if it is long.
+/// The place and the cause at which reading stopped. `line` and `column` count from 1, columns in
+/// bytes; `line` is 0 when the cause is not in the text. `expected` describes valid content at that
+/// place: static text, or null. `part` names the part of an archive: static text, or null; its
+/// `part_number` counts from 1 and is 0 if parts have no number. `member` is the name of a member
+/// that is refused: printable characters up to a 0, cut if it is long.
 struct CaptureError {
   CaptureCause cause{};
   std::uint64_t line = 0;
@@ -87,13 +87,14 @@ class EdgeSource {
   /// reading.
   virtual Picoseconds end_time() const = 0;
 
-  /// The longest time between two samples; 0 where the file holds changes. A change has the time of
-  /// the first sample that shows it. Of analog samples it is interpolated between two samples; also
-  /// then it is certain only to this period, because the signal may have changed anywhere in it.
+  /// The longest time between two samples; 0 if the file holds changes. A change has the time of
+  /// the first sample that shows it. For analog samples the time is interpolated between two
+  /// samples. It is still certain only to this period, because the signal may have changed anywhere
+  /// in it.
   virtual Picoseconds sample_period() const { return {}; }
 
-  /// The rate of the samples; 0 Hz where the file holds changes, and where its rate is not known, no
-  /// whole number of hertz, or changes.
+  /// The rate of the samples; 0 Hz if the file holds changes, or if its rate is not known, is not a
+  /// whole number of hertz, or varies.
   virtual Hertz sample_rate() const { return {}; }
 
   /// These are raw samples, read by the layout that the caller gave.
@@ -102,9 +103,9 @@ class EdgeSource {
   /// Some lines are voltages, compared with a threshold.
   virtual bool is_analog() const { return false; }
 
-  /// The rest of the capture, from where next_block() stands, as arrays of the changes of these two
-  /// lines; null where this source reads edges only. Afterwards next_block() is not called again;
-  /// this object must outlive the pairs.
+  /// The rest of the capture, after the last next_block(), as arrays of the changes of these two
+  /// lines. It is null if this source reads edges only. Do not call next_block() afterwards. This
+  /// object must outlive the pairs.
   virtual std::unique_ptr<PairSource> pairs(wire::LineIndex ma, wire::LineIndex slo);
 };
 

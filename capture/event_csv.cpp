@@ -27,7 +27,7 @@ struct EventCsvLayout {
   std::size_t columns = 0;  ///< of levels, after the time
   EventCsvRows rows = {};
 
-  /// Where a comma does not separate it may be a decimal mark.
+  /// If the comma is not the separator, it may be a decimal mark.
   bool decimal_comma() const { return separator != ','; }
 };
 
@@ -100,12 +100,12 @@ struct EventCsvRow {
   std::uint8_t slo;
 };
 
-/// The shape of a row that the parser has understood: how many digits are where, and what follows
-/// the time. A row of the same shape differs in its digits and levels only.
+/// The shape of a row that the parser has understood: the places and numbers of its digits, and the
+/// text after the time. A row of the same shape differs in its digits and levels only.
 class EventCsvShape {
  public:
   /// Learns the shape of a row, `[row, end)` before its line feed, whose cells are all right.
-  /// `time_end` is where its first separator is.
+  /// `time_end` is its first separator.
   void learn(const char* row, const char* time_end, const char* end, const EventCsvLayout& layout,
              wire::LineIndex ma_column, wire::LineIndex slo_column) {
     const bool known = learn_time(row, time_end, layout) &&
@@ -125,7 +125,7 @@ class EventCsvShape {
       if ((load_eight(tail + 8 * i) & mask_[i]) != tail_[i]) return false;
     }
     if (whole > whole_limit_) return false;
-    // Of digits beyond the picosecond, the first decides: halves away from zero.
+    // Beyond the picosecond, the first digit decides: halves are rounded away from zero.
     const std::uint64_t part =
         divisor_ == 1 ? fraction * factor_ : (fraction + divisor_ / 2) / divisor_;
     const auto time = static_cast<std::int64_t>(whole * unit_ + part);
@@ -210,7 +210,7 @@ class EventCsvShape {
   std::uint64_t whole_limit_ = 0;
   std::uint64_t factor_ = 1;  // picoseconds of the last digit, or how many of them are one
   std::uint64_t divisor_ = 1;
-  std::size_t tail_words_ = 0;  // what follows the time, as it is where the mask has ones
+  std::size_t tail_words_ = 0;  // the text after the time, for the bits that are 1 in the mask
   std::array<std::uint64_t, words> tail_{};
   std::array<std::uint64_t, words> mask_{};
   std::size_t ma_at_ = 0;  // places in the row
@@ -218,13 +218,13 @@ class EventCsvShape {
 };
 
 /// A piece of an event CSV. Regular are whole rows in order of time, whose cells for the two lines
-/// are 0, 1 or nothing, and comments. What it does not know ends it.
+/// are 0, 1 or nothing, and comments. Any other row ends the piece.
 class EventCsvPiece final : public TextPiece {
  public:
   EventCsvPiece(const EventCsvLayout& layout, wire::LineIndex ma_column, wire::LineIndex slo_column)
       : layout_(layout), ma_column_(ma_column), slo_column_(slo_column) {}
 
-  // Of a regular piece:
+  // In a regular piece:
   bool timed = false;           ///< it has a row with a time
   std::int64_t first_time = 0;  ///< when timed
   std::int64_t last_time = 0;   ///< when timed
@@ -400,8 +400,8 @@ class EventCsvReader final : public TextSource {
     return stop(place, truncated ? CaptureCause::truncated : CaptureCause::malformed, expected);
   }
 
-  // Cells may be quoted, blanks around them do not count. The separator is a tab or a semicolon where
-  // one stands outside quotes, else a comma.
+  // Cells may be quoted, blanks around them do not count. The separator is a tab or a semicolon if
+  // there is one outside quotes, else a comma.
   bool take_header(const char* row, const char* end) {
     std::string_view rest = text_between(row, end);
     if (rest.size() > max_token_bytes || has_cr_inside(rest)) {

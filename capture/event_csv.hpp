@@ -24,7 +24,7 @@ std::optional<int> event_csv_time_scale(std::string_view name);
 /// Levels that are numbers are compared as whole numbers of 10^-9.
 inline constexpr int event_csv_level_scale = 9;
 
-/// What the first rows of an event CSV say of all of them.
+/// The properties of all rows of an event CSV, taken from its first rows.
 struct EventCsvRows {
   /// The numbers that are the levels 0 and 1, times 10^9.
   std::int64_t low = 0;
@@ -45,11 +45,11 @@ bool looks_like_event_csv(std::string_view row);
 /// Opens an event CSV: reads its header, then delivers what each row changes.
 ///
 /// The header is `time` with its unit and a name a line; see event_csv_header.hpp. A row holds a
-/// time and the levels from then on: 0, 1, x, z or nan (all Level::unknown), or nothing where a level
-/// stays as it is. Levels may be written as other numbers that are 0 and 1, or as the two numbers
-/// of `rows`. In a hole between samples every level is unknown. Times are decimal numbers, with an exponent if need be, rounded exactly to the
-/// picosecond; they may be negative and never fall. A byte order mark, CRLF, blanks around cells,
-/// blank rows and rows that begin with `#` are no matter.
+/// time and the levels from then on: 0, 1, x, z or nan (all Level::unknown), or nothing if a level
+/// does not change. Levels may be written as other numbers that are 0 and 1, or as the two numbers
+/// of `rows`. In a hole between samples every level is unknown. Times are decimal numbers, with an
+/// exponent if need be, rounded exactly to the picosecond; they may be negative and never fall. A
+/// byte order mark, CRLF, blanks around cells, blank rows and rows that begin with `#` are allowed.
 ///
 /// Fails with `empty`, `read_failed`, `malformed` (header, number, level, count of columns),
 /// `token_too_long` (a row of more than 64 KiB), `time_backwards`, `time_out_of_range` and
@@ -73,8 +73,8 @@ enum class CsvDialect : std::uint8_t {
 /// Writes `time_ns,<names>` and a row a time at which something changes: nanoseconds with three
 /// decimals, then every line's level as 0, 1 or x, empty before its first. Edges of one time share
 /// a row as long as their lines come in order, so that reading gives the same edges in the same
-/// order; or the same in the dialect of Saleae Logic 2. Names are quoted where need be; line ends
-/// in them become `_`.
+/// order; or the same in the dialect of Saleae Logic 2. Names are quoted if necessary; line ends in
+/// them become `_`.
 class EventCsvWriter final : public EdgeWriter {
  public:
   EventCsvWriter(std::vector<std::string> lines, ByteSink& sink,

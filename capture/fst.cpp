@@ -90,7 +90,7 @@ struct FstChain {
   }
 };
 
-// Where the chain of a handle is in the block; handles may share one.
+// The place of the chain of a handle in the block. Handles may share a chain.
 struct FstChainPlace {
   std::uint64_t place = 0;  // from the letter of the packing on; 0: no changes
   std::uint64_t size = 0;
@@ -100,7 +100,7 @@ struct FstChainPlace {
 // The places of a block's chains, from its index.
 class FstChainIndex {
  public:
-  // False if the index is damaged. `end` is where the chains end.
+  // False if the index is damaged. `end` is the end of the chains.
   bool read(std::span<const std::uint8_t> index, bool is_signed, std::size_t most_handles,
             std::uint64_t end) {
     FstCursor cursor(index);
@@ -184,7 +184,8 @@ class FstReader final : public StepSource {
   }
 
  private:
-  // What of a block is needed while it is opened; places are in the file.
+  // The data of a block that is needed while it is opened. Places count from the beginning of the
+  // file.
   struct Layout {
     std::uint64_t begin_tick = 0;
     std::uint64_t frame_place = 0;
@@ -240,7 +241,7 @@ class FstReader final : public StepSource {
     const auto next = file_.next_block();
     if (!next) return fail(next.error().cause);
     if (!*next) {
-      // What is left of the switches at the last time.
+      // Applies the remaining switches, at the last time.
       if (!apply_switch(tick_ + 1)) finish();
       return;
     }
@@ -345,7 +346,7 @@ class FstReader final : public StepSource {
         !index.read(bytes, block.signed_index, handles, layout.index_place - layout.chains_place)) {
       return damaged("an index of its changes");
     }
-    // Where the data of an owner is, from 1.
+    // The place of an owner's data, from 1.
     std::vector<std::uint32_t> data_of(index.places().size());
     for (std::uint32_t variable = 0; variable < index.places().size(); ++variable) {
       const FstChainPlace& place = index.places()[variable];
@@ -405,8 +406,8 @@ class FstReader final : public StepSource {
     return true;
   }
 
-  // The initial values. Where changes begin at the same time, an unknown one says only that there is
-  // none: fst2vcd leaves it out too.
+  // The initial values. If changes begin at the same time, an unknown initial value only means that
+  // there is no value; fst2vcd leaves it out too.
   bool read_frame(const Layout& layout) {
     const std::uint64_t last_tick = file_.timescale().last_tick();
     if (times_.count() == 0) return true;

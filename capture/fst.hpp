@@ -19,9 +19,9 @@ bool looks_like_fst(std::string_view head);
 /// among the changes of one time: they come in the order of their declaration. While dumping was
 /// off all levels are unknown.
 ///
-/// The names of signals are at the end of the file, so that it is read at any place: what is no
-/// regular file is copied, see gather(). The chains of changes of one block are in memory while it
-/// is read, those of the one-bit signals only.
+/// The names of signals are at the end of the file, so the file is read at any place: anything but
+/// a regular file is copied, see gather(). The chains of changes of one block, of the one-bit
+/// signals only, are in memory while the block is read.
 ///
 /// Fails with `read_failed`, `truncated` (no names: the simulator has not finished the file),
 /// `malformed`, `damaged` (data that does not unpack to its size, places outside a block),

@@ -48,7 +48,7 @@ class FstCursor {
   bool failed_ = false;
 };
 
-/// Where the content of a block of value changes is.
+/// The place of the content of a block of value changes.
 struct FstBlock {
   std::uint64_t place = 0;
   std::uint64_t size = 0;
@@ -63,7 +63,7 @@ struct FstSwitch {
 
 class FstFile {
  public:
-  /// A block is held in no more memory than this.
+  /// A block is held in at most this much memory.
   static constexpr std::uint64_t most_block_bytes = 256U << 20U;
 
   static tl::expected<FstFile, CaptureError> open(std::unique_ptr<ByteSource> bytes);
@@ -83,8 +83,8 @@ class FstFile {
   bool read(std::uint64_t place, std::span<std::uint8_t> into) const {
     return bytes_.read(place, into);
   }
-  /// Unpacks `packed_size` bytes at `place` into `into`, whose size is what they make; they are
-  /// stored as they are where both sizes are equal and `may_be_stored`.
+  /// Unpacks `packed_size` bytes at `place` into `into`, which has exactly the unpacked size. The
+  /// bytes are stored without packing if both sizes are equal and `may_be_stored` is true.
   bool unpack(Packing packing, std::uint64_t place, std::uint64_t packed_size,
               std::span<std::uint8_t> into, bool may_be_stored = true);
 

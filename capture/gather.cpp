@@ -43,7 +43,7 @@ class BytesFrom final : public ByteSource {
 
 }  // namespace
 
-// What cannot be read at any place is copied to where it can be.
+// A source that cannot be read at any place is copied to memory or to a file.
 tl::expected<Gathered, CaptureError> gather(std::unique_ptr<ByteSource> bytes) {
   const auto no_room = tl::unexpected(CaptureError{.cause = CaptureCause::read_failed});
   if (const int descriptor = bytes->regular_file(); descriptor >= 0) {

@@ -12,12 +12,12 @@
 
 namespace biss::capture {
 
-/// What decompresses to more than this is not gathered.
+/// Data that decompresses to more than this is not gathered.
 inline constexpr std::uint64_t most_gathered_bytes = std::uint64_t{4} << 30U;
 
-/// All bytes of a source. A regular file is read where it lies; anything else goes into memory first, or beyond 16 MiB into
-/// a temporary file without a name. Fails as the source fails, and with `read_failed` when there is no
-/// room for a temporary file.
+/// All bytes of a source. A regular file is read directly; anything else goes into memory first, or
+/// beyond 16 MiB into a temporary file without a name. Fails as the source fails, and with
+/// `read_failed` when there is no room for a temporary file.
 tl::expected<Gathered, CaptureError> gather(std::unique_ptr<ByteSource> bytes);
 
 /// Gathered bytes by their place.

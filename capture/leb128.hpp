@@ -9,7 +9,7 @@
 namespace biss::capture {
 
 /// A number without a sign, or in two's complement, whose sign is bit 6 of the last byte. Nothing
-/// where the number has more than 64 bits.
+/// if the number has more than 64 bits.
 /// \param next gives the next byte
 template <class Number, class Next>
 constexpr std::optional<Number> leb128(Next next) {

@@ -48,7 +48,7 @@ void MergedSource::end(Input& input) {
   input.ahead = input.unknown;
 }
 
-// Of two at one time, the first; but that a source has ended comes last.
+// If two have the same time, the first one; but the end of a source comes last.
 MergedSource::Input* MergedSource::earliest() {
   const auto before = [](const Input& a, const Input& b) {
     const Picoseconds time = a.ahead.front().time;

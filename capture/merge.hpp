@@ -20,11 +20,11 @@ struct NamedSource {
 
 /// An EdgeSource over several, whose times must count from the same moment.
 ///
-/// The lines are those of the first source, then those of the second, and so on, each called
-/// `source:name`. Edges of the same time come in the order of the sources.
-/// When a source fails, everything before the time it reached is delivered first, then its error.
-/// Samples say where they end: where a source of samples ends before the others, its lines have no
-/// level from there on. Lines of changes keep their last level.
+/// The lines of the first source come first, then the lines of the second, and so on. Each is
+/// called `source:name`. Edges of the same time come in the order of the sources. When a source
+/// fails, everything before the time it reached is delivered first, then its error. The end of
+/// samples is known: if a source of samples ends before the others, its lines have no level from
+/// there on. Lines of changes keep their last level.
 class MergedSource final : public EdgeSource {
  public:
   /// \pre no source is null and none has been read from
@@ -32,13 +32,14 @@ class MergedSource final : public EdgeSource {
 
   const std::vector<std::string>& lines() const override { return lines_; }
   Result<std::span<const wire::Edge>, CaptureError> next_block() override;
-  /// The largest of the sources' end times; after an error, up to where all of them were read.
+  /// The largest of the sources' end times; after an error, the time up to which all of them were
+  /// read.
   Picoseconds end_time() const override;
   /// The longest of the sources' sample periods.
   Picoseconds sample_period() const override;
-  /// The rate of all sources; 0 Hz where they differ.
+  /// The rate of all sources; 0 Hz if they differ.
   Hertz sample_rate() const override;
-  /// Of any source.
+  /// True if any source is analog.
   bool is_analog() const override;
 
   /// Which source the error of next_block() comes from.

@@ -80,7 +80,8 @@ std::string_view first_row(std::string_view text) {
   return {};
 }
 
-// `whole`: no more is going to be seen; else `other` may be another format once more is seen.
+// `whole`: `head` is the complete file. Else the answer `other` may change once more of the file is
+// read.
 Format format_of_content(std::string_view head, bool whole) {
   if (looks_like_zip(head)) return Format::zip;
   if (looks_like_fst(head)) return Format::fst;
@@ -135,7 +136,7 @@ bool ends_lines_with_cr(std::string_view text) {
   return has_cr_inside(text.substr(0, text.find('\n')));
 }
 
-// What to do about a known format or compression that is not read.
+// The advice for a known format or compression that is not supported.
 template <std::size_t Count>
 const char* other_of(std::string_view head,
                      const std::array<std::pair<std::string_view, const char*>, Count>& others) {
@@ -152,7 +153,7 @@ bool is_bzip2(std::string_view head) {
   return block.starts_with("1AY&SY") || block.starts_with("\x17rE8P\x90");
 }
 
-// Raw samples have no signature: where a layout is given, the file name alone selects them.
+// Raw samples have no signature: if a layout is given, the file name alone selects them.
 Format format_of(std::string_view head, std::string_view path, bool raw_given) {
   if (head.starts_with(saleae_magic)) return format_of_content(head, true);
   const Format by_name = format_of_extension(path);
@@ -239,7 +240,7 @@ constexpr auto causes = std::to_array<CauseWords>({
     {"empty", "is empty", export_again},
     {"unknown_format", "is no capture of a known format", "export it as VCD, .sr or event CSV"},
     {"compression", "is compressed in a way that is not read", "decompress it first"},
-    {"malformed", "is not as the format has it", "correct this place or export the capture again"},
+    {"malformed", "does not follow the format", "correct this place or export the capture again"},
     {"token_too_long", "a word or a row of more than 64 KiB", export_again},
     {"too_many_lines", "more signals than a capture may have (65536 of one bit)",
      "export fewer signals"},
@@ -260,7 +261,7 @@ static_assert(causes.size() == static_cast<std::size_t>(CaptureCause::truncated)
 
 struct Head {
   std::string text;
-  std::optional<CaptureError> error;  // why there is no more of it
+  std::optional<CaptureError> error;  // why the text ended
 };
 
 // As much of the beginning as shows what the file is.
@@ -303,7 +304,7 @@ Opened open_bytes_of(std::unique_ptr<ByteSource> bytes, std::string_view path,
   const char* const other = other_of(head.text, known_others);
   const char* const compressed =
       is_bzip2(head.text) ? "gzip or zstd; this is bzip2" : other_of(head.text, other_compressions);
-  // What was read before an error is delivered before it.
+  // The bytes before an error are delivered before it.
   if (head.error) bytes = failed_bytes(*head.error);
   bytes = prefixed_bytes(std::move(head.text), std::move(bytes));
   if (compression != Compression::none) {

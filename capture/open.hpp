@@ -15,23 +15,23 @@
 
 namespace biss::capture {
 
-/// What a capture does not say of itself.
+/// Settings that the capture itself does not contain.
 struct OpenOptions {
   /// Raw samples: a file `.bin` or `.raw` whatever its content, but not the binary export of Saleae
   /// Logic; and any file that is known neither by its content nor by its extension.
   std::optional<RawLayout> raw = {};
   /// Do not verify the checksums of compressed samples.
   bool no_verify = false;
-  /// Bytes of a piece of EdgeSource::pairs() where the file does not divide itself.
+  /// Bytes of a piece of EdgeSource::pairs() if the file itself is not divided.
   std::size_t piece_bytes = default_piece_bytes;
   /// How voltages become levels.
   AnalogOptions analog = {};
 };
 
-/// Opens the capture at `path`; `-` is standard input. The content decides what it is, the
-/// extension (`.vcd`, `.csv`, `.sr`, `.dsl`) where the content does not say. What is compressed by gzip
-/// or zstd, up to three times, is decompressed as it is read. A line without a name is called as the
-/// file, without folder and extension. Fails with every CaptureCause.
+/// Opens the capture at `path`; `-` is standard input. The content selects the format; if it does
+/// not, the extension does (`.vcd`, `.csv`, `.sr`, `.dsl`). A file that is compressed by gzip or
+/// zstd, up to three times, is decompressed as it is read. A line without a name gets the name of
+/// the file, without folder and extension. Fails with every CaptureCause.
 Opened open_capture(const std::string& path, const OpenOptions& options = {});
 
 /// The same for bytes from elsewhere; of `path` only the name counts.
@@ -41,7 +41,7 @@ Opened open_capture(std::unique_ptr<ByteSource> bytes, std::string_view path,
 /// The enumerator, as scripts see it.
 std::string_view name_of(CaptureCause cause);
 
-/// The error as one line without a line feed: what, where in the file, what to do.
+/// The error as one line without a line feed: the cause, the place in the file, and the remedy.
 std::string capture_error_text(const CaptureError& error, std::string_view path);
 
 }  // namespace biss::capture

@@ -130,7 +130,7 @@ TEST(ErrorText, PlaceInTheText_IsNamed) {
   ASSERT_TRUE(read.error);
   EXPECT_EQ(
       capture_error_text(*read.error, "run.vcd"),
-      "run.vcd:8:1: is not as the format has it, expected a value change, a time or a word such "
+      "run.vcd:8:1: does not follow the format, expected a value change, a time or a word such "
       "as $dumpvars; correct this place or export the capture again");
 }
 

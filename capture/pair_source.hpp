@@ -15,13 +15,13 @@
 
 namespace biss::capture {
 
-/// Bytes of a piece, where the file does not divide itself.
+/// Bytes of a piece, if the file itself is not divided.
 inline constexpr std::size_t default_piece_bytes = std::size_t{1} << 18U;
 
 /// The changes of one line in a piece of a capture.
 struct LineChanges {
-  /// The level from the first change on; each further change inverts it. A piece does not know the
-  /// level that the piece before left: where it is the same, the first change is none.
+  /// The level from the first change on; each further change inverts it. The level at the end of
+  /// the piece before is not known here. If it is the same, the first change is not a change.
   bool first_high = false;
   /// In picoseconds, never falling.
   std::vector<std::int64_t, Unfilled<std::int64_t>> times;
@@ -42,7 +42,7 @@ class PairPiece {
   virtual void expand() = 0;
 
   /// Memory that expand() of another piece will read, with that many pieces between this and that
-  /// one; nothing where it is not known.
+  /// one; nothing if it is not known.
   virtual std::span<const std::uint8_t> ahead(std::size_t between) const {
     static_cast<void>(between);
     return {};
@@ -60,14 +60,14 @@ class PairSource {
 
   virtual ~PairSource() = default;
 
-  /// The next piece; null at the end, and where reading failed.
+  /// The next piece; null at the end, and if reading failed.
   /// \param used a piece of this source that was settled, whose memory may be used again; or null
   virtual std::unique_ptr<PairPiece> fetch(std::unique_ptr<PairPiece> used) = 0;
 
   /// Takes the pieces in the order in which they were fetched, each after expand().
-  /// \return true: `ma` and `slo` are the changes of the piece. False: it holds something that arrays
-  ///   cannot say (an unknown level), or something is wrong; its edges were delivered to `on_edges`,
-  ///   those of other lines too, and `ma` and `slo` mean nothing.
+  /// \return true: `ma` and `slo` are the changes of the piece. False: the piece holds something
+  ///   that arrays cannot represent (an unknown level), or something is wrong. Its edges, also of
+  ///   other lines, were delivered to `on_edges`, and `ma` and `slo` are not valid.
   virtual bool settle(PairPiece& piece, const OnEdges& on_edges) = 0;
 
   /// The last time that the settled pieces speak of.

@@ -15,16 +15,16 @@
 
 namespace biss::capture {
 
-/// What a file of the binary export begins with.
+/// The beginning of a file of the binary export.
 inline constexpr std::string_view saleae_magic = "<SALEAE>";
 /// The magic, the version, and the type of the channel.
 inline constexpr std::size_t saleae_header_bytes = 16;
 
 /// Opens a digital channel of version 0 or 1; its one line is called `name`.
 ///
-/// Version 1 has chunks. Where one begins later than a sample period after the end of the one before
-/// it, data was lost, and the level is unknown in between. A change before the begin of its chunk is
-/// `time_backwards`; one after its end extends it.
+/// Version 1 has chunks. If a chunk begins later than a sample period after the end of the chunk
+/// before it, data was lost, and the level is unknown in between. A change before the begin of its
+/// chunk is `time_backwards`; one after its end extends it.
 ///
 /// Fails with `unknown_format` (another version, an analog channel), `malformed` (a level that is
 /// neither 0 nor 1, a time or rate that is no number, bytes after the last chunk), `empty` (no
@@ -33,14 +33,14 @@ inline constexpr std::size_t saleae_header_bytes = 16;
 /// Update".
 Opened open_saleae_binary(std::unique_ptr<ByteSource> bytes, std::string name);
 
-/// Writes a digital channel of version 0, or of version 1 where the level is unknown for a time: a
-/// chunk for each time in which it is known. What is unknown before the first level or after the last
-/// cannot be written. Times are doubles, see seconds_of(). Changes are kept until the end, in a
-/// temporary file when they are many. With more than one line every call fails with
-/// `too_many_lines`.
+/// Writes a digital channel of version 0. If the level is unknown for a time, it writes version 1,
+/// with a chunk for each time in which the level is known. Unknown times before the first level or
+/// after the last one cannot be written. Times are doubles, see seconds_of(). Changes are kept
+/// until the end, in a temporary file if they are many. With more than one line every call fails
+/// with `too_many_lines`.
 class SaleaeBinaryWriter final : public EdgeWriter {
  public:
-  /// `rate` is that of the samples in version 1; 0 Hz where it is not known.
+  /// `rate` is the rate of the samples in version 1; 0 Hz if it is not known.
   SaleaeBinaryWriter(std::vector<std::string> lines, Hertz rate, ByteSink& sink);
 
  private:

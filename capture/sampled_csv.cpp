@@ -32,7 +32,7 @@ std::optional<Nanovolts> voltage_word(std::string_view cell) {
   return negative ? Nanovolts{-over_range.count} : over_range;
 }
 
-// 0 Hz where it is not known, or no whole number of hertz.
+// 0 Hz if it is not known, or not a whole number of hertz.
 Hertz rate_of(const SampledCsvLayout& layout) {
   constexpr std::int64_t femtoseconds_of_second = 1'000'000'000'000'000;
   if (layout.sample_rate.count != 0 || layout.step_femtoseconds == 0) return layout.sample_rate;

@@ -15,14 +15,14 @@
 
 namespace biss::capture {
 
-/// What the beginning of a file says; `not_yet` where more of it is needed.
+/// The result for the beginning of a file; `not_yet` if more of the file is needed.
 enum class Likeness : std::uint8_t { no, yes, not_yet };
 
 /// Whether a file that begins so is a CSV of samples. A header of event CSV is one too when its
 /// first rows hold voltages: more than two numbers in half of the rows or more, or two other numbers
 /// than 0 and 1 at a constant step, with rows that repeat the row before. The answer does not depend on
 /// how much of the file is seen, once it is given.
-/// \param whole no more of the file is going to be seen
+/// \param whole `head` is the complete file
 Likeness looks_like_sampled_csv(std::string_view head, bool whole);
 
 /// How the rows of an event CSV that begins so are meant. \pre looks_like_sampled_csv() gives `no`
@@ -38,9 +38,9 @@ struct CsvChannel {
   int scale = 9;  ///< a cell of 1 is 10^scale nanovolts; without meaning for logic
 };
 
-/// Where a CSV of samples keeps what. The time of a row is the cell `time_cell` times 10^time_scale
+/// The layout of a CSV of samples. The time of a row is the cell `time_cell` times 10^time_scale
 /// picoseconds. With a rate or a step the row has an index instead, from `time_cell`, or the number
-/// of the row where there is none; its time is start + index × step, or index / rate.
+/// of the row if there is no such cell; its time is start + index × step, or index / rate.
 struct SampledCsvLayout {
   char separator = ',';
   /// Rows that are remarks of sigrok-cli are skipped.
@@ -54,26 +54,26 @@ struct SampledCsvLayout {
   /// The cell `time_cell` is this times the index.
   std::int64_t index_step = 1;
   Picoseconds sample_period;
-  /// That of the file, also where the times are a column; 0 Hz where it names none.
+  /// The rate in the file, also if the times are a column; 0 Hz if the file has no rate.
   Hertz sample_rate;
   std::vector<CsvChannel> channels;
 
   bool by_index() const { return step_femtoseconds != 0 || rate.count != 0; }
 };
 
-/// Reads the rows before the samples, and a few of the samples. Where the layout cannot be, static
-/// text that says what would be right.
+/// Reads the rows before the samples, and a few of the samples. If the layout is not valid, it
+/// returns static text with a description of a valid one.
 /// \param rows of the file, without line feeds
 tl::expected<SampledCsvLayout, const char*> parse_sampled_csv_layout(
     const std::vector<std::string_view>& rows);
 
 /// Opens a CSV of samples. Values become levels as AnalogOptions say.
 ///
-/// Cells of samples are decimal numbers, with a decimal comma where `;` or a tab separates; an
+/// Cells of samples are decimal numbers, with a decimal comma if the separator is `;` or a tab; an
 /// empty cell is no sample; `nan` is an unknown level; `inf` and the sign for infinity are beyond
-/// the range. Rows have at least the cells of the channels and the time, else they are
-/// `truncated` at the end of the file and `malformed` elsewhere. A byte order mark, CRLF, blanks
-/// around cells, blank rows and rows that begin with `#` are no matter.
+/// the range. Rows have at least the cells of the channels and the time, else they are `truncated`
+/// at the end of the file and `malformed` elsewhere. A byte order mark, CRLF, blanks around cells,
+/// blank rows and rows that begin with `#` are allowed.
 ///
 /// A row that is missing in the constant step of the times makes a hole, in which every level is
 /// unknown. Rows of logic channels alone may be changes instead (sigrok, DSView): their levels hold.

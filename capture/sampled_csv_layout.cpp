@@ -17,8 +17,9 @@
 namespace biss::capture {
 namespace {
 
-// Rows judged where only the values and the steps tell samples from changes. A line that is idle at
-// first has a constant step for many rows; a wrong level later is an error of its row.
+// The number of rows that are judged if only values and steps separate samples from changes. A line
+// that is idle at first has a constant step for many rows; a wrong level later is an error of its
+// row.
 constexpr std::size_t most_rows_judged = 1'024;
 constexpr std::size_t rows_of_levels = 64;
 
@@ -51,7 +52,7 @@ bool is_data(const Cells& cells, char separator) {
   });
 }
 
-// TDS: three columns of settings beside the first rows of samples.
+// TDS: three columns of settings next to the first rows of samples.
 bool is_old_tektronix(const Cells& cells) {
   return cells.size() >= 5 && is_number(cells[3], ',') && is_number(cells[4], ',');
 }
@@ -75,7 +76,7 @@ bool is_level(std::string_view cell) {
          lower == "nan";
 }
 
-// What the rows under a header of a time and lines show.
+// The properties of the rows under a header with a time and lines.
 class ColumnRows {
  public:
   explicit ColumnRows(const std::vector<std::string_view>& rows)
@@ -89,7 +90,7 @@ class ColumnRows {
     }
   }
 
-  // No more rows are needed.
+  // Whether enough rows were judged.
   bool enough() const { return judged_ == most_rows_judged; }
 
   bool voltages() const {
@@ -490,7 +491,7 @@ class LayoutParser {
     return nullptr;
   }
 
-  // What follows `key` in a comment of sigrok or DSView.
+  // The text after `key` in a comment of sigrok or DSView.
   std::string comment(std::string_view key) const {
     for (const std::string_view row : rows_) {
       if (!row.starts_with(';')) continue;
@@ -525,8 +526,8 @@ class LayoutParser {
   std::size_t samples_ = 0;
 };
 
-// The rows that are judged. The last one may be cut where it has no end: it counts only where no more
-// is going to be seen, and there is hardly another.
+// The rows that are judged. A last row without a line end may be cut off. It counts only at the end
+// of the file, and only if there is at most one other row.
 std::vector<std::string_view> rows_of(std::string_view head, bool whole) {
   head = without_mark(head);
   std::vector<std::string_view> rows;

@@ -119,7 +119,7 @@ class SampledPiece final : public PairPiece {
   }
 
   PackedSamples packed;
-  std::vector<std::uint8_t> beginning;  // where these are the bytes
+  std::vector<std::uint8_t> beginning;  // holds packed.bytes of the first piece
   std::uint64_t first = 0;              // sample of the capture
   std::size_t count = 0;                // samples
   bool too_many = false;                // changes for arrays
@@ -142,9 +142,10 @@ class SampledPiece final : public PairPiece {
     return (sample[bit / 8] >> bit % 8 & 1U) != 0;
   }
 
-  // The changes of the samples from `begin` to `end`. False where there are too many.
+  // The changes of the samples from `begin` to `end`. False if there are too many.
   bool scan(std::size_t begin, std::size_t end, Verification& verification) {
-    // Where a period is no whole number of picoseconds, a scan counts in samples from its first one.
+    // If the period is not a whole number of picoseconds, a scan counts in samples from its first
+    // one.
     const std::uint32_t step = layout_.clock.whole_step();
     const std::uint8_t* const samples = samples_.data();
     const bool ma_high = is_high(samples + begin * layout_.unit_bytes, layout_.ma_bit);
@@ -232,7 +233,7 @@ class SampledPairs final : public PairSource {
   const std::optional<CaptureError>& error() const override { return error_; }
 
  private:
-  // False at the end of the capture, and where there is an error.
+  // False at the end of the capture, and if there is an error.
   bool next_bytes(SampledPiece& piece) {
     PackedSamples& packed = piece.packed;
     if (!first_bytes_.empty()) {
@@ -297,7 +298,7 @@ class SampledPairs final : public PairSource {
   SampleReading reading_;
   std::uint64_t last_index_;
 
-  // Of fetch().
+  // Used by fetch().
   std::uint64_t next_;  // sample
   std::vector<std::uint8_t> first_bytes_;
   std::array<std::uint8_t, max_unit_bytes> begun_{};
@@ -305,7 +306,7 @@ class SampledPairs final : public PairSource {
   bool ended_;
   std::optional<CaptureError> ahead_;  // not yet given to a piece
 
-  // Of settle().
+  // Used by settle().
   Picoseconds end_time_;
   std::optional<CaptureError> error_;
   ChangeEdges edges_;

@@ -26,7 +26,7 @@ struct PairLayout {
 struct SamplesRead {
   std::uint64_t samples = 0;
   std::uint64_t last_sample = 0;
-  /// What was read and is not in these samples. It begins at a sample.
+  /// Bytes that were read but are not in these samples. They begin at a sample.
   std::vector<std::uint8_t> bytes;
   bool ended = false;
   std::optional<CaptureError> error;  ///< why they have ended

@@ -74,7 +74,7 @@ class SampleScanner {
   std::uint64_t last_sample() const { return last_; }
   /// The beginning of a sample with which the bytes so far end.
   std::span<const std::uint8_t> begun_sample() const { return std::span(held_).first(held_bytes_); }
-  /// The next sample would lie beyond what picoseconds can tell.
+  /// The time of the next sample does not fit into 64 bits of picoseconds.
   bool times_used_up() const { return samples_ > last_index_; }
   /// Time of the last sample; 0 before the first.
   Picoseconds end_time() const {
@@ -293,9 +293,9 @@ const char* fault_of(const RawLayout& layout) {
   return nullptr;
 }
 
-// From the first sample on, the period's fraction of a picosecond adds up in units of 2^-52 ps. What
-// this rounds down, at most 4097 units, a bias exceeds that is less than the least fraction that a
-// time can have, 2^-32 ps.
+// From the first sample on, the period's fraction of a picosecond adds up in units of 2^-52 ps.
+// This rounds down by at most 4097 units. A bias makes up for it: it is larger than that, and
+// smaller than the smallest fraction that a time can have, 2^-32 ps.
 void SampleClock::times_after(std::uint64_t first, std::span<std::int64_t> samples) const {
   constexpr unsigned point = 52;
   constexpr std::uint64_t bias = 1U << 16U;

@@ -29,15 +29,16 @@ struct SampleLine {
   unsigned bit = 0;
 };
 
-/// Raw samples say nothing of themselves; this says it for them. Bits that no line names are not
-/// looked at.
+/// Raw samples do not describe themselves; this is their description. Bits without a line are
+/// ignored.
 struct RawLayout {
   Hertz rate;
   std::size_t unit_bytes = 1;
   std::vector<SampleLine> lines;
 };
 
-/// What is wrong with a layout, as static text that says what would be right; null when nothing is.
+/// The fault of a layout, as static text with a description of a valid one; null if there is no
+/// fault.
 const char* fault_of(const RawLayout& layout);
 
 /// The lines in this order on bits 0, 1, …, in as few bytes as hold them.
@@ -59,7 +60,8 @@ class SampleClock {
     return Picoseconds{static_cast<std::int64_t>(count_of(index))};
   }
 
-  /// Picoseconds between two samples; 0 where that is no whole number of them, or 2^32 or more.
+  /// Picoseconds between two samples; 0 if the period is not a whole number of them, or 2^32 or
+  /// more.
   constexpr std::uint32_t whole_step() const {
     return step_ > std::numeric_limits<std::uint32_t>::max() ? 0
                                                              : static_cast<std::uint32_t>(step_);
@@ -107,7 +109,7 @@ class SampleClock {
   }
 
   std::uint64_t rate_;
-  std::uint64_t step_;  // the period where it is a whole number of picoseconds, else 0
+  std::uint64_t step_;  // the period if it is a whole number of picoseconds, else 0
 };
 
 /// The period of a rate, rounded up to the picosecond. \pre rate is not 0 Hz
@@ -115,18 +117,18 @@ Picoseconds longest_period(Hertz rate);
 
 /// How the samples of a capture are read.
 struct SampleReading {
-  /// Bytes of a piece where the file does not divide its samples. What is found in it fits into a
-  /// second-level cache too.
+  /// Bytes of a piece if the samples of the file are not divided. The changes found in a piece fit
+  /// into a second-level cache too.
   std::size_t piece_bytes = 2 * default_piece_bytes;
   /// The checksums of compressed samples are verified.
   bool verify = true;
 };
 
-/// What a member of an archive is after inflating, as its directory says.
+/// A member of an archive after inflating, as described in the directory of the archive.
 struct DeflatedSamples {
   std::uint64_t size_bytes = 0;
   std::uint32_t checksum = 0;
-  CaptureError damaged;  ///< the error where this is not true, without `expected`
+  CaptureError damaged;  ///< the error if this is not true, without `expected`
 };
 
 /// Memory of a piece has room for the beginning of a sample before the bytes.
@@ -137,12 +139,12 @@ struct PackedSamples {
   /// Holds the bytes, after `begun_room` bytes that are free, unless they lie elsewhere.
   Buffer memory;
   std::span<const std::uint8_t> bytes;
-  /// What follows them in memory already.
+  /// The bytes after them that are already in memory.
   std::span<const std::uint8_t> ahead;
-  std::optional<DeflatedSamples> deflated;  ///< nothing where `bytes` are the samples
+  std::optional<DeflatedSamples> deflated;  ///< nothing if `bytes` are the samples
 };
 
-/// What a piece shall be.
+/// The wanted properties of a piece.
 struct FetchWish {
   std::size_t piece_bytes = 0;
   std::size_t unit_bytes = 1;
@@ -176,9 +178,9 @@ Opened open_raw(std::unique_ptr<ByteSource> bytes, const RawLayout& layout,
                 const SampleReading& reading = {});
 
 /// Samples the lines at a rate, the first sample at time 0, the last at the end of the capture or
-/// just after it. A sample shows what has happened up to its own time, so what is shorter than a
-/// sample may be lost. A line is low until its first edge, and where its level is unknown. Times
-/// before zero cannot be written.
+/// just after it. A sample shows the level at its own time, so a pulse shorter than a sample may be
+/// lost. A line is low until its first edge, and while its level is unknown. Times before zero
+/// cannot be written.
 class SampledWriter : public EdgeWriter {
  protected:
   /// Line k of the writer is layout.lines[k]. With more than 64 lines every call fails with

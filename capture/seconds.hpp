@@ -15,7 +15,7 @@ Result<Picoseconds, CaptureCause> picoseconds_of(double seconds);
 /// decides. \pre rate > 0
 Picoseconds period_of_rate(double rate);
 
-/// The rate where it is a whole number of hertz, else 0 Hz.
+/// The rate if it is a whole number of hertz, else 0 Hz.
 Hertz whole_rate(double rate);
 
 /// The nearest number of seconds. picoseconds_of() gives the same time back up to ±75 minutes;

@@ -83,7 +83,7 @@ SampleClass class_of(const Histogram& histogram, std::size_t first, std::size_t 
   return result;
 }
 
-// Where the upper class begins: the division with the largest variance between the classes.
+// The beginning of the upper class: the division with the largest variance between the classes.
 std::size_t division_of(const Histogram& histogram) {
   double all = 0;
   double all_sum = 0;

@@ -18,7 +18,7 @@ using Stdio = std::unique_ptr<std::FILE, Released<std::fclose>>;
 /// A file without a name in TMPDIR, /tmp by default. Null on failure.
 Stdio temporary_file();
 
-/// Bytes in a stream, or where `file` is null, in memory.
+/// Bytes in a stream, or in memory if `file` is null.
 struct Gathered {
   Stdio file;
   std::string memory;

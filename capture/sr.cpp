@@ -151,7 +151,7 @@ class SrPieces final : public SamplePieces {
  private:
   using Fetched = Result<bool, CaptureError>;
 
-  // What next() used, a chunk and what it was inflated from, is not needed any more.
+  // The chunk that next() used, and its deflated bytes, are not needed any longer.
   void release_next() {
     next_piece_ = PackedSamples();
     compressed_ = Buffer();
@@ -241,8 +241,8 @@ class SrPieces final : public SamplePieces {
   PackedSamples next_piece_;
 };
 
-// Every member whose name begins with that of the capture is read, or this names it; also one of
-// that name in a folder, or in other letters.
+// Names a member that is not read although its name begins with the name of the capture; also such
+// a member in a folder, or in other letters.
 std::optional<CaptureError> find_unread(const ZipArchive& archive,
                                         const std::string& capture_file) {
   constexpr std::size_t most_digits = 10;

@@ -18,9 +18,10 @@ struct SrMetadata {
   std::string capture_file;  ///< member with the samples, or the beginning of its chunks' names
 };
 
-/// Reads the first device that has logic samples. Sections and keys that say nothing of these are
-/// skipped; of a key that occurs twice the last counts. Fails with `malformed`: a line that is
-/// no `key=value`, a rate, unit size or probe that cannot be, or nothing about logic samples.
+/// Reads the first device that has logic samples. Sections and keys that do not concern these
+/// samples are skipped; if a key occurs twice, the last one counts. Fails with `malformed`: a line
+/// that is no `key=value`, a rate, unit size or probe that cannot be, or nothing about logic
+/// samples.
 tl::expected<SrMetadata, CaptureError> parse_sr_metadata(std::string_view text);
 
 /// The metadata that our own files have. \pre fault_of(layout) is null

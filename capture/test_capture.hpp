@@ -1,4 +1,4 @@
-// What the tests of this room share: readers over text, and their edges in one list.
+// Shared by the tests of this room: readers over text, and their edges in one list.
 #pragma once
 
 #include <algorithm>
@@ -69,7 +69,7 @@ inline Read read_all(Opened opened) {
 
 using OpenText = Opened (*)(std::unique_ptr<ByteSource>, std::size_t);
 
-/// Fails the test where pairs() does not give what next_block() gave.
+/// Fails the test if pairs() does not give the same changes as next_block().
 inline void check_pairs(const Read& read, const Opened& opened, const PairWay& way) {
   if (read.lines.size() <= std::max(way.ma, way.slo)) return;
   const PairRead pairs = read_pairs(opened, way);

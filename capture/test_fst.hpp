@@ -38,7 +38,7 @@ struct FstParts {
   std::vector<FstPartsBlock> blocks;
   std::string geometry;
   std::uint64_t handles = 0;
-  std::string blackouts;  ///< the section is left out where this is empty
+  std::string blackouts;  ///< the section is left out if this is empty
   std::string hierarchy;
 };
 
@@ -114,7 +114,7 @@ inline std::string fst_variable(std::string_view name, std::uint64_t alias = 0) 
   return out;
 }
 
-/// The block of these edges, whose ticks count from `begin`; index and aliases are those of
+/// The block of these edges, whose ticks count from `begin`; index and aliases are in the form of
 /// DYN_ALIAS2. Every line is a handle.
 inline FstPartsBlock fst_block_of(const std::vector<wire::Edge>& edges, std::size_t lines,
                                   std::uint64_t begin) {

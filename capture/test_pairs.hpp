@@ -1,4 +1,4 @@
-// What tests share of PairSource: reads a capture by pairs(), and compares it with next_block().
+// Shared by tests of PairSource: reads a capture by pairs(), and compares it with next_block().
 #pragma once
 
 #include <algorithm>
@@ -118,7 +118,7 @@ inline PairRead read_pairs(const Opened& opened, const PairWay& way) {
   return read;
 }
 
-/// What the edges of next_block() say of the two lines of `way`.
+/// The changes of the two lines of `way`, from the edges of next_block().
 /// \param read has `edges`, `end_time` and `error`
 template <class Read>
 PairRead pairs_of_edges(const Read& read, const PairWay& way) {
@@ -129,7 +129,8 @@ PairRead pairs_of_edges(const Read& read, const PairWay& way) {
   return pairs;
 }
 
-/// What differs between the edges of next_block() and what pairs() gives; empty where nothing does.
+/// The difference between the edges of next_block() and the changes of pairs(); empty if there is
+/// none.
 inline std::string difference(const PairRead& edges, const PairRead& pairs) {
   if (edges.changes[0] != pairs.changes[0]) return "changes of MA";
   if (edges.changes[1] != pairs.changes[1]) return "changes of SLO";

@@ -1,5 +1,5 @@
-// What the tests with other programs share: a folder for their files, running them, and what a capture
-// says of each line.
+// Shared by the tests with other programs: a folder for their files, running them, and the changes
+// of each line of a capture.
 #pragma once
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What the tests of sampled formats share: random samples, a plain reading of them, archives.
+// Shared by the tests of sampled formats: random samples, a plain reading of them, archives.
 #pragma once
 
 #include <algorithm>
@@ -45,7 +45,8 @@ inline std::string random_samples(std::mt19937_64& random, std::size_t unit_byte
   return bytes;
 }
 
-/// The edges of whole samples, found line by line and bit by bit; those of one time by their bits.
+/// The edges of whole samples, found line by line and bit by bit. Edges of one time are in the
+/// order of their bits.
 inline std::vector<wire::Edge> plain_edges(const RawLayout& layout, std::string_view bytes) {
   std::vector<wire::Edge> edges;
   std::vector<int> levels(layout.lines.size(), -1);

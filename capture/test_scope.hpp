@@ -52,7 +52,8 @@ inline std::vector<ScopeSample> scope_samples(std::span<const wire::Edge> edges,
 struct ScopeText {
   const char* name;
   const char* header;
-  /// For the index, the time in seconds and the voltages; `%zu` the index where it begins with it.
+  /// For the index, the time in seconds and the voltages; `%zu` is the index, if the row begins
+  /// with it.
   const char* row;
   double time_unit = 1;
   bool has_index = false;

@@ -11,7 +11,7 @@
 namespace biss::capture {
 namespace {
 
-// Eight bytes at a time: counting lines must cost little beside reading them.
+// Eight bytes at a time: counting lines must cost little compared with reading them.
 std::uint64_t count_line_feeds(const char* from, const char* to) {
   constexpr std::uint64_t ones = 0x0101010101010101U;
   constexpr std::uint64_t low_seven = 0x7F * ones;
@@ -21,7 +21,8 @@ std::uint64_t count_line_feeds(const char* from, const char* to) {
     std::memcpy(&word, from, sizeof word);
     const std::uint64_t differs = word ^ ('\n' * ones);
     const std::uint64_t set_where_not = ((differs & low_seven) + low_seven) | differs | low_seven;
-    // A bit for each found, added up into the top byte: quicker than popcount where that is a call.
+    // A bit for each line feed found, added up into the top byte. This is quicker than popcount if
+    // popcount is a call.
     count += (((~set_where_not) >> 7U) * ones) >> 56U;
   }
   return count + static_cast<std::uint64_t>(std::count(from, to, '\n'));
@@ -71,8 +72,9 @@ void TextCutter::leave_out(TextStretch& text) {
   leaving_out_ = false;
 }
 
-// Ends the text where a parser can go on without what came before: after a row where there is one
-// near, else after any word. False when nothing ends in it; up to `searched` nothing does.
+// Ends the text at a place from which a parser can continue without the earlier text: after a row
+// if one ends nearby, else after any word. False when nothing ends in it; up to `searched` nothing
+// does.
 bool TextCutter::cut(TextStretch& text, std::size_t searched) {
   constexpr std::ptrdiff_t longest_row = 4'096;
   const char* const begin = text.begin();

@@ -1,4 +1,4 @@
-// What every reader of text shares: the text in stretches, and how edges are delivered.
+// Shared by all readers of text: the text in stretches, and how edges are delivered.
 #pragma once
 
 #include <algorithm>
@@ -18,7 +18,7 @@
 
 namespace biss::capture {
 
-/// White space as VCD has it.
+/// White space as VCD defines it.
 constexpr bool is_space(char c) { return c == ' ' || (c >= '\t' && c <= '\r'); }
 
 inline std::string_view text_between(const char* from, const char* to) {
@@ -30,7 +30,7 @@ inline bool has_cr_inside(std::string_view line) {
   return line.find_first_not_of("\r ", std::min(line.find('\r'), line.size())) !=
          std::string_view::npos;
 }
-/// What is expected instead.
+/// The valid content at this place.
 inline constexpr const char* expected_line_ends = "lines that all end in LF or CR LF, or all in CR";
 
 /// `text` with the letters A to Z in lower case.
@@ -61,9 +61,8 @@ struct TextStretch {
 
 /// A stretch of text on its way to changes of two lines.
 ///
-/// A format adds quick_parse(), which knows what the text nearly always looks like. What it does
-/// not know it leaves to the reader of the format, which knows everything and remembers what came
-/// before.
+/// A format adds quick_parse(), which handles text in its usual form. All other text is left to the
+/// reader of the format, which handles every form and keeps the state from the earlier text.
 class TextPiece : public PairPiece, public TextStretch {
  public:
   void expand() final {
@@ -81,7 +80,7 @@ class TextPiece : public PairPiece, public TextStretch {
   virtual bool quick_parse() = 0;
 };
 
-/// The level after the last change; nothing where there is none.
+/// The level after the last change; nothing if there is no change.
 inline std::optional<wire::Level> last_level(const LineChanges& changes) {
   if (changes.times.empty()) return std::nullopt;
   const bool high = changes.first_high == (changes.times.size() % 2 == 1);
@@ -126,7 +125,7 @@ class ChangeBatch {
 /// the source fills them.
 class TextCutter {
  public:
-  /// Where stretches may end: after any white space, or only after a line feed.
+  /// The places at which stretches may end: after any white space, or only after a line feed.
   enum class Cut : std::uint8_t { words, lines };
 
   /// \param most_bytes that one read brings \pre most_bytes > 0
@@ -156,7 +155,7 @@ class TextCutter {
   std::vector<char> carry_;   // comes before what the source gives
 };
 
-/// The stretch of a text that is looked at, and where it is in the capture.
+/// The stretch of a text that is being read, and its place in the capture.
 class TextWindow {
  public:
   using Cut = TextCutter::Cut;
@@ -230,12 +229,12 @@ class TextSource : public StepSource {
   /// Inside text whose words may have any length.
   virtual bool in_comment() const { return false; }
 
-  /// Makes new_piece() possible; false where these lines cannot be read as arrays.
+  /// Makes new_piece() possible; false if these lines cannot be read as arrays.
   virtual bool choose_pair(wire::LineIndex ma, wire::LineIndex slo) = 0;
   /// A piece for the lines chosen. Another thread may be in parse() or take_over().
   virtual std::unique_ptr<TextPiece> new_piece() const = 0;
-  /// Remembers what the regular piece says as if parse() had read it; false, and nothing is
-  /// remembered, where the piece cannot follow what was read before.
+  /// Takes the content of the regular piece as if parse() had read it. Returns false, and takes
+  /// nothing, if the piece cannot follow the earlier text.
   virtual bool take_over(TextPiece& piece) = 0;
 
   TextWindow window_;

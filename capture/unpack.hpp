@@ -10,7 +10,7 @@ namespace biss::capture {
 
 enum class Packing : std::uint8_t { zlib, gzip, lz4, fastlz };
 
-/// A packed byte makes no more bytes than this, in any of these compressions.
+/// A packed byte makes at most this many bytes, in any of these compressions.
 inline constexpr std::uint64_t max_packing_ratio = max_deflate_ratio;
 
 class Unpacker {

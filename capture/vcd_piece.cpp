@@ -17,7 +17,7 @@ VcdPair::VcdPair(const VcdSignals& signals, std::uint32_t ma_variable, std::uint
 
 namespace {
 
-/// Reads a piece. What it does not know ends it.
+/// Reads a piece. Text of another form ends the piece.
 class VcdQuickParser {
  public:
   VcdQuickParser(const VcdPair& pair, VcdPiece& piece)
@@ -26,7 +26,7 @@ class VcdQuickParser {
   bool parse() {
     const char* p = piece_.begin();
     const char* const end = piece_.end();
-    std::uint64_t line_feeds = 0;  // in a register, which those of other words are not
+    std::uint64_t line_feeds = 0;  // in a register, unlike the counts of other words
     FixedDigits digits(0);
     while (p != end) {
       if (*p == '#') {

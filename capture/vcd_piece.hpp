@@ -12,15 +12,15 @@
 
 namespace biss::capture {
 
-/// What the declarations of a VCD say.
+/// The content of the declarations of a VCD.
 struct VcdSignals {
   Timescale timescale;
   VcdIds ids;
   DrivenLines driven;  ///< a variable is the number of an identifier
 };
 
-/// What identifiers mean to a pair of lines. Refers to the signals of the reader, and only reads
-/// what does not change.
+/// The meaning of identifiers for a pair of lines. Refers to the signals of the reader, and only
+/// reads data that does not change.
 class VcdPair {
  public:
   enum Role : std::uint8_t { ma, slo, other, undeclared };
@@ -52,7 +52,7 @@ class VcdPiece final : public TextPiece {
   /// `pair` outlives the piece.
   explicit VcdPiece(const VcdPair& pair) : pair_(&pair) {}
 
-  // Of a regular piece:
+  // In a regular piece:
   bool timed = false;            ///< it has a time
   std::uint64_t first_tick = 0;  ///< when timed
   std::uint64_t last_tick = 0;   ///< when timed

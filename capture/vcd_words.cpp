@@ -18,7 +18,7 @@ std::uint64_t VcdIds::pack(std::string_view id) {
   return key;
 }
 
-// Where `key` is, or the free slot where it belongs.
+// The slot of `key`, or the free slot in which it belongs.
 std::size_t VcdIds::slot_of(std::uint64_t key) const {
   const std::size_t mask = slots_.size() - 1;
   auto at = static_cast<std::size_t>((key * 0x9E3779B97F4A7C15U) >> 20U) & mask;

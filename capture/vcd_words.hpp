@@ -15,7 +15,7 @@
 
 namespace biss::capture {
 
-/// What a word's first character says it is; the first three are levels.
+/// The kind of a word, from its first character; the first three are levels.
 enum class VcdKind : std::uint8_t { low, high, unknown, space, time, vector, value, keyword, none };
 
 constexpr std::array<VcdKind, 256> make_vcd_kinds() {

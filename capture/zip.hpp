@@ -18,10 +18,10 @@
 
 namespace biss::capture {
 
-/// A byte of deflated data makes no more bytes than this.
+/// A byte of deflated data makes at most this many bytes.
 inline constexpr std::uint64_t max_deflate_ratio = 1'032;
 
-/// What stands around deflated data: nothing, or header and checksum of RFC 1950 or RFC 1952.
+/// The frame around deflated data: nothing, or header and checksum of RFC 1950 or RFC 1952.
 enum class DeflateFrame : std::uint8_t { none, zlib, gzip };
 
 class Inflater {
@@ -47,15 +47,15 @@ class Deflater {
   std::unique_ptr<libdeflate_compressor, Released<libdeflate_free_compressor>> compressor_;
 };
 
-/// CRC-32 as ZIP has it.
+/// The CRC-32 of ZIP.
 std::uint32_t zip_checksum(std::span<const std::uint8_t> bytes);
-/// The same of bytes that follow those whose CRC-32 is `before`; that of no byte is 0.
+/// Continues a CRC-32. `before` is the CRC-32 of all earlier bytes; 0 if there are none.
 std::uint32_t zip_checksum_after(std::uint32_t before, std::span<const std::uint8_t> bytes);
 
 /// Whether a file that begins so may be a ZIP archive.
 bool looks_like_zip(std::string_view head);
 
-/// What the archive's directory says of a member; not yet known to be true.
+/// The entry of a member in the archive's directory. It is not verified yet.
 struct ZipMember {
   std::uint64_t index = 0;
   std::uint64_t size_bytes = 0;
@@ -75,10 +75,10 @@ using OpenedZip = tl::expected<std::unique_ptr<ZipArchive>, CaptureError>;
 /// be inflated by others meanwhile.
 class ZipArchive {
  public:
-  /// Opens the archive that `bytes` are. A regular file is read where it lies; anything else goes
-  /// into memory first, or beyond 16 MiB into a temporary file without a name. Fails with
-  /// `read_failed`, with `damaged` when the directory is missing or its members claim more bytes
-  /// than the file has (they overlap: a bomb), or with `malformed` when two members have one name.
+  /// Opens the archive that `bytes` are. A regular file is read directly; anything else goes into
+  /// memory first, or beyond 16 MiB into a temporary file without a name. Fails with `read_failed`,
+  /// with `damaged` when the directory is missing or its members claim more bytes than the file has
+  /// (they overlap: a bomb), or with `malformed` when two members have one name.
   static OpenedZip open(std::unique_ptr<ByteSource> bytes);
 
   std::optional<ZipMember> find(const std::string& name) const;

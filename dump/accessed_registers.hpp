@@ -18,13 +18,14 @@ enum class Access : std::uint8_t { read, written };
 /// accessed.
 class AccessedRegisters {
  public:
-  /// \param bank the bank that is selected before the first access. Empty: not known: accesses
-  ///   may be seen from any time on, and our sources do not say what BSEL is at power-up.
+  /// \param bank the bank that is selected before the first access. Empty: not known, because
+  ///   accesses may be seen from any time on, and our sources do not give the value of BSEL at
+  ///   power-up.
   explicit AccessedRegisters(std::optional<std::uint8_t> bank = std::nullopt) : bank_(bank) {}
 
   /// A byte that a read returned, or that a write set. The registers 0x00…0x3F are in the bank that
-  /// BSEL selects. Where it is not known yet, a read of BSEL shows it, as long as no write precedes
-  /// it. \pre address <= 0x7F
+  /// BSEL selects. If the bank is not known yet, a read of BSEL shows it, as long as no write
+  /// precedes the read. \pre address <= 0x7F
   void take(Access access, unsigned address, std::uint8_t byte);
   /// A write failed, and the slave may have taken the byte. After such a write to BSEL the bank is
   /// not known.

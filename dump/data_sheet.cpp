@@ -34,7 +34,7 @@ FoundPart part_in(const RegisterDump& dump, unsigned number) {
   return part;
 }
 
-// The bank of the common part, where registers, options or contents show it.
+// The bank of the common part, if registers, options or contents show it.
 std::optional<unsigned> common_bank(const RegisterDump& dump, const FindOptions& options) {
   if (options.eds_bank) return options.eds_bank;
   if (const auto stated = dump.direct_byte(reg::eds_bank)) {

@@ -16,7 +16,7 @@ namespace biss::dump {
 struct FindOptions {
   /// The bank of the common part. Empty: register 0x41, else the first bank that can be one.
   std::optional<std::uint8_t> eds_bank{};
-  /// The registers 0x42 and 0x43; empty: those of the dump.
+  /// The registers 0x42 and 0x43; empty: from the dump.
   std::optional<std::uint16_t> identifier{};
 };
 
@@ -32,11 +32,11 @@ struct FoundPart {
 
 struct DataSheet {
   std::optional<FoundPart> common;
-  /// By data channel, from BANK_i. Without common part, a profile part alone is that of channel 0.
+  /// By data channel, from BANK_i. Without common part, a single profile part belongs to channel 0.
   std::array<std::optional<FoundPart>, max_channels> profiles;
   /// The registers 0x42 and 0x43, for the channel that this slave sends (SL_OFF).
   std::array<std::optional<std::uint16_t>, max_channels> identifiers;
-  /// The bank of the common part, where it is known.
+  /// The bank of the common part, if it is known.
   std::optional<std::uint8_t> eds_bank;
 
   bool empty() const;
@@ -44,7 +44,7 @@ struct DataSheet {
   EdsImage image() const;
 };
 
-/// The parts of a data sheet that the dump holds; empty() where it holds none.
+/// The parts of a data sheet in the dump; empty() if there are no parts.
 DataSheet find_data_sheet(const RegisterDump& dump, const FindOptions& options);
 
 }  // namespace biss::dump

@@ -9,7 +9,7 @@
 namespace biss::dump {
 namespace {
 
-// What the readers share: Reader::take() reads a row, Reader::finish() returns the dump.
+// Shared by the readers: Reader::take() reads a row, Reader::finish() returns the dump.
 template <class Reader>
 class HexReader {
  public:
@@ -126,7 +126,7 @@ class HexPageReader : public HexReader<HexPageReader> {
     if (!byte) return std::nullopt;
     auto& at =
         address < first_direct && !bank_ ? window_[address] : dump_.at(bank_.value_or(0), address);
-    // It has a value; GCC 12 at -O3 does not see that of *byte.
+    // `byte` has a value, but GCC 12 at -O3 does not see that and warns about *byte.
     return set_byte(at, byte.value_or(0));
   }
 

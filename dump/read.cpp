@@ -44,7 +44,7 @@ std::optional<DumpFormat> recognise(std::string_view head) {
   const std::string_view row = first_row(head);
   if (!is_text(head) || row.empty()) return DumpFormat::binary;
   if (const auto format = format_of_row(row)) return format;
-  // The bytes of a few banks may all be printable characters; those of 64 banks are not.
+  // The bytes of a few banks may all be printable characters, but not the bytes of 64 banks.
   const bool banks = head.size() % bank_bytes == 0 && head.size() < head_bytes;
   return banks ? std::optional(DumpFormat::binary) : std::nullopt;
 }

@@ -17,16 +17,16 @@
 namespace biss::dump {
 
 struct DumpOptions {
-  /// The bank that a file begins with (binary, offsets, Intel HEX), or that its registers 0x00…0x3F
-  /// are in where the file does not say. Empty: 0, or the value of BSEL in the same file. Of
+  /// The bank that a file begins with (binary, offsets, Intel HEX), or the bank of its registers
+  /// 0x00…0x3F if the file does not give it. Empty: 0, or the value of BSEL in the same file. For
   /// accesses: the bank before the first one; empty: not known, see AccessedRegisters.
   std::optional<std::uint8_t> bank{};
   /// With accesses to several slaves: reads only those to this ID.
   std::optional<std::uint8_t> slave{};
 };
 
-/// A byte that two places give differently is a `contradiction`, except in accesses, where the last
-/// one counts.
+/// A byte with different values at two places is a `contradiction`, except in accesses: there the
+/// last value counts.
 using DumpResult = tl::expected<RegisterDump, DumpError>;
 
 /// The part of a file that shows its format.

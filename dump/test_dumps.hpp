@@ -41,7 +41,7 @@ inline RegisterDump random_dump(std::mt19937& random) {
   return dump;
 }
 
-/// What iC-Haus' application note AN22 shows of an iC-MHM.
+/// The registers of an iC-MHM in iC-Haus' application note AN22.
 inline const char* const mhm_page =
     "# iC-Haus iC-MHM; '--' = not implemented\n"
     "0x00: 48 44 00 78 80 00 00 00 CF 80 00 00 23 00 00 00\n"

@@ -70,7 +70,7 @@ LineSource::LineSource(std::istream& stream, std::string head)
   if (std::string_view(buffer_).starts_with(byte_order_mark)) at_ = byte_order_mark.size();
 }
 
-// Where a line ends: LF, CR and LF, or CR alone; nothing where more has to be read.
+// The end of a line: LF, CR and LF, or CR alone; npos if more has to be read.
 std::size_t LineSource::find_end(std::size_t from) const {
   const std::size_t end = buffer_.find_first_of("\r\n", from);
   if (end == std::string::npos || buffer_[end] == '\n') return end;

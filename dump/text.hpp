@@ -38,17 +38,17 @@ enum class DumpCause : std::uint8_t {
   contradiction,    ///< a byte given twice, with different values
   several_slaves,   ///< accesses to more than one slave, and no slave was selected
   nothing_read,     ///< no access that returned a byte (from the selected slave)
-  truncated,        ///< the file ends before its format says so
+  truncated,        ///< the file ends earlier than its format requires
 };
 
 struct DumpError {
   DumpCause cause{};
-  /// From 1, columns in bytes; 0 where they have no meaning.
+  /// From 1, columns in bytes; 0 if they have no meaning.
   std::uint64_t line = 0;
   std::uint64_t column = 0;
-  /// What would be right at this place; static text, or null.
+  /// The valid content at this place; static text, or null.
   const char* expected = nullptr;
-  /// The format that the file was read as; empty where it has none.
+  /// The format that the file was read as; empty if it has none.
   std::optional<DumpFormat> format{};
 };
 
@@ -106,7 +106,7 @@ constexpr std::string_view without_comment(std::string_view line) {
   return trimmed(line.substr(0, line.find('#')));
 }
 
-/// The first line of a text that is not empty without its comment; empty where there is none.
+/// The first line of a text that is not empty without its comment; empty if there is no such line.
 std::string_view first_row(std::string_view text);
 
 /// Removes the next word from the front of `rest`; empty at the end.

@@ -36,11 +36,12 @@ std::string_view format_of(std::string_view file);
 /// Whether a format has no place for the registers from 0x40 on: "bin" and "c".
 bool holds_banks_only(std::string_view format);
 
-/// The dump in one of these formats. `name` and `first` are for those of banks only.
+/// The dump in one of these formats. `name` and `first` are for the formats of banks only.
 std::string write_as(std::string_view format, const RegisterDump& dump, std::string_view name,
                      unsigned first = 0);
 
-/// What a file of banks only holds, and what it lacks; a line of text. \pre dump.banks()
+/// The content of a file of banks only, and the registers that it lacks; a line of text.
+/// \pre dump.banks()
 std::string text_of_banks(const RegisterDump& dump, unsigned first = 0);
 
 /// How many registers are left out because their bank is not known; a message without a full stop.

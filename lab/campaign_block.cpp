@@ -15,7 +15,7 @@ namespace {
 constexpr std::size_t lane_words = 4;
 constexpr std::size_t lane_frames = 64 * lane_words;
 
-// One bit of each of 256 frames: frame n is bit n % 64 of word n / 64. The compiler divides it where
+// One bit of each of 256 frames: frame n is bit n % 64 of word n / 64. The compiler divides it if
 // vector units are narrower.
 using Lanes = std::uint64_t __attribute__((vector_size(8 * lane_words)));
 

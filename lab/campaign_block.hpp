@@ -16,7 +16,7 @@
 
 namespace biss::lab {
 
-/// What accepts a frame with a fault; the fields of FrameOutcome.
+/// The check that accepts a frame with a fault; the fields of FrameOutcome.
 enum class Acceptance : std::uint8_t { cpw, spw, both, monitor, wrong };
 
 inline constexpr std::size_t acceptance_count = 5;
@@ -106,7 +106,7 @@ struct ReplayedFrame {
   SentFrame sent{};
   WordPair encoded{};
   WordPair received{};
-  /// Of a fitting draw.
+  /// For a fitting draw.
   FittedBits drawn{};
 };
 ReplayedFrame replay_frame(const CampaignFrame& frame, const FaultSequence& sequence,

@@ -26,14 +26,14 @@ struct WordPair {
   bool operator==(const WordPair&) const = default;
 };
 
-/// What an encoder sends in one frame of a campaign, with no error and no warning.
+/// The content of one frame from the encoder in a campaign, with no error and no warning.
 struct SentFrame {
   std::uint64_t position = 0;
   std::uint8_t life_counter = 0;
 };
 
-/// What accepts a frame with a fault. The words are those after the bit that is taken for START. All
-/// false if the frame was received as it was sent.
+/// The checks that accept a frame with a fault. The words begin after the bit that is taken for
+/// START. All false if the frame was received as it was sent.
 struct FrameOutcome {
   bool cpw = false;      ///< the control word is wrong, and its CRC is good
   bool spw = false;      ///< the safety word is wrong, and its CRC is good

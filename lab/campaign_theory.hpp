@@ -1,5 +1,5 @@
-// What a campaign should count, by exact calculation that shares no step with the campaign; and what
-// its counts say, with confidence limits.
+// The expected counts of a campaign, by exact calculation that shares no step with the campaign,
+// and the rates that follow from its counts, with confidence limits.
 #pragma once
 
 #include <array>

@@ -11,7 +11,7 @@ namespace biss::lab {
 template <std::size_t Unknowns>
 using LinearBit = std::bitset<Unknowns + 1>;
 
-/// The first unknown of a bit; beyond the last one where there is none.
+/// The first unknown of a bit; beyond the last one if there is none.
 template <class Bits>
 std::size_t first_of(const Bits& bits) {
   if constexpr (requires { bits._Find_first(); }) {

@@ -73,7 +73,7 @@ bool BlockSet::intersects(const BlockSet& other) const {
 void BlockSet::add(Run run) {
   auto after = std::partition_point(runs_.begin(), runs_.end(),
                                     [run](const Run& each) { return each.end < run.first; });
-  // The runs that end or begin where this one begins or ends become part of it.
+  // A run that ends at the beginning of this one, or begins at its end, becomes part of it.
   if (after != runs_.end() && after->end == run.first) {
     run.first = after->first;
     after = runs_.erase(after);

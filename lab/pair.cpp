@@ -158,11 +158,11 @@ class Word {
 };
 
 // Patterns over both words that both checksums accept and whose wrong compared bits differ in
-// exactly `mask`: MacWilliams' theorem over the pairs of dual words. A compared bit outside the mask
-// is wrong in both words or in neither: a factor 1 + z^2, or 1 - z^2 if it is in one of the two dual
-// words. A compared bit in the mask is wrong in one word: 2z, -2z if it is in both dual words, 0 if
-// it is in one. Masks are those of a carry, the lowest bits, so each pair of dual words is visited
-// once for all masks.
+// exactly `mask`: MacWilliams' theorem over the pairs of dual words. A compared bit outside the
+// mask is wrong in both words or in neither: a factor 1 + z^2, or 1 - z^2 if it is in one of the
+// two dual words. A compared bit in the mask is wrong in one word: 2z, -2z if it is in both dual
+// words, 0 if it is in one. Each mask is the effect of a carry, the lowest bits, so each pair of
+// dual words is visited once for all masks.
 class JointCount {
  public:
   JointCount(const Word& control, const Word& safety, unsigned compared)

@@ -71,8 +71,8 @@ inline constexpr double rated_bit_error_rate = 1e-2;
 
 /// The share of frames with an undetected error at rated_bit_error_rate.
 struct UndetectedShares {
-  /// The compared bits are wrong by more than the tolerance: those of the CPW, as
-  /// PairWeights::beyond_tolerance counts, and those of the SPW, which the safe position consists of.
+  /// The compared bits are wrong by more than the tolerance: in the CPW, as
+  /// PairWeights::beyond_tolerance counts, and in the SPW, which holds the safe position.
   long double by_cpw = 0;
   long double by_spw = 0;
   /// Any bit of the CPW is wrong.
@@ -81,12 +81,12 @@ struct UndetectedShares {
   long double safe_position() const { return by_cpw > by_spw ? by_cpw : by_spw; }
 };
 
-/// Of the first two channels. Nothing where pair_problem() finds a problem.
+/// The shares for the first two channels. Nothing if pair_problem() finds a problem.
 std::optional<UndetectedShares> undetected_shares(const FrameFormat& format,
                                                   const SafetyComparison& comparison);
 
-/// The rating of the first two channels with this comparison. Nothing where pair_problem() finds a
-/// problem, and where the residual error is too large for a rating.
+/// The rating of the first two channels with this comparison. Nothing if pair_problem() finds a
+/// problem, or if the residual error is too large for a rating.
 std::optional<SafetyRating> safety_rating(const FrameFormat& format,
                                           const SafetyComparison& comparison);
 

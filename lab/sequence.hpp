@@ -1,5 +1,5 @@
-// Long sequences of safety frames for the whole monitor: undamaged frames, and the eight transmission
-// errors of IEC 61784-3. docs/safety-experiments.md says what is counted.
+// Long sequences of safety frames for the whole monitor: undamaged frames, and the eight
+// transmission errors of IEC 61784-3. docs/safety-experiments.md describes the counts.
 #pragma once
 
 #include <array>
@@ -65,7 +65,7 @@ std::span<const SequenceVariant> variants_of(TransmissionError error);
 /// A row of the table.
 struct SequenceRow {
   SequenceTask task = SequenceTask::undamaged;
-  /// Of a fault: the error, and which of its variants.
+  /// For a fault: the error, and which of its variants.
   TransmissionError kind{};
   unsigned variant = 0;
   /// The monitor's.
@@ -96,7 +96,7 @@ struct SequenceRow {
 /// The number of odd indices that are kept, the lowest ones.
 inline constexpr std::size_t odd_kept = 16;
 
-/// What a row counts: whole numbers, sums in any order.
+/// The counts of a row: whole numbers, sums in any order.
 struct SequenceCounts {
   /// Undamaged frames that the monitor received, those between faults included.
   std::uint64_t frames = 0;
@@ -134,10 +134,10 @@ struct SequenceCounts {
   void add(const SequenceCounts& other);
 };
 
-/// What to run. The same plan has the same results for any number of threads.
+/// The rows to run. The same plan has the same results for any number of threads.
 struct SequencePlan {
   FrameFormat format{};
-  /// The monitor's setup; its counter mode is that of the faults.
+  /// The monitor's setup; its counter mode is used for the faults.
   SafetySetup setup{};
   std::uint64_t seed = 1;
   std::vector<SequenceRow> rows{};
@@ -150,7 +150,7 @@ struct SequencePlan {
     bool differ() const { return monitor != CounterMode::learned && monitor != encoder; }
   };
 
-  /// The setup of a row's monitor. That of `constant` has a budget of faults, so that a fault can be
+  /// The setup of a row's monitor. For `constant` it has a budget of faults, so that a fault can be
   /// tolerated between a stimulus and its answer.
   SafetySetup setup_of(const SequenceRow& row) const;
   void add_undamaged(SequenceMotion motion, Counters counters, std::uint64_t frames);
@@ -169,7 +169,7 @@ struct SequenceResult {
   /// The deviation of `accepted` from theory in standard deviations. None without a theory, or if
   /// it is 0.
   std::optional<double> sigma{};
-  /// Of a fault or trial: the verdict must come within this number of cycles.
+  /// For a fault or trial: the verdict must come within this number of cycles.
   unsigned bound_cycles = 0;
 
   /// No false alarm; nothing misread, late or unexpected; at most sequence_sigma_limit from theory.

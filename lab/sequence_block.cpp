@@ -136,7 +136,7 @@ class SequenceRig {
     if (odd) counts_.add_odd(event_.index);
   }
 
-  // A long pause, then the monitor starts again. What it has learned about the counter stays, unless
+  // A long pause, then the monitor starts again. It keeps the learned counter mode, unless
   // `forget`.
   void settle(bool forget) {
     pass(frame_.setup().frame_gap_max + frame_.cycle());
@@ -606,7 +606,7 @@ class ConstantRun {
     }
     return true;
   }
-  // What does not end the fault: the last one is met by the next answer.
+  // Calls that do not end the fault. The next answer meets the last expectation.
   void pretend() {
     const std::uint64_t at = value_of(rig_.frame(), rig_.past(late_ - 1U));
     const unsigned what = below(32);

@@ -21,7 +21,7 @@ struct SequenceStep {
   std::string_view what{};
   /// Empty except for frames. Valid during the call.
   BitView bits{};
-  /// What the encoder sends to this request; none for `watch`.
+  /// The answer of the encoder to this request; none for `watch`.
   std::optional<SequenceWords> meant{};
   SafetyJudgement judgement{};
   /// control_position() of a safe judgement.

@@ -16,7 +16,7 @@
 
 namespace biss::lab {
 
-/// What an encoder sends in one frame, with no error.
+/// The content of one frame from the encoder, with no error.
 struct SequenceWords {
   std::uint64_t cpw = 0;
   std::uint64_t spw = 0;

@@ -20,7 +20,7 @@ SequenceTheory polynomial_theory;
 /// Zeros instead of the safety word. Not known if that is a good word.
 SequenceTheory standard_theory;
 
-/// 0 for rows without an injected fault, else that of the variant.
+/// 0 for rows without an injected fault, else the value for the variant.
 SequenceTheory sequence_theory;
 
 }  // namespace biss::lab

@@ -117,7 +117,7 @@ class Line {
     }
   }
 
-  // Of a data bit.
+  // The place of a data bit in the frame.
   std::size_t place_of(std::size_t k, unsigned shift) const {
     return starts_[k] + format_.channel_list[k].data_bits - 1U - shift;
   }
@@ -181,7 +181,7 @@ class DamagedFrames {
 
   unsigned frame_bits() const { return line_.frame_bits(); }
 
-  // What passes with a wrong position.
+  // The shares that pass with a wrong position.
   PassedShares passed(const FaultChoice& fault, int place) const {
     const Bits seen = read(fault, place);
     PassedShares shares;
@@ -365,7 +365,8 @@ AcceptedShares accepted_shares(const FrameFormat& format, const SafetySetup& set
   const DamagedFrames frames(format, {.pair = true, .comparison = setup.comparison}, false);
   const auto bits = static_cast<int>(format.payload_bits());
   const auto places = places_of(fault, format.payload_bits());
-  // Places of a fault count from the first data bit, those of false_start from the last clock of ACK.
+  // Places of a fault count from the first data bit, places of false_start from the last clock of
+  // ACK.
   int first = fault.kind == FaultKind::false_start ? 1 : 2;
   int last = first + static_cast<int>(places) - 1;
   if (fault.place) first = last = first + static_cast<int>(*fault.place);

@@ -29,7 +29,7 @@ inline constexpr std::array<FaultKind, 10> structural_faults{
 /// bits are independent and evenly distributed. The reader reads as many bits as a frame has, and
 /// STOP; the line is low after STOP.
 struct StructureModel {
-  /// The compared bits of the safety word are those of the control word's position.
+  /// The compared bits of the safety word are the position bits of the control word.
   bool pair = false;
   SafetyComparison comparison = {};
   bool cds = false;  ///< as sent by the encoder
@@ -73,8 +73,8 @@ struct StructureRow {
 
 StructureRow structure_row(const FrameFormat& format, FaultKind fault, const StructureModel& model);
 
-/// What the encoder sends and what the reader checks when START is seen at a wrong place. Position
-/// and counter bits are independent and evenly distributed; padding is 0.
+/// The frame from the encoder, and the checks of the reader, when START is seen at a wrong place.
+/// Position and counter bits are independent and evenly distributed; padding is 0.
 struct SlipModel {
   /// The flags say "no error, no warning". false: they are evenly distributed too.
   bool healthy_flags = true;
@@ -91,7 +91,7 @@ struct SlipModel {
 
 /// A START at the wrong place. Places count clocks from the true START, negative before it.
 struct Slip {
-  /// Where START is seen; not 0.
+  /// The place at which START is seen; not 0.
   int place = 1;
   /// Zeros that the encoder sent as ACK; before them the line was 1.
   std::uint16_t ack_clocks = 1;

@@ -50,7 +50,7 @@ void add_to(Polynomial<Integer>& sum, const Polynomial<Integer>& more) {
   for (std::size_t i = 0; i < more.size(); ++i) sum[i] += more[i];
 }
 
-/// The sum of terms[a] (1 - z^step)^a (1 + z^step)^(N - a), where N + 1 is the number of terms. In
+/// The sum of terms[a] (1 - z^step)^a (1 + z^step)^(N - a); N + 1 is the number of terms. In
 /// MacWilliams' theorem, a counts the bits in which a word of the dual code is 1.
 template <class Integer>
 Polynomial<Integer> macwilliams_sum(const std::vector<Polynomial<Integer>>& terms,
@@ -88,7 +88,7 @@ struct FixedBits {
 };
 
 /// For each word h of the dual code, 2^crc_bits in all: the data bits in which it is 1. The bits of
-/// h itself are those of the checksum.
+/// h itself belong to the checksum.
 std::vector<std::uint64_t> dual_words(const WordCode& code);
 
 /// A[w]: the number of patterns of w wrong bits that the checksum accepts, w = 0…bits(). A[0] is 1,

@@ -41,11 +41,12 @@ struct CatalogueEntry {
   DeviceTiming timing{};
   /// The size of one count, and the range if it is known; empty when unknown.
   std::string_view resolution{};
-  /// What a user should know and no other field describes; empty when there is nothing.
+  /// Important facts for the user that no other field describes; empty if there are none.
   std::string_view remark{};
   /// The source of these facts.
   std::string_view source{};
-  /// What is assumed, deduced or not confirmed, one sentence each; empty ones follow the last.
+  /// Facts that are assumed, deduced or not confirmed, one sentence each. Unused places at the end
+  /// are empty.
   std::array<std::string_view, 5> uncertain{};
 
   /// The format as data. \pre format is good text

@@ -122,7 +122,7 @@ inline constexpr auto maker_encoders = [] {
                      .format = "mt12,st24,nE,nW,crc6",
                      .resolution = "2^24 a turn, 2^12 turns",
                      .source = "xscenemotion.com product page",
-                     .uncertain = {"flags and CRC follow from \"BP3\", the page names no more",
+                     .uncertain = {"flags and CRC follow from \"BP3\", the page gives no details",
                                    doubt::clock, doubt::timeout}},
       CatalogueEntry{.name = "festo-sfc-laci",
                      .vendor = "Festo",

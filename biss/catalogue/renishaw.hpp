@@ -20,7 +20,7 @@ inline constexpr std::string_view renishaw_counter =
 inline constexpr std::string_view renishaw_release =
     "when SLO returns to 1 is not stated for frames longer than 31.25 us: 1.5 periods assumed";
 
-// Of the widths 18, 26, 32 and 36 bits, "Position".
+// The section "Position" lists the widths 18, 26, 32 and 36 bits.
 inline constexpr std::string_view renishaw_rotary =
     "the data sheet does not state which of 18, 26, 32 and 36 bits are rotary: inferred";
 inline constexpr std::string_view renishaw_linear =
@@ -52,8 +52,8 @@ constexpr CatalogueEntry renishaw_double(std::string_view name, std::string_view
 
 }  // namespace catalogue_detail
 
-/// The sizes of one count are those of the data sheets if they print them; "calculated" follows
-/// from the number of bits.
+/// The size of one count is from the data sheet if the data sheet prints it. A size marked
+/// "calculated" follows from the number of bits.
 // Made by a function, so that GCC 12 puts the table into read-only memory.
 inline constexpr auto renishaw_encoders = [] {
   using namespace catalogue_detail;

@@ -18,7 +18,7 @@
 
 namespace biss {
 
-/// What the new encoder must do.
+/// The requirements on the new encoder.
 struct AdviceWish {
   /// Bits of the position within a turn, or along a scale.
   unsigned resolution_bits = 0;

@@ -15,7 +15,7 @@
 
 namespace biss {
 
-/// What is outside the part and should agree with it.
+/// Data outside the part that should agree with it.
 struct Bp3Context {
   std::uint8_t channel = 0;
   /// Registers 0x42 (upper byte) and 0x43 of the slave.
@@ -97,7 +97,7 @@ class Bp3Check : PartCheck<Sink> {
     return true;
   }
 
-  // Without nE (1) in either bit, nothing says which positions are good.
+  // Without nE (1) in either bit, a reader cannot detect which positions are good.
   constexpr void check_feedback() const {
     if (part_.fb1 != 1) {
       report(EdsProblem::out_of_range, "FB1", part_.fb1, part_.fb2 != 1 ? "FB2" : "", part_.fb2);

@@ -3,8 +3,8 @@
 //   check_eds(image, [](const biss::EdsFinding& finding) { print(finding); });
 //
 // It allocates and corrects nothing; a good data sheet gives no finding. A wrong field is reported
-// where its own range or a contradiction shows it; otherwise the checksum shows that the bank is
-// damaged somewhere. The units of times are not checked: most of them are hypotheses.
+// if its own range or a contradiction shows it; otherwise the checksum only shows that the bank is
+// damaged. The units of times are not checked: most of them are hypotheses.
 #pragma once
 
 #include <cstddef>
@@ -26,7 +26,7 @@ constexpr bool is_useless(const EdsBank& bank) {
   return is_filled_with(bank, 0x00) || is_filled_with(bank, 0xFF);
 }
 
-// The identifier of a channel: that of the registers, else that of its part; 0: not read.
+// The identifier of a channel: from the registers, else from its part; 0: not read.
 constexpr ProfileIdentifier identifier_of(const EdsImage& image, std::size_t channel) {
   if (image.identifiers[channel].value_or(0) != 0) return {*image.identifiers[channel]};
   if (image.profiles[channel] == nullptr) return {};
@@ -95,8 +95,8 @@ class ImageCheck {
     if (options_.raw_checksum) check.check_sum();
   }
 
-  // Compares what channel i of the common part says with a BP3 part, or with the registers where that
-  // was not read. Differences of `length` and `polynomial` are reported only when the other side is
+  // Compares channel i of the common part with a BP3 part, or with the registers if the part was
+  // not read. Differences of `length` and `polynomial` are reported only when the other side is
   // consistent.
   constexpr void compare_channel(const CommonChannel& channel, std::size_t i, ProfileIdentifier id,
                                  const Bp3Part* part) const {
@@ -108,7 +108,7 @@ class ImageCheck {
     const unsigned crc_bits = counted ? crc6.width_bits : 0;
     const bool lengths_hold =
         part == nullptr || part->position_bits() + 2 + crc_bits == id.data_length();
-    // With C = 1, the sources do not say whether DLEN_i counts the CRC, as DL does.
+    // With C = 1, the sources do not state whether DLEN_i counts the CRC, as DL does.
     const bool same = channel.dlen == id.data_length() ||
                       (counted && unsigned{channel.dlen} + crc_bits == id.data_length());
     if (!same && lengths_hold && channel.dlen != 0 && channel.dlen <= max_data_bits) {
@@ -135,8 +135,8 @@ class ImageCheck {
 
 }  // namespace eds_detail
 
-/// Reports all findings of a data sheet: first those of the common part, then those of the
-/// channels. Parts that were not read are not checked.
+/// Reports all findings of a data sheet: first the common part, then the channels. Parts that were
+/// not read are not checked.
 template <EdsSink Sink>
 constexpr void check_eds(const EdsImage& image, Sink&& sink, const EdsCheckOptions& options = {}) {
   eds_detail::ImageCheck<std::remove_reference_t<Sink>>(image, options, sink).run();

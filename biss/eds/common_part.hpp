@@ -1,8 +1,8 @@
 // The common part of a data sheet: the banks of all parts, and the timing of the device.
 //
-// The document was not available. Names and addresses are those of NXP's driver (fsl_biss 1.0.2),
-// the first four also Balluff's. Ranges that no source gives are those of the bytes. Most units of
-// time are hypotheses. The checksum is assumed to be BP3's.
+// The document was not available. Names and addresses are from NXP's driver (fsl_biss 1.0.2), and
+// the first four also from Balluff. If no source gives a range, it is the full range of the bytes.
+// Most units of time are hypotheses. The checksum is assumed to be BP3's.
 #pragma once
 
 #include <algorithm>
@@ -57,7 +57,7 @@ constexpr Picoseconds eds_time(std::string_view symbol, std::uint32_t raw) {
   return find_scale(symbol)->step * std::int64_t{raw};
 }
 
-/// What the common part says about one data channel.
+/// The description of one data channel in the common part.
 struct CommonChannel {
   /// Absolute number of the bank that holds the profile's part (NXP's interpretation).
   std::uint8_t bank = 0;

@@ -443,7 +443,7 @@ class ChannelReader {
   constexpr void compare_with_common(ProfileIdentifier id, const ChannelFormat& format) const {
     if (!common_) return;
     const auto& symbols = channel_symbols[index_];
-    // With C = 1, the sources do not say whether DLEN_i counts the CRC.
+    // With C = 1, the sources do not state whether DLEN_i counts the CRC.
     const bool same = common_->dlen == format.data_bits ||
                       (id.crc_is_data() && common_->dlen == format.total_bits());
     if (!same && common_->dlen != 0) {

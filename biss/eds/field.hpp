@@ -111,7 +111,7 @@ struct EdsField {
   }
   constexpr bool in_range(std::uint32_t value) const { return value >= min && value <= max; }
   /// Whether 0 and all ones can mark a value that is not given: the range excludes just these two.
-  /// No document says so (inferred).
+  /// No document states this rule (inferred).
   constexpr bool may_be_absent() const { return min == 1 && max == all_ones() - 1; }
 };
 

@@ -12,7 +12,7 @@
 
 namespace biss {
 
-/// What can be wrong with a data sheet.
+/// The faults that a data sheet can have.
 enum class EdsProblem : std::uint8_t {
   all_zero,              ///< an empty bank, whose checksum is even right
   all_ones,              ///< erased memory
@@ -31,7 +31,7 @@ enum class EdsProblem : std::uint8_t {
   lengths,               ///< MT_LEN, CO_LEN, FI_LEN, flags (and CRC with C = 1) do not add up to DL
   length_reading,        ///< C = 1: they add up to DL in the other reading, with or without CRC
   count_above_length,    ///< more counts than its length in bits can represent
-  alignment,             ///< zeros not where BP3 has them: before MT, after the singleturn value
+  alignment,             ///< zeros at the wrong end of MT or of the singleturn value
   encoder_type,          ///< rotary or linear, but counts, lengths and checksum fit the other
   crc_bit,               ///< C = 0 in a safety encoder, C = 1 in a standard encoder
   identifier,            ///< differs from registers 0x42 and 0x43
@@ -77,7 +77,7 @@ inline constexpr EdsProblemWords eds_problems[] = {
     {"alignment",
      "BP3 aligns turns right, with leading zeros, and the singleturn value left, with trailing "
      "zeros"},
-    {"encoder_type", "counts, lengths and checksum are those of the other type"},
+    {"encoder_type", "counts, lengths and checksum fit the other type"},
     {"crc_bit", "C must be 1 in a safety encoder, and 0 in a standard encoder"},
     {"identifier", "not what the registers 0x42 and 0x43 say"},
     {"channel_count", "not the number of channels that are filled in"},
@@ -119,7 +119,7 @@ struct EdsFinding {
 };
 
 /// Two fields, or the data sheet and the registers, describe different frames or times, and no rule
-/// says which is right. A format from such a data sheet may be wrong.
+/// defines which is right. A format from such a data sheet may be wrong.
 constexpr bool contradicts(const EdsFinding& finding) {
   using enum EdsProblem;
   constexpr auto always = std::to_array<EdsProblem>(
@@ -136,7 +136,7 @@ constexpr bool contradicts(const EdsFinding& finding) {
     case channel_count:
       return finding.expected > finding.value;  // fewer: registers may describe the others
     case min_above_max:
-      return finding.part == EdsPart::common;  // not those of temperature and supply
+      return finding.part == EdsPart::common;  // temperature and supply do not count
     case little_endian:
       return !finding.against.empty();  // a count; identifier and polynomial are repaired
     default:

@@ -1,4 +1,4 @@
-// What the checks of all parts share: how parts are checked, and the check of each field by its table.
+// Shared by the checks of all parts: the options, and the check of each field by its table.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ struct EdsCheckOptions {
   /// these two). False: they are out of range.
   bool zero_is_absent = true;
   bool ones_are_absent = true;
-  /// Reserved bytes must be 0. The documents do not say so.
+  /// Reserved bytes must be 0. The documents do not state this rule.
   bool reserved_zero = true;
   /// Bytes and bits that no source names must be 0: common part 0x13, bits 2 and 4…7 of FORMAT_i,
   /// 5…7 of BC_OFF.

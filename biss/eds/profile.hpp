@@ -106,7 +106,7 @@ enum class ProfileError : std::uint8_t {
   crc_does_not_fit,  ///< C = 1 and DL too short for flags and CRC
   no_channel,        ///< BP0 without data channel
   actuator,          ///< BP0, data to the device and not from it
-  other_bits,        ///< a format whose bits are not those of the profile
+  other_bits,        ///< a format whose bits differ from the profile
 };
 
 inline constexpr std::size_t profile_error_count = 10;

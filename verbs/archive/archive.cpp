@@ -47,7 +47,7 @@ std::vector<std::string> settings_of(const Verb& verb) {
   return settings;
 }
 
-// Beside the output; nothing where that is no file.
+// The journal is next to the output; nothing if the output is not a file.
 std::string journal_of(const std::string& output) {
   if (output.empty() || output == "-") return {};
   const std::string target = follow_links(output);

@@ -21,7 +21,7 @@ struct SummaryOptions {
   report::Format to = report::Format::table;
 };
 
-/// What is to be read, and by whom.
+/// The captures to read, and the settings for reading them.
 struct ArchiveTask {
   CaptureArguments capture;
   archive::Setup setup;
@@ -40,7 +40,7 @@ ExitStatus read_archive(const ArchiveTask& task, const std::vector<archive::List
 
 /// Writes the JSON, prints the table of the worst files on standard output, unless the JSON goes
 /// there, and the sums on stderr.
-/// \return `data_failed` where shards are missing, or no file has a request cycle
+/// \return `data_failed` if shards are missing, or no file has a request cycle
 ExitStatus show_summary(archive::Summary& summary, const SummaryOptions& options, Host& host);
 
 /// For a progress line.

@@ -25,8 +25,8 @@ class Journal {
   Journal& operator=(const Journal&) = delete;
 
   /// Opens or makes the file and reads what is in it. Entries under another header are dropped, and
-  /// where most lines are of no use the file is written again. Prints why it cannot: another process
-  /// has it open, the file is no journal, it cannot be written.
+  /// if most lines are useless, the file is written again. Prints why it cannot: another process
+  /// has it open, the file is not a journal, it cannot be written.
   ExitStatus open(const std::string& path, const std::string& header, const OnEntry& on_entry);
 
   /// Adds an entry. Prints why it cannot.

@@ -132,7 +132,7 @@ class ArchiveRun {
   archive::Summary& summary_;
   Host& host_;
   Journal journal_;
-  // To be read, by the path as entries have it.
+  // The files to read, by the path in their entries.
   std::unordered_map<std::string, const ListedFile*> waiting_;
   ArchiveProgress now_;
   // When reading began.

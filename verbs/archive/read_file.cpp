@@ -26,7 +26,7 @@ using archive::Quantity;
 using archive::Reading;
 using identify::Protocol;
 
-// The causes that are not those of capture::CaptureCause.
+// The causes that are not in capture::CaptureCause.
 constexpr const char* no_lines = "no_lines";
 constexpr const char* other_protocol = "other_protocol";
 constexpr const char* no_such_line = "no_such_line";
@@ -41,7 +41,7 @@ bool is_other(Protocol protocol) {
   return std::find(perhaps_biss_c.begin(), perhaps_biss_c.end(), protocol) == perhaps_biss_c.end();
 }
 
-// What is measured on one pair of lines of the capture at hand. False where reading failed.
+// Measures one pair of lines of the current capture. False if reading failed.
 bool measure(DecodedCapture& capture, LinkEntry& link) {
   link.ma = archive::utf8_text(capture.ma_name());
   link.slo = archive::utf8_text(capture.slo_name());
@@ -92,7 +92,7 @@ class FileReader {
   }
 
  private:
-  // False where nothing else of the file is to be read.
+  // False if nothing else of the file is to be read.
   bool read_link() {
     const bool given =
         !arguments_.device.format.empty() || !arguments_.ma.empty() || !arguments_.slo.empty();

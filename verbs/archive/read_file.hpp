@@ -6,7 +6,8 @@
 
 namespace biss::verbs {
 
-/// Reads the file as `biss decode --each` would, or says why not. Prints nothing; any thread.
+/// Reads the file as `biss decode --each` would, or returns the cause of a failure. Prints nothing;
+/// any thread.
 /// \param arguments of all files; its `files` and `threads` are not used
 /// \param threads for this file; the entry does not depend on them
 archive::FileEntry read_listed_file(const archive::ListedFile& file,

@@ -51,7 +51,7 @@ Cell time_cell(const std::optional<std::int64_t>& time) {
   return time ? Cell(picoseconds(*time)) : Cell();
 }
 
-// Why the file was not read; where it was, the most frequent fault, or that none can be seen.
+// Why the file was not read; if it was read, the most frequent fault, or that no fault can be seen.
 std::string_view cause_of(const FileEntry& file, const LinkEntry* link) {
   if (!file.cause.empty()) return file.cause;
   const auto foremost = link->counts.foremost_fault();

@@ -223,7 +223,7 @@ Run add_eds_advise(Verb verb) {
   add_timing_options(verb, options->timing);
   add_eds_options(verb, options->arguments);
   add_name_option(verb, "--to", options->to, advise_formats,
-                  "Output format; by default that of the ending of -o, else table");
+                  "Output format; by default from the ending of -o, else table");
   let_output_choose(verb, advise_formats, into(options->to));
   add_output_option(verb, options->output);
   return [options](Host& host) { return run_advise(*options, host); };

@@ -36,7 +36,7 @@ bool is_identifier(const std::string& name) {
   return !name.empty();
 }
 
-// Those of C++ too, because a header in C is also included there.
+// The words of C++ too, because C++ programs also include a header in C.
 constexpr std::string_view reserved_words =
     " alignas alignof and and_eq asm auto bitand bitor bool break case catch char char16_t"
     " char32_t char8_t class co_await co_return co_yield compl concept const const_cast"

@@ -328,7 +328,7 @@ std::string write_description(const dump::RegisterDump& dump, const dump::DataSh
   const auto heading = [&out](std::string_view text) {
     fmt::format_to(std::back_inserter(out), "{}[{}]\n", out.empty() ? "" : "\n", text);
   };
-  // Of a common part elsewhere than register 0x41 says, the bytes are written.
+  // If the common part is not in the bank that register 0x41 names, its bytes are written.
   const auto stated = dump.direct_byte(reg::eds_bank);
   const bool has_common = sheet.common && sheet.common->whole && sheet.eds_bank &&
                           stated.value_or(*sheet.eds_bank) == *sheet.eds_bank;

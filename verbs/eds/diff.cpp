@@ -97,7 +97,7 @@ Fields fields_of(const EdsSource& source) {
   return fields;
 }
 
-// A field that one of the two knows only partly is compared byte by byte.
+// A field that is only partly present in one of the two is compared byte by byte.
 Sides sides_of(const Fields& fields, const Fields& others) {
   Sides sides;
   for (const auto& [place, field] : fields) {

@@ -1,5 +1,5 @@
-// A data sheet that is being written, and what is derived where it is left out: versions, lengths,
-// identifiers, banks and checksums.
+// A data sheet that is being written. Versions, lengths, identifiers, banks and checksums are
+// derived if they are left out.
 #pragma once
 
 #include <array>
@@ -42,10 +42,10 @@ struct EdsDraft {
   /// unless it is given. Does not judge given values: see check_eds().
   void derive();
 
-  /// The identifier for the registers 0x42 and 0x43: that of the channel which this slave sends
-  /// (SL_OFF), with the length that its fields add up to, so that a wrong given BP_ID is not
-  /// repeated. Empty if that channel has no profile part. \pre there is a common part, and derive()
-  /// was called
+  /// The identifier for the registers 0x42 and 0x43. It belongs to the channel that this slave
+  /// sends (SL_OFF), and has the length that the fields add up to, so that a wrong given BP_ID is
+  /// not repeated. Empty if that channel has no profile part. \pre there is a common part, and
+  /// derive() was called
   std::optional<std::uint16_t> identifier() const;
 
  private:

@@ -220,7 +220,7 @@ Run add_eds_show(Verb verb) {
   add_eds_options(verb, options->arguments);
   verb.add_flag("--all", options->all, "Also show reserved bytes and unused channels in the table");
   add_name_option(verb, "--to", options->to, show_formats,
-                  "Output format; by default that of the ending of -o, else table");
+                  "Output format; by default from the ending of -o, else table");
   let_output_choose(verb, show_formats, into(options->to));
   add_output_option(verb, options->output);
   return [options](Host& host) { return run_show(*options, host); };

@@ -21,8 +21,8 @@ tl::expected<std::uint32_t, std::string> parse_eds_value(const EdsField& field,
 /// hypothesis.
 std::string eds_value_text(const EdsField& field, std::uint32_t value, bool linear);
 
-/// The meaning of a value, human-readable; empty if the number says all. Ends with ` ?` where it
-/// is a hypothesis.
+/// The meaning of a value, human-readable; empty if the number needs no explanation. Ends with ` ?`
+/// if the meaning is a hypothesis.
 std::string eds_meaning(const EdsField& field, std::uint32_t value, bool linear);
 
 }  // namespace biss::verbs

@@ -22,7 +22,7 @@ class Host;
 inline constexpr const char* channel_model_text =
     "binary symmetric channel: a model of a channel, not a certificate";
 
-/// What `biss safety analyse` is asked for, as typed.
+/// The options of `biss safety analyse`, as typed.
 struct QuestionOptions {
   std::vector<std::string> rates;
   std::string limit = "1e-9";
@@ -75,7 +75,7 @@ struct SafetyAnalysis {
   std::vector<lab::StructureRow> structure;
 };
 
-/// The question, or one line of text that says what is wrong (usage: exit status 2).
+/// The question, or one line of text with the error (usage: exit status 2).
 tl::expected<SafetyQuestion, std::string> safety_question(const FrameFormat& format,
                                                           const QuestionOptions& options);
 

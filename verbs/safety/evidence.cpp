@@ -382,7 +382,7 @@ std::vector<EvidenceCommand> evidence_commands(const EvidenceSubject& subject) {
     return EvidenceCommand{std::string(verb) + ".csv", arguments};
   };
   const std::string frames = std::to_string(options.frames);
-  // What refuses an option comes first.
+  // The commands that can refuse an option come first.
   return {
       {"analysis.jsonl", analyse_jsonl},
       {"analysis.txt", analyse},
@@ -425,7 +425,7 @@ void add_evidence_options(Verb verb, EvidenceOptions& options) {
   std::vector<std::string> names;
   for (const SafetyConfiguration& each : safety_configurations) names.emplace_back(each.name);
   add_name_option(verb, "--safety", setup.configuration, names,
-                  "Safety configuration of the monitor; by default that of the format");
+                  "Safety configuration of the monitor; by default from the format");
   add_check_options(verb, setup);
   add_name_option(verb, "--missed", options.missed, {missed_names.begin(), missed_names.end()},
                   "Whether the encoder counts requests without a good frame; counted by default");
@@ -435,7 +435,7 @@ void add_evidence_options(Verb verb, EvidenceOptions& options) {
   add_duration_option(
       verb, "--shortest-gap", into(setup.shortest),
       "Shortest time between two good frames; 0: not checked. By default a cycle less a 32nd, at "
-      "least that of the configuration");
+      "least the shortest time of the configuration");
   add_count_option(verb, "--budget", into(options.budget),
                    "Faults that are tolerated within --budget-window; 0 by default", 255);
   add_duration_option(verb, "--budget-window", into(options.budget_window),

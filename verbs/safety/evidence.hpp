@@ -1,4 +1,4 @@
-// What `biss safety evidence` is asked for, and the files of its bundle.
+// The options of `biss safety evidence`, and the files of its bundle.
 #pragma once
 
 #include <cstdint>
@@ -48,7 +48,7 @@ struct EvidenceSubject {
   Hertz rate;
 };
 
-/// The subject, or one line of text that says what is wrong (usage: exit status 2).
+/// The subject, or one line of text with the error (usage: exit status 2).
 tl::expected<EvidenceSubject, std::string> choose_evidence(const EvidenceOptions& options);
 
 /// A command line of the bundle and the file that holds what it prints.

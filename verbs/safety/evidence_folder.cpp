@@ -41,7 +41,7 @@ class SignalsHeld {
   sigset_t before_{};
 };
 
-// A folder beside the target; the destructor removes it unless it has got the target's name.
+// A folder next to the target; the destructor removes it unless it has got the target's name.
 class PartialFolder {
  public:
   explicit PartialFolder(const fs::path& target) : path_(target.string() + ".partial-XXXXXX") {
@@ -81,7 +81,7 @@ std::string because(const std::string& what, int cause) {
   return fmt::format("cannot write '{}': {}", what, std::strerror(cause));
 }
 
-// With a trailing slash, the temporary folder would be inside the target instead of beside it.
+// With a trailing slash, the temporary folder would be inside the target instead of next to it.
 fs::path target_of(const std::string& folder) {
   std::error_code none;
   const fs::path resolved = fs::weakly_canonical(folder, none);
@@ -128,7 +128,7 @@ std::optional<std::vector<ListedHash>> parse_hash_list(std::string_view text) {
   return listed;
 }
 
-// Not a file in it but those of its list and the list.
+// Whether the folder contains only the list and the files in the list.
 bool is_bundle(const fs::path& folder, const std::vector<std::string>& names) {
   const auto list = read_text_file(folder / hash_list_name);
   const auto listed = list ? parse_hash_list(*list) : std::nullopt;

@@ -30,8 +30,9 @@ std::string hash_list(const std::vector<EvidenceFile>& files);
 /// \param replace an existing bundle may be replaced; a folder with any other file in it never is
 std::string check_target(const std::string& folder, bool replace);
 
-/// Writes the files and their hash_list() into a folder beside the target and renames it: the target
-/// is the whole bundle, or unchanged. \return one line with the cause of an error, or nothing
+/// Writes the files and their hash_list() into a folder next to the target and renames it: the
+/// target is the whole bundle, or unchanged. \return one line with the cause of an error, or
+/// nothing
 std::string write_bundle(const std::string& folder, const std::vector<EvidenceFile>& files,
                          bool replace);
 
@@ -44,7 +45,7 @@ struct ReadBundle {
   const EvidenceFile* find(std::string_view name) const;
 };
 
-/// The bundle, or one line that says why it cannot be read.
+/// The bundle, or one line with the cause why it cannot be read.
 tl::expected<ReadBundle, std::string> read_bundle(const std::string& folder);
 
 }  // namespace biss::verbs

@@ -198,7 +198,7 @@ void add_unchecked(std::string& text, const SafetyFormat& monitored) {
       "frames old**.\n",
       period, period);
   text +=
-      "* **A position that stands still in both words**, **both words wrong in the same way**, and "
+      "* **A position that is frozen in both words**, **both words wrong in the same way**, and "
       "**nW**.\n";
   if (setup.counter.first == any_first_value) {
     text +=

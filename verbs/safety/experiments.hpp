@@ -59,16 +59,16 @@ struct LineCounts {
   std::array<std::uint64_t, safety_verdict_count> verdicts{};
   /// Verdicts on requests without a fault.
   std::uint64_t undamaged = 0;
-  /// Of these, fault verdicts: false alarms, or faults that are detected late.
+  /// The undamaged frames with a fault verdict: false alarms, or faults that are detected late.
   std::uint64_t false_alarms = 0;
-  /// Of these, `safe` with a position that was not sent.
+  /// The undamaged frames that are `safe` with a position that was not sent.
   std::uint64_t wrong_undamaged = 0;
 };
 
 /// By sim::FaultKind.
 using LineResult = std::array<LineCounts, sim::simulated_fault_count>;
 
-/// \return one line of text where the line model cannot do it (usage: exit status 2)
+/// \return one line of text if the line model cannot do it (usage: exit status 2)
 tl::expected<LineResult, std::string> run_line_model(const SafetyFormat& monitored,
                                                      const LineRequest& request, Host& host);
 std::vector<FieldRow> line_table(const LineResult& result, std::uint64_t cycles);
@@ -76,7 +76,7 @@ std::vector<FieldRow> line_table(const LineResult& result, std::uint64_t cycles)
 ExitStatus judge_line(const LineResult& result, Host& host);
 
 /// Counts all usual faults, rows by importance sampling included.
-/// \return one line of text where a fault is none of this frame (usage: exit status 2)
+/// \return one line of text if a fault does not apply to this frame (usage: exit status 2)
 tl::expected<lab::CampaignState, std::string> run_usual_campaign(const lab::CampaignFrame& frame,
                                                                  std::uint64_t frames,
                                                                  const ExperimentOptions& options,
@@ -85,7 +85,7 @@ tl::expected<lab::CampaignState, std::string> run_usual_campaign(const lab::Camp
 /// A fault of a campaign, and what was measured.
 struct CampaignRow {
   lab::FaultChoice fault;
-  /// Of the state.
+  /// The counts of the fault in the state.
   const lab::CampaignCounts& counts;
   std::optional<lab::CampaignTheory> theory;
   /// By lab::Acceptance; none if the fault has no counts of this kind.

@@ -19,7 +19,7 @@ void add_safety(Command& command) {
              "biss safety analyse -f mt12,st24,nE,nW,crc6+mt12,st16,nE,nW,lc6,crc16 --compare 13"}},
            add_safety_analyse},
 #ifndef __EMSCRIPTEN__
-          // What runs for hours and writes folders.
+          // Verbs that run for hours and write folders.
           {{"campaign",
             "Inject faults into frames and count undetected errors",
             {"biss safety campaign -f fs-36-28 --frames 1000000000 --state run.json",
