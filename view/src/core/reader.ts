@@ -4,7 +4,7 @@ import type { ReadingMessage } from './protocol';
 import type { MeasuredSource } from './source';
 import { messageOf } from './texts';
 
-// What is asked meanwhile waits no longer than this.
+// A request during reading waits no longer than this.
 const sliceMilliseconds = 16;
 // The page hears of new rows as often.
 const reportMilliseconds = 100;
@@ -19,7 +19,7 @@ export class Reader {
   #sources: MeasuredSource[];
   #report: ((message: ReadingMessage) => void) | undefined;
   #ended: (reading: ReadingMessage['reading'] | undefined) => void = () => {};
-  /** What is known at the end; undefined where the reader is closed before. */
+  /** The result at the end of the capture; undefined if the reader is closed before. */
   readonly ended = new Promise<ReadingMessage['reading'] | undefined>((resolve) => { this.#ended = resolve; });
   #channel = new MessageChannel();
   #reported = 0;

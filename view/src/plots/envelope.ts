@@ -10,10 +10,10 @@ export interface EnvelopeAsk {
   points: number;
 }
 
-/** Lowest and highest value of a stretch of rows; NaN where it has no value. */
+/** Lowest and highest value of a stretch of rows; NaN if it has no value. */
 export interface Envelope {
   from: bigint;
-  /** Of the first row of the stretch, in picoseconds from `from`. */
+  /** The time of the first row of each stretch, in picoseconds from `from`. */
   times: Float64Array;
   low: Float64Array;
   high: Float64Array;

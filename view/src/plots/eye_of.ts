@@ -7,14 +7,14 @@ export interface EyeAsk {
   to: bigint;
   /** At most as many cycles, evenly spread. */
   cycles: number;
-  /** Of two periods around the sampling point. */
+  /** The number of bins in the two periods around the sampling point. */
   bins: number;
 }
 
 /** The bins go from one period before the sampling point to one period after it. */
 export interface Eye {
   from: bigint;
-  /** Mean period of MA in picoseconds; 0 where nothing was sampled. */
+  /** Mean period of MA in picoseconds; 0 if nothing was sampled. */
   period: number;
   samples: number;
   /** Samples with SLO high or low in the bin. */
@@ -22,8 +22,8 @@ export interface Eye {
   low: Uint32Array;
   rising: Uint32Array;
   falling: Uint32Array;
-  /** Of each cycle looked at: row, time from `from`, least distance of a change of SLO from a
-   * sampling point, in picoseconds; the period of MA. */
+  /** For each cycle examined: its row, its time from `from`, the least distance of a change of SLO from a
+   * sampling point, in picoseconds, and the period of MA. */
   rows: Int32Array;
   times: Float64Array;
   margins: Float64Array;

@@ -3,7 +3,7 @@
 import { effect } from '@preact/signals';
 import { progress } from '../state';
 
-// What takes longer is shown as it comes.
+// The load event is held for at most this time, in milliseconds.
 const most = 60_000;
 const framesAtRest = 4;
 

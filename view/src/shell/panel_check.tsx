@@ -1,4 +1,4 @@
-// What `biss check` says, rule by rule.
+// The results of `biss check`, rule by rule.
 import { signal } from '@preact/signals';
 import * as state from '../state';
 import { encoders } from './encoders';
