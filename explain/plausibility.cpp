@@ -166,7 +166,7 @@ Sightings Plausibility::steps() const {
   const std::size_t far = fastest(jumps_per_mille) + far_beyond;
   for (std::size_t bits = far; bits < apart_.size(); ++bits) seen.add(apart_[bits]);
   for (std::size_t width = 0; width < wraps_.size(); ++width) {
-    // Where no position needs more bits, it goes round.
+    // If no position needs more bits, the position wraps around.
     const bool round = static_cast<std::size_t>(std::bit_width(ever_set_)) < width;
     if (!round && wraps_[width].bits >= far) seen.add(wraps_[width].seen);
   }
