@@ -8,7 +8,7 @@
 
 namespace biss::identify {
 
-/// Of degree 127 at most: a channel has 80 bits.
+/// The degree is at most 127: a channel has 80 bits.
 using Polynomial = unsigned __int128;
 
 /// Returns -1 for the polynomial 0.

@@ -21,7 +21,7 @@ double period_of_changes(const Trace& line) {
 
 void find_bursts(Trace& line) {
   ClockShape& clock = line.clock;
-  // Of a period: the level is held longer than this only between two bursts.
+  // In periods: the level is held longer than this only between two bursts.
   constexpr double gap_share = 1.3;
   std::vector<std::size_t> ends;
   std::size_t highs = 0;
