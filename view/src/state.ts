@@ -35,7 +35,7 @@ export interface OpenFile {
   /** As messages and verbs name it. */
   name: string;
   bytes: number;
-  /** A capture that the page made or carries; a link to the state can name it. */
+  /** A capture that the page made or contains; a link to the state can name it. */
   example: string | undefined;
 }
 

@@ -6,7 +6,7 @@ import { messageOf } from './texts';
 
 // A request during reading waits no longer than this.
 const sliceMilliseconds = 16;
-// The page hears of new rows as often.
+// New rows are reported to the page at this interval.
 const reportMilliseconds = 100;
 // Analyses of what has been read take at most this share of the time of reading; what was not used
 // is kept up to a time.

@@ -141,7 +141,7 @@ function goWithTheEnd({ end, whole }: { end: bigint; whole: state.Range }): void
   state.range.value = { from: range.from <= whole.from ? range.from : range.from + now - end, to: now };
 }
 
-// A name is an argument of the command: no folder, and not taken for an option.
+// A name is an argument of the command: it has no folder and does not look like an option.
 function safeName(name: string): string {
   return name.replace(/[/\0]/g, '_').replace(/^-/, '_');
 }

@@ -16,7 +16,7 @@ declare const self: DedicatedWorkerGlobalScope;
 let biss: Biss | undefined;
 let reader: Reader | undefined;
 let report: Report | undefined;
-// The reader that will replace it.
+// The reader that will replace `reader`.
 let behind: Reader | undefined;
 let generation = 0;
 const sources = new Map<string, MeasuredSource>();

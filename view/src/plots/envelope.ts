@@ -6,7 +6,7 @@ export interface EnvelopeAsk {
   column: string;
   from: bigint;
   to: bigint;
-  /** About as many points at most. */
+  /** About the maximum number of points. */
   points: number;
 }
 

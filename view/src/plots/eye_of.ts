@@ -5,7 +5,7 @@ import { rowsIn } from './row_times';
 export interface EyeAsk {
   from: bigint;
   to: bigint;
-  /** At most as many cycles, evenly spread. */
+  /** The maximum number of cycles to examine, evenly spread. */
   cycles: number;
   /** The number of bins in the two periods around the sampling point. */
   bins: number;
@@ -31,7 +31,7 @@ export interface Eye {
   /** The least distances of all, before and after the sampling point; NaN without a change. */
   before: number;
   after: number;
-  /** Rows in the stretch, of which the cycles are a sample. */
+  /** The number of rows in the stretch; the cycles are a sample of them. */
   of: number;
 }
 

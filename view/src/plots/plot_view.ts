@@ -15,7 +15,7 @@ export interface PlotSpec {
   title: string;
   quantity: Quantity;
   unit: string;
-  /** Values stand for themselves: no line between them. */
+  /** Values are drawn as dots, without a line between them. */
   dots: boolean;
 }
 

@@ -44,7 +44,7 @@ export interface Rows {
   position: string[];
   /** Accesses to registers, and commands, that take place in these rows. */
   accesses: Access[];
-  /** When the row after each one begins, or the line is not known any more. */
+  /** When the row after each one begins, or the line is no longer known. */
   ends: BigInt64Array;
   /** When the row after the last one begins; the end of the capture if there is no such row. */
   end: bigint;

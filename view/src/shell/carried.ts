@@ -1,4 +1,4 @@
-// A capture that the page carries or that its own server gives:
+// A capture in the page, or from its own server:
 //
 //     <script type="text/plain" id="biss-capture" data-name="NAME" data-view="VIEW">BASE64</script>
 //

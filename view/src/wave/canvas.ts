@@ -72,7 +72,7 @@ export class Surface {
   }
 }
 
-/** A picture that is kept as long as what it shows stays the same. */
+/** A picture that is kept until its contents change. */
 export class Layer {
   readonly #canvas = document.createElement('canvas');
   #shown: readonly unknown[] = [];

@@ -1,4 +1,4 @@
-/** The picture of the waveform: what is asked of the core, and what is drawn. */
+/** The picture of the waveform: requests to the core, and drawing. */
 import { firstWhere } from '../core/first_where';
 import * as state from '../state';
 import { rowClass, type Rows } from '../plots/row_classes';
@@ -30,7 +30,7 @@ export class WaveView {
   readonly #strip: Tile<'analyse.strip'>;
   readonly #cycles = new Cycles(() => this.surface.change());
   #isClosed = false;
-  // How many had ended when the rows were asked for.
+  // The number of accesses that had ended when the rows were requested.
   #accesses = 0;
 
   constructor(canvas: HTMLCanvasElement, private readonly onSeen: (text: string) => void) {
