@@ -1,4 +1,4 @@
-// Captures that lie in memory of the caller, or come in from there.
+// Captures in the caller's memory, or pushed from there.
 #pragma once
 
 #include <algorithm>

@@ -57,7 +57,7 @@ class Stream {
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
 
-  /// Why nothing can be read: wrong usage, or the capture carries nothing that can be decoded.
+  /// Why nothing can be read: wrong usage, or the capture has no data that can be decoded.
   const std::optional<verbs::VerbError>& failure() const { return failure_; }
 
   /// \pre time is not before the last one, and not ended()

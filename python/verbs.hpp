@@ -41,7 +41,7 @@ struct VerbSetup {
   std::function<bool()> go_on = [] { return true; };
 };
 
-/// Runs a verb, of which `view` is not one here. \param words,options see verbs::Command::run()
+/// Runs a verb; `view` is not available. \param words,options see verbs::Command::run()
 VerbResult run_verb(const std::vector<std::string>& words, const verbs::GivenOptions& options,
                     const VerbSetup& setup);
 

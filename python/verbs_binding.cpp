@@ -101,7 +101,7 @@ py::tuple tuple_of(StoredColumn& stored) {
       stored.column.bits, report::role_names[static_cast<std::size_t>(stored.column.role)]);
 }
 
-// Whether Python goes on: it may have got a signal.
+// Whether to continue: Python may have received a signal.
 bool goes_on() {
   const py::gil_scoped_acquire acquired;
   return PyErr_CheckSignals() == 0;
