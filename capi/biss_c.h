@@ -212,7 +212,7 @@ void biss_slave_close(biss_slave* slave);
 typedef struct biss_master biss_master;
 typedef struct biss_control biss_control;
 
-/* A time of 0 stands for the default that is named. */
+/* A time of 0 selects the default in the comment. */
 typedef struct biss_master_setup {
   const char* format;
   const biss_timing* timing; /* null: biss_timing_of(format) */
@@ -249,7 +249,7 @@ typedef enum biss_cause BISS_INT {
   BISS_CAUSE_NO_START,       /* ACK exceeded the device's bound */
   BISS_CAUSE_ACK_RANGE,      /* START came before the device can answer */
   BISS_CAUSE_TRUNCATED,      /* not from a master: the clock stopped early */
-  BISS_CAUSE_CDS,            /* CDS was 1 and the format says cds0 */
+  BISS_CAUSE_CDS,            /* CDS was 1 and the format has cds0 */
   BISS_CAUSE_CRC,            /* the checksum of `cause_channel` is wrong */
   BISS_CAUSE_STOP_BIT        /* the bit after the last CRC bit was 1 */
 } biss_cause;

@@ -94,7 +94,7 @@ typedef struct biss_control_outcome {
   uint32_t accepted;        /* of a command: bit k for ID k */
   uint32_t frames;
   uint32_t tries;
-  int64_t longest_busy_ps; /* by which a device delayed a byte */
+  int64_t longest_busy_ps; /* the longest time that a device delayed a byte */
 } biss_control_outcome;
 
 /* BISS_NULL_ARGUMENT, BISS_BAD_HANDLE. */

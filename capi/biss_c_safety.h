@@ -71,10 +71,10 @@ biss_status biss_safety_open(const biss_safety_setup* setup, biss_safety** safet
 /* Null is allowed. */
 void biss_safety_close(biss_safety* safety);
 
-/* Gives every check a frame that it must refuse. At power-up, and later as often as wished: then it
- * changes nothing if it passes. *passed is false in "failed", whatever the checks do. `expected` is a
- * setup from another place than the one of open, a constant for example: the monitor compares itself
- * with it, all fields, now and before every frame.
+/* Gives every check a frame that it must refuse. Call it at power-up, and later at any time: a
+ * later call that passes changes nothing. *passed is false in "failed", whatever the checks do.
+ * `expected` is a setup from another place than the one of open, a constant for example: the
+ * monitor compares itself with it, all fields, now and before every frame.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, and as biss_safety_open() for `expected`: BISS_BAD_FORMAT,
  * BISS_BAD_SETUP, BISS_BAD_SAFETY. Then the test has not passed and the monitor is unchanged. */
 biss_status biss_safety_self_test(biss_safety* safety, const biss_safety_setup* expected,
@@ -148,7 +148,7 @@ biss_status biss_safety_step(biss_safety* safety, const biss_safety_time* time,
                              size_t bit_count, biss_judgement* judgement);
 
 /* Checks the time only, at biss_safety_deadline() or in a tick. It never has a position: with the
- * verdict safe, which says that the last good frame is still in time, every position is
+ * verdict safe, which means that the last good frame is still in time, every position is
  * BISS_NO_POSITION. Errors as above. */
 biss_status biss_safety_watch(biss_safety* safety, const biss_safety_time* time,
                               biss_judgement* judgement);

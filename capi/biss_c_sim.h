@@ -58,9 +58,10 @@ typedef struct biss_line_setup {
   /* Rules as in `biss simulate --fault`, separated by white space: "flip:0.01 cut@40,clock=12.25".
    * Null: none. */
   const char* faults;
-  /* The encoder is the caller's, and the line is the cable with its faults. A fall of MA more than
-   * 1.25 periods after the one before begins a request. `position` and `registers` must be null
-   * and false; what else describes the encoder has no effect, as has biss_line_set_flags(). */
+  /* The caller has the encoder, and the line is only the cable with its faults. A fall of MA more
+   * than 1.25 periods after the one before begins a request. `position` and `registers` must be
+   * null and false; the other members for the encoder have no effect, nor has
+   * biss_line_set_flags(). */
   bool foreign_encoder;
 } biss_line_setup;
 
@@ -130,7 +131,7 @@ biss_status biss_line_request_of(const biss_line* line, biss_line_request* reque
 /* Makes a register of the encoder available: 0x00 to 0x3F of a bank 0 to 255; 0x40, which selects
  * the bank (the bank it starts with is `value`); 0x41 to 0x7F, with `bank` ignored. The encoder
  * has this value again when it has lost its supply. At first no register is available.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_REENTERED, BISS_NO_REGISTER: the setup says that there
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_REENTERED, BISS_NO_REGISTER: in the setup there
  * are none, or no such address or bank. */
 biss_status biss_line_put_register(biss_line* line, uint32_t bank, uint32_t address, uint8_t value,
                                    bool writable);
