@@ -140,7 +140,7 @@ Observer::Observer(const ObserverSetup& setup, std::span<const wire::Edge> begin
   pricer_.emplace(setup.format, evidence_.resolution, evidence_.usual);
 }
 
-// Edges from here on may be looked at.
+// Edges from this time on are still needed.
 Picoseconds Observer::needed_from() const {
   return waiting_.empty() ? last_end_ : waiting_.front().second.time;
 }

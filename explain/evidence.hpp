@@ -152,9 +152,9 @@ class Observer {
   /// The next edges, or the next stretch of the capture as arrays.
   void take(std::span<const wire::Edge> edges);
   void take(const decode::PairRun& run);
-  /// Looks at the cycles so far, whose edges must have come.
+  /// Examines the cycles so far, whose edges must have come.
   void settle();
-  /// After the last cycle. \return valid as long as this object
+  /// After the last cycle. \return evidence that is valid during the life of this object
   const Evidence& finish(Picoseconds end_time);
 
  private:

@@ -129,8 +129,8 @@ void Plausibility::judge_step(const Step& step) {
   }
 }
 
-// Turns that follow late let the position fall back at each zero of the singleturn, and then go on.
-// A position that only begins again never jumps ahead.
+// If the turns are updated late, the position falls back at each zero of the singleturn and later
+// jumps ahead. A position that only wraps around never jumps ahead.
 void Plausibility::judge_turn(const Step& before, const Step& judged) {
   const std::int64_t jump = judged.way - before.way;
   const auto size = static_cast<std::uint64_t>(jump < 0 ? -jump : jump);

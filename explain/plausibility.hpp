@@ -21,8 +21,8 @@ class Plausibility {
   /// The next cycle.
   void push(std::uint64_t number, const decode::Cycle& cycle);
 
-  /// Frames whose turns do not belong to their singleturn: by the turns of the format, or because the
-  /// position has fallen back by a power of two, and goes on from there.
+  /// Frames whose turns do not belong to their singleturn: by the turns of the format, or because
+  /// the position has fallen back by a power of two, and continues from there.
   Sightings turns() const { return shows_falls() ? falls_ : turns_; }
   /// The longest time in a row for which they do not.
   std::uint64_t longest() const { return shows_falls() ? longest_fall_ : longest_; }

@@ -70,12 +70,12 @@ struct Usual {
   /// How long MA is high in a period.
   Picoseconds high{};
   Picoseconds delay{};
-  /// Between CDS and STOP: of the format, else as many as the frames have.
+  /// The number of bits between CDS and STOP: from the format, else from the frames.
   unsigned payload_bits = 0;
   /// Rising edges of MA.
   std::uint32_t clocks = 0;
   std::optional<ChecksumVariant> checksum;
-  /// Hardly a frame has the right checksum, and no rule fits.
+  /// Almost no frame has the right checksum, and no rule fits.
   bool no_checksum_fits = false;
   /// If requests come in groups, each of which begins like a request of BiSS C: the usual rest in a
   /// group.
