@@ -283,7 +283,7 @@ class LayoutSearch {
     const std::uint16_t* const from = pairs_.row(begin);
     const std::uint16_t* const to = pairs_.row(end);
     const std::uint16_t* const last_moved = last_moved_.data() + end * differences;
-    // Without branches, and as often as the compiler knows, so that it counts many at once.
+    // Without branches and with a fixed number of rounds, so that the compiler vectorises the loop.
     std::uint16_t agree = 0;
     std::uint16_t differ = 0;
     for (std::size_t w = 0; w < differences; ++w) {

@@ -332,7 +332,7 @@ class FieldSearch {
     const double least = Timeline::rough_cost(numbers(place, binary, 0), top);
     for (unsigned split = least_split; split < top; ++split) {
       for (const Coding coding : {singleturn_gray, multiturn_gray, both_gray, two_tracks}) {
-        // Turns of which few were seen are in Gray code if the singleturn is.
+        // If few turns were seen, they are assumed to be in Gray code if the singleturn is.
         const unsigned above = top - split;
         if (coding == multiturn_gray && above < least_turn_bits) continue;
         if (coding == two_tracks && above < least_split) continue;
@@ -343,7 +343,8 @@ class FieldSearch {
           rough += Timeline::rough_cost(values, top - split);
         }
         if (rough > 0.9 * least) continue;
-        // A lower track that is noise is no track, nor is one that carries.
+        // A lower track of noise is not a track. Neither is a lower track with a carry to the upper
+        // one.
         const double noise = 0.6 * data_weight * split * static_cast<double>(words_.data.size());
         if (coding == two_tracks && (number_cost(field_of(place.shift, split), binary, 0) > noise ||
                                      is_carried(numbers(place, binary, 0), split, top))) {

@@ -127,12 +127,12 @@ Structure structure_of(const std::vector<Cycle>& requests, bool any_ack) {
 // SSI with several words in a burst repeats its word.
 bool repeats(const FrameSet& frames) {
   constexpr std::size_t overlap_min = 14;
-  // A first bit of 1 looks like a line delay of a clock, and as many bits at the end are no longer
-  // of the word.
+  // First bits of 1 look like a line delay in clocks, and as many bits at the end no longer belong
+  // to the word.
   constexpr std::size_t after_the_end = 6;
   for (std::size_t distance = 12; distance + overlap_min + after_the_end / 2 < frames.length;
        ++distance) {
-    // Two words of nothing but zeros are no repetition.
+    // Two words of zeros only are not a repetition.
     bool varied = false;
     const double same = share_of(frames.patterns, [&](const FrameSet::Pattern& word) {
       const BitView view = word.sample->bits.view();

@@ -9,7 +9,8 @@ namespace {
 constexpr std::size_t busiest_lines = 8;
 constexpr std::size_t changes_kept = std::size_t{1} << 14U;
 
-// The mean of the intervals of two changes that are about as long as most of the short ones.
+// The mean of the intervals over two changes, for intervals about as long as most of the short
+// ones.
 double period_of_changes(const Trace& line) {
   std::vector<double> doubles;
   for (std::size_t i = 0; i + 2 < line.changes.size(); ++i) {
