@@ -54,7 +54,7 @@ typedef enum biss_status BISS_INT {
   BISS_OK = 0,
   BISS_NULL_ARGUMENT,  /* a required pointer is null */
   BISS_NO_MEMORY,      /* open: no memory for the handle */
-  BISS_BAD_FORMAT,     /* neither a catalogue name nor a format; see biss_format_problem(). Of a
+  BISS_BAD_FORMAT,     /* neither a catalogue name nor a format; see biss_format_problem(). For a
                           master, a biss_spi and a single frame: also a format with `:previous`,
                           whose CRC needs the frame before */
   BISS_BAD_TIMING,     /* a biss_timing that no device can have: a duration out of range, an
@@ -63,8 +63,8 @@ typedef enum biss_status BISS_INT {
   BISS_TIME_RANGE,     /* a time beyond BISS_TIME_MAX */
   BISS_TIME_BACKWARDS, /* a time before the last one of this handle */
   BISS_REENTERED,      /* called from its own callback */
-  BISS_VALUE_RANGE,    /* a position or counter is wider than its field. Of `sample` of a slave: the
-                          step was done and its output is valid; the frame means "no data": all
+  BISS_VALUE_RANGE,    /* a position or counter is wider than its field. For `sample` of a slave:
+                          the step was done and its output is valid; the frame means "no data": all
                           positions and counters 0, nE and nW active */
   BISS_RUNNING,        /* begin, reading: a request is running */
   BISS_SLO_LOW,        /* begin: refused, the encoder is not ready */
@@ -84,7 +84,7 @@ typedef enum biss_status BISS_INT {
   BISS_FAULT_TWICE,    /* a kind of fault is given twice with a rate or for one cycle */
   BISS_NO_REGISTER,    /* no such register, or the encoder has none */
   BISS_FILE,           /* the file cannot be written; errno has the reason */
-  BISS_BAD_EDS,        /* the data sheet has no data channel, nothing says how long one is, or it
+  BISS_BAD_EDS,        /* the data sheet has no data channel, the length of one is not known, or it
                           contradicts itself or the registers */
   BISS_BAD_SAFETY,     /* these frames cannot be monitored; see biss_safety_problem() */
   BISS_CLOCK_MAX,      /* the clock is above clock_max of the encoder */
@@ -102,7 +102,7 @@ const char* biss_status_text(biss_status status);
 
 /* The encoders of the catalogue, from 0 to biss_encoder_count() - 1. */
 size_t biss_encoder_count(void);
-/* "resolute-26", …: a format in all calls; null where there is no such encoder. */
+/* "resolute-26", …: a format in all calls; null if there is no such encoder. */
 const char* biss_encoder_name(size_t index);
 
 /* A format is a catalogue name ("resolute-26") or the grammar of the command
@@ -123,7 +123,7 @@ typedef struct biss_timing {
   uint32_t clock_max_hz;
   int64_t start_min_ps;  /* first rising edge of MA (LAT) to START, at least */
   int64_t ack_max_ps;    /* second rising edge (ACK) to the answer, at most */
-  uint32_t ack_clocks;   /* clocks of ACK where their number is fixed, up to 400; 0: not fixed */
+  uint32_t ack_clocks;   /* clocks of ACK if their number is fixed, up to 400; 0: not fixed */
   uint32_t timeout_rule; /* a biss_timeout_rule */
   int64_t timeout_ps;
   uint32_t release_half_periods; /* BISS_TIMEOUT_CYCLE: how long SLO is low after the last edge of
@@ -144,13 +144,13 @@ biss_status biss_channels_of(const char* format, size_t* channels);
 
 /* The values of one data channel. */
 typedef struct biss_channel {
-  uint64_t position;     /* unsigned, multiturn above singleturn; 0 where there is none */
-  uint32_t life_counter; /* 0 where there is none */
+  uint64_t position;     /* unsigned, multiturn above singleturn; 0: none */
+  uint32_t life_counter; /* 0: none */
   bool nE;               /* low-active: false = error, do not use the position */
   bool nW;               /* low-active: false = warning */
 } biss_channel;
 
-/* What a stepper returns. Both values hold until its next call. */
+/* The result of a stepper. Both values hold until its next call. */
 typedef struct biss_output {
   bool level;          /* what it drives from now on: the slave SLO, the master MA */
   int64_t deadline_ps; /* call step again at this time if no input changes before; or BISS_NEVER */
@@ -175,9 +175,9 @@ typedef struct biss_slave_setup {
   bool (*cds)(void* user);
   /* Called with the CDM bit when a frame has ended. May be null. */
   void (*cdm)(void* user, bool bit);
-  /* Registers, 0 to 127. Where these three are set, the encoder takes an ID and answers the
-   * control communication itself; `cds` and `cdm` must be null, and the format without cds0. It
-   * obeys the commands that switch its channels and its control communication.
+  /* Registers, 0 to 127. If these three are set, the encoder takes an ID and answers the control
+   * communication itself; `cds` and `cdm` must be null, and the format without cds0. It obeys the
+   * commands that switch its channels and its control communication.
    *   register_permits  false: the access is refused
    *   register_read     the value, or -1: busy, called again with the next frame
    *   register_write    takes a byte whose CRC was right */
@@ -194,7 +194,7 @@ biss_slave_setup biss_slave_defaults(const char* format);
 biss_status biss_slave_open(const biss_slave_setup* setup, biss_slave** slave);
 
 /* To be called at each change of MA or SLI and at the deadline; further calls change nothing.
- * What was due before `now_ps` happens first.
+ * Events due before `now_ps` happen first.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_REENTERED,
  * BISS_VALUE_RANGE. */
 biss_status biss_slave_step(biss_slave* slave, int64_t now_ps, bool ma, bool sli, biss_output* out);
@@ -212,7 +212,7 @@ void biss_slave_close(biss_slave* slave);
 typedef struct biss_master biss_master;
 typedef struct biss_control biss_control;
 
-/* A time of 0 stands for the default that is named. */
+/* A time of 0 selects the default in the comment. */
 typedef struct biss_master_setup {
   const char* format;
   const biss_timing* timing; /* null: biss_timing_of(format) */
@@ -249,7 +249,7 @@ typedef enum biss_cause BISS_INT {
   BISS_CAUSE_NO_START,       /* ACK exceeded the device's bound */
   BISS_CAUSE_ACK_RANGE,      /* START came before the device can answer */
   BISS_CAUSE_TRUNCATED,      /* not from a master: the clock stopped early */
-  BISS_CAUSE_CDS,            /* CDS was 1 and the format says cds0 */
+  BISS_CAUSE_CDS,            /* CDS was 1 and the format has cds0 */
   BISS_CAUSE_CRC,            /* the checksum of `cause_channel` is wrong */
   BISS_CAUSE_STOP_BIT        /* the bit after the last CRC bit was 1 */
 } biss_cause;
@@ -280,8 +280,8 @@ typedef struct biss_reading {
  * BISS_CLOCK_MAX, BISS_NO_ERROR_FLAG, BISS_NO_CRC, BISS_BAD_HANDLE: `control`. */
 biss_status biss_master_open(const biss_master_setup* setup, biss_master** master);
 
-/* Begins a request: MA falls at `now_ps`. `cdm` is the bit it carries;
- * ignored where the setup has a control session.
+/* Begins a request: MA falls at `now_ps`. `cdm` is the bit it carries; ignored if the setup has a
+ * control session.
  * BISS_SLO_LOW and BISS_TOO_EARLY: no request is made, the reading has the cause not_ready, and
  * out->deadline_ps is when to try again, BISS_NEVER: when SLO rises.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_RUNNING. */

@@ -1,5 +1,5 @@
 /* The master's side of the control communication: registers, commands, electronic data sheets
- * (EDS). Units, levels, errors and lifetimes are those of biss_c.h.
+ * (EDS). Units, levels, errors and lifetimes are defined in biss_c.h.
  *
  * An access takes many frames, because each carries one bit in each direction. It begins with one
  * of the functions below; frames follow until biss_control_done(). They are made by a biss_master
@@ -15,8 +15,8 @@ extern "C" {
 
 typedef struct biss_control_setup {
   int64_t busy_max_ps; /* the longest time by which a device may delay a byte; default 20 ms */
-  uint32_t retries;    /* of a failed access where the line may be the cause, up to 255. A byte of a
-                          write whose echo was wrong may be written twice */
+  uint32_t retries;    /* of an access that failed, possibly because of the line; up to 255. A byte
+                          of a write whose echo was wrong may be written twice */
 } biss_control_setup;
 
 biss_control_setup biss_control_defaults(void);
@@ -30,7 +30,7 @@ biss_status biss_control_open(const biss_control_setup* setup, biss_control** co
 void biss_control_close(biss_control* control);
 
 /* Begins to read `count` registers, 1 to 64, from `address` on, of the device with this ID, 0 to 7.
- * What no control frame can request is done at once, with bad_request.
+ * An access that no control frame can request is done at once, with bad_request.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_RUNNING: the last access is not done. */
 biss_status biss_control_read(biss_control* control, uint32_t id, uint32_t address, size_t count);
 
@@ -82,7 +82,7 @@ biss_status biss_control_step(biss_control* control, int64_t now_ps, biss_cds cd
 bool biss_control_done(const biss_control* control);
 
 /* How an access ended, or how far it is. A query is many accesses: frames, tries and
- * longest_busy_ps are those of all of them, the other numbers those of the last one. */
+ * longest_busy_ps are for all of them, the other numbers for the last one. */
 typedef struct biss_control_outcome {
   /* Null: no error. Else the one cause: "bad_request", "no_answer", "no_such_slave", "id_pattern",
    * "refused", "not_addressed", "refused_or_not_addressed", "rw_pattern", "busy_too_long",
@@ -94,7 +94,7 @@ typedef struct biss_control_outcome {
   uint32_t accepted;        /* of a command: bit k for ID k */
   uint32_t frames;
   uint32_t tries;
-  int64_t longest_busy_ps; /* by which a device delayed a byte */
+  int64_t longest_busy_ps; /* the longest time that a device delayed a byte */
 } biss_control_outcome;
 
 /* BISS_NULL_ARGUMENT, BISS_BAD_HANDLE. */
@@ -108,7 +108,7 @@ biss_status biss_control_bytes(const biss_control* control, uint8_t* bytes, size
 
 /* ---- Electronic data sheets ---- */
 
-/* What a device says about itself, as read from its registers. */
+/* The description of a device in its registers. */
 typedef struct biss_device {
   bool has_identity;     /* registers 0x78 to 0x7F */
   uint64_t device_id;    /* 48 bits */
@@ -120,26 +120,26 @@ typedef struct biss_device {
   uint32_t eds_bank; /* register 0x41; 0: no EDS */
   bool eds_unused;   /* an EDS is there, but its checksum is wrong or it could not be read */
   bool bank_changed; /* the bank select register (0x40) may not have its first value */
-  /* The parts of the EDS: the common one, and that of each data channel. */
+  /* The parts of the EDS: the common one, and one for each data channel. */
   bool has_common;
   uint8_t common[64];
   bool has_channel[BISS_MAX_CHANNELS];
   uint8_t channel[BISS_MAX_CHANNELS][64];
 } biss_device;
 
-/* Begins to read identity, profile, serial number and EDS of the device with this ID. What it does
- * not have is skipped; the bank select register is restored.
+/* Begins to read identity, profile, serial number and EDS of the device with this ID. Parts that it
+ * does not have are skipped; the bank select register is restored.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_RUNNING, BISS_BAD_SETUP: no such ID. */
 biss_status biss_control_query(biss_control* control, uint32_t id);
 
-/* What the last query found. Where biss_control_outcome.error is set, the query ended early.
+/* The result of the last query. If biss_control_outcome.error is set, the query ended early.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_RUNNING, BISS_NO_READING: no query was made. */
 biss_status biss_control_device(const biss_control* control, biss_device* device);
 
-/* Called for each finding of `biss eds check` (`used`: the right value, or that of the field it
- * contradicts; 0: neither), then for each value of an EDS that is not used as it stands: overridden
- * by another source, corrected, unusable, not given, or of an uncertain meaning. Texts are
- * static. */
+/* Called for each finding of `biss eds check` (`used`: the right value, or the value of the field
+ * it contradicts; 0: neither), then for each value of an EDS that is not used as it stands:
+ * overridden by another source, corrected, unusable, not given, or of an uncertain meaning. Texts
+ * are static. */
 typedef void (*biss_eds_remark)(void* user, uint32_t channel, const char* field, const char* remark,
                                 uint32_t stored, uint32_t used);
 
@@ -147,7 +147,7 @@ typedef void (*biss_eds_remark)(void* user, uint32_t channel, const char* field,
  * profile. `format` gets the grammar of the command; BISS_FORMAT_TEXT_MAX of biss_c_frame.h is
  * always enough. `timing` and `remark` may be null.
  * BISS_NULL_ARGUMENT, BISS_BAD_SETUP: clock_hz is 0, BISS_NO_ROOM, BISS_BAD_EDS: it has no data
- * channel, nothing says how long one is, or it contradicts itself or the registers. */
+ * channel, the length of one is not known, or it contradicts itself or the registers. */
 biss_status biss_eds_format(const biss_device* device, uint32_t clock_hz, char* format, size_t room,
                             biss_timing* timing, biss_eds_remark remark, void* user);
 

@@ -1,10 +1,10 @@
 /* Frames and SPI buffers, decoded and encoded; checksums. Units, levels, errors and lifetimes are
- * those of biss_c.h.
+ * defined in biss_c.h.
  *
  *   Bits      bit 0 is the first on the line and the most significant bit of the first byte, as an
  *             SPI peripheral receives them. A bit is SLO once per clock of MA.
  *   Causes    a function that decodes returns BISS_OK when it was called correctly; frame->cause
- *             says whether there is a frame.
+ *             shows whether there is a frame.
  *   Threads   a biss_format and a biss_spi do not change after open: any number of threads may
  *             use one at the same time. */
 #pragma once
@@ -44,7 +44,7 @@ typedef struct biss_crc {
 typedef struct biss_channel_format {
   uint32_t data_bits;       /* 1 to 64, without the checksum */
   uint32_t position_bits;   /* of biss_channel.position, turns included */
-  uint32_t singleturn_bits; /* its lower bits; 0 where turns are not a field of their own */
+  uint32_t singleturn_bits; /* its lower bits; 0: turns are not a field of their own */
   uint32_t life_counter_bits;
   bool has_error; /* nE or E; false: nE is always true */
   bool has_warning;
@@ -94,14 +94,14 @@ typedef struct biss_frame {
  * the same words. */
 bool biss_frame_trusted(const biss_frame* frame);
 
-/* The bounds of what precedes the data. */
+/* The bounds of the bits before the data. */
 typedef struct biss_bounds {
   uint32_t lead_min_clocks; /* ones before ACK; 1 to 402 */
   uint32_t lead_max_clocks;
   uint32_t ack_min_clocks; /* zeros of ACK; 1 to 400 */
   uint32_t ack_max_clocks;
-  uint32_t late_max_clocks; /* zeros in place of the first ones, where an encoder is ready after a
-                               fixed time; usually 0 */
+  uint32_t late_max_clocks; /* zeros in place of the first ones, for an encoder that is ready after
+                               a fixed time; usually 0 */
 } biss_bounds;
 
 /* The widest that BiSS C allows at 10 MHz. */
@@ -109,7 +109,7 @@ biss_bounds biss_bounds_defaults(void);
 
 /* Finds and decodes the frame in bits `first_bit` to `first_bit` + `bit_count` - 1 of `bytes`; bits
  * that the buffer does not have are not there, and those after STOP are ignored. `bytes` may be
- * null where `byte_count` is 0. `bounds` may be null: biss_bounds_defaults(). Any cause.
+ * null if `byte_count` is 0. `bounds` may be null: biss_bounds_defaults(). Any cause.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_BAD_FORMAT, BISS_BAD_SETUP: a bound is out of its
  * range, or a minimum is above its maximum. */
 biss_status biss_frame_decode(const biss_format* format, const uint8_t* bytes, size_t byte_count,
@@ -128,7 +128,7 @@ biss_status biss_frame_defaults(const biss_format* format, biss_frame* frame);
 /* SLO once per clock of MA: `lead_clocks` ones, `ack_clocks` zeros, START, CDS, each channel with
  * its checksum, STOP. *bit_count is their number; the last byte is filled with zeros. `cause`,
  * `stop_seen`, `no_error_flag` and `unchecked` are ignored.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_BAD_FORMAT, BISS_CHANNEL_COUNT: not that of the format,
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_BAD_FORMAT, BISS_CHANNEL_COUNT: not as in the format,
  * BISS_VALUE_RANGE: a position or counter is wider than its field, BISS_CLOCK_RANGE: `ack_clocks`
  * is not 1 to 400 or `lead_clocks` is above 402, BISS_NO_ROOM: `byte_count` is too small;
  * *bit_count is set and `bytes` unchanged. */
@@ -189,8 +189,8 @@ biss_status biss_spi_line_delay(const biss_spi* spi, const biss_frame* frame, in
 
 /* ---- Checksums ---- */
 
-/* The checksum that a BiSS master uses where only its width is given: start 0, inverted. Its
- * polynomial is 0 where there is none: widths other than 3 to 8 and 16. */
+/* The checksum that a BiSS master uses if only its width is given: start 0, inverted. For widths
+ * other than 3 to 8 and 16 the polynomial is 0. */
 biss_crc biss_crc_defaults(uint32_t width_bits);
 
 /* The checksum of the lowest `bits` bits of `data`, 1 to 64, the most significant first, as

@@ -1,5 +1,5 @@
 /* The monitor of a BiSS Safety encoder; docs/safety.md explains its checks. Units, levels, errors
- * and lifetimes are those of biss_c.h. The times of a monitor may have any value and wrap
+ * and lifetimes are defined in biss_c.h. The times of a monitor may have any value and wrap
  * around. */
 #pragma once
 
@@ -55,7 +55,7 @@ typedef struct biss_safety_setup {
 } biss_safety_setup;
 
 /* The setup of a configuration, or the usual one for a format, for requests every `cycle_ps`, as
- * at_cycle() of the core: up to 100 s each is valid; 0: as the configuration has it.
+ * at_cycle() of the core: up to 100 s each is valid; 0: as in the configuration.
  * BISS_NULL_ARGUMENT, BISS_BAD_FORMAT, BISS_BAD_SETUP: no such duration. */
 biss_status biss_safety_defaults(const char* format, int64_t cycle_ps, biss_safety_setup* setup);
 
@@ -71,10 +71,10 @@ biss_status biss_safety_open(const biss_safety_setup* setup, biss_safety** safet
 /* Null is allowed. */
 void biss_safety_close(biss_safety* safety);
 
-/* Gives every check a frame that it must refuse. At power-up, and later as often as wished: then it
- * changes nothing if it passes. *passed is false in "failed", whatever the checks do. `expected` is a
- * setup from another place than the one of open, a constant for example: the monitor compares itself
- * with it, all fields, now and before every frame.
+/* Gives every check a frame that it must refuse. Call it at power-up, and later at any time: a
+ * later call that passes changes nothing. *passed is false in "failed", whatever the checks do.
+ * `expected` is a setup from another place than the one of open, a constant for example: the
+ * monitor compares itself with it, all fields, now and before every frame.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, and as biss_safety_open() for `expected`: BISS_BAD_FORMAT,
  * BISS_BAD_SETUP, BISS_BAD_SAFETY. Then the test has not passed and the monitor is unchanged. */
 biss_status biss_safety_self_test(biss_safety* safety, const biss_safety_setup* expected,
@@ -112,7 +112,7 @@ typedef enum biss_verdict BISS_INT {
 const char* biss_verdict_name(biss_verdict verdict);
 
 /* Two independent clocks, read at the same moment, and the SPI transfer as the clock measured it
- * (only looked at where bit_period_ps is set). With one clock, second_ps is now_ps. */
+ * (used only if bit_period_ps is set). With one clock, second_ps is now_ps. */
 typedef struct biss_safety_time {
   int64_t now_ps;
   int64_t second_ps;
@@ -130,8 +130,8 @@ typedef struct biss_judgement {
   bool spw_nW;
   uint32_t life_counter;
   int32_t difference_lsb; /* CPW minus SPW in counts of the lowest bit compared */
-  /* Only where the verdict of biss_safety_step() is safe. Otherwise all that follows is 0, or
-   * BISS_NO_POSITION if the verdict is safe without a frame: that of biss_safety_watch(). */
+  /* Valid only if the verdict of biss_safety_step() is safe. Otherwise all members from here on are
+   * 0, or BISS_NO_POSITION if the verdict is safe without a frame, from biss_safety_watch(). */
   bool has_position;
   uint64_t position; /* in counts of the SPW, turns above singleturn */
   uint64_t low;      /* the least and the largest position if one of the words is wrong */
@@ -140,7 +140,7 @@ typedef struct biss_judgement {
 } biss_judgement;
 
 /* Judges the answer to one request: bits `first_bit` to `first_bit` + `bit_count` - 1 of `bytes`,
- * as biss_frame_decode(); none where there was no answer. After a status that is not BISS_OK the
+ * as biss_frame_decode(); none if there was no answer. After a status that is not BISS_OK the
  * frame was not judged, and no position may be used.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE. */
 biss_status biss_safety_step(biss_safety* safety, const biss_safety_time* time,
@@ -148,7 +148,7 @@ biss_status biss_safety_step(biss_safety* safety, const biss_safety_time* time,
                              size_t bit_count, biss_judgement* judgement);
 
 /* Checks the time only, at biss_safety_deadline() or in a tick. It never has a position: with the
- * verdict safe, which says that the last good frame is still in time, every position is
+ * verdict safe, which means that the last good frame is still in time, every position is
  * BISS_NO_POSITION. Errors as above. */
 biss_status biss_safety_watch(biss_safety* safety, const biss_safety_time* time,
                               biss_judgement* judgement);

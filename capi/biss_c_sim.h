@@ -1,5 +1,5 @@
 /* Simulation for C: the far end of a line (cable, encoder and their faults), and VCD files. Units,
- * levels, errors and lifetimes are those of biss_c.h. This part is a library of its own,
+ * levels, errors and lifetimes are defined in biss_c.h. This part is a library of its own,
  * biss_c_sim, because it needs the C++ library. */
 #pragma once
 
@@ -13,9 +13,9 @@ extern "C" {
 
 /* The kinds of faults of `biss simulate --fault`, from 0 to biss_fault_count() - 1. */
 size_t biss_fault_count(void);
-/* "flip", "glitch_ma", …; null where there is no such kind. */
+/* "flip", "glitch_ma", …; null if there is no such kind. */
 const char* biss_fault_name(size_t kind);
-/* What it does, without a full stop; null where there is no such kind. */
+/* The effect of a fault, without a full stop; null if there is no such kind. */
 const char* biss_fault_effect(size_t kind);
 
 /* ---- The far end of a line ---- */
@@ -58,9 +58,10 @@ typedef struct biss_line_setup {
   /* Rules as in `biss simulate --fault`, separated by white space: "flip:0.01 cut@40,clock=12.25".
    * Null: none. */
   const char* faults;
-  /* The encoder is the caller's, and the line is the cable with its faults. A fall of MA more than
-   * 1.25 periods after the one before begins a request. `position` and `registers` must be null
-   * and false; what else describes the encoder has no effect, as has biss_line_set_flags(). */
+  /* The caller has the encoder, and the line is only the cable with its faults. A fall of MA more
+   * than 1.25 periods after the one before begins a request. `position` and `registers` must be
+   * null and false; the other members for the encoder have no effect, nor has
+   * biss_line_set_flags(). */
   bool foreign_encoder;
 } biss_line_setup;
 
@@ -75,7 +76,7 @@ biss_line_setup biss_line_defaults(const char* format, uint32_t clock_hz);
  * cycle twice. */
 biss_status biss_line_open(const biss_line_setup* setup, biss_line** line);
 
-/* The index in setup->faults of the rule that is wrong; 0 where none is. */
+/* The index in setup->faults of the wrong rule; 0 if no rule is wrong. */
 size_t biss_line_fault_at(const biss_line_setup* setup);
 
 typedef struct biss_line_output {
@@ -85,11 +86,11 @@ typedef struct biss_line_output {
 } biss_line_output;
 
 /* To be called at each change of MA, or of SLO of the caller's encoder, and at the deadline;
- * further calls change nothing. What was due before `now_ps` happens first. `encoder_slo` is
- * ignored where the encoder is not the caller's.
+ * further calls change nothing. Events due before `now_ps` happen first. `encoder_slo` is ignored
+ * if the encoder is not the caller's.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_REENTERED,
- * BISS_VALUE_RANGE: as biss_slave_step(), BISS_NO_MEMORY: the line works no more, and every further
- * step returns this. */
+ * BISS_VALUE_RANGE: as biss_slave_step(), BISS_NO_MEMORY: the line no longer works, and every
+ * further step returns this. */
 biss_status biss_line_step(biss_line* line, int64_t now_ps, bool ma, bool encoder_slo,
                            biss_line_output* out);
 
@@ -99,25 +100,25 @@ biss_status biss_line_set_flags(biss_line* line, bool nE, bool nW);
 
 #define BISS_LINE_PLACES 16
 
-/* Where a fault begins in a request. */
+/* The place in a request at which a fault begins. */
 typedef struct biss_fault_place {
   uint32_t kind; /* as for biss_fault_name() */
   bool is_bit;   /* a bit of data and checksums; false: a period of MA, from its first fall */
   uint64_t thousandths; /* of a bit or a clock */
 } biss_fault_place;
 
-/* The last request that began, as far as it has come. A request begins where MA falls after a rest
+/* The last request that began, as far as it has come. A request begins when MA falls after a rest
  * as long as the encoder's timeout, or while the encoder is idle after an answer. A shorter rest is
  * part of the request: a gap between the bytes of an SPI master. */
 typedef struct biss_line_request {
   uint64_t number;  /* counts from 0 */
   int64_t begin_ps; /* MA fell at the master */
-  /* The encoder took a position; 0 and 1 in all that follows where it did not. If it took several
+  /* The encoder took a position; if not, all members from here on are 0 or 1. If it took several
    * after a fault: the first one that it sent whole, else began to send, else took. */
   bool sampled;
   int64_t sampled_ps;
   uint32_t channel_count;
-  biss_channel channels[BISS_MAX_CHANNELS]; /* what it sends where no fault changes it */
+  biss_channel channels[BISS_MAX_CHANNELS]; /* what it sends if no fault changes it */
   uint64_t faults;                          /* in this request: bit k for kind k */
   uint32_t place_count; /* of faults with a place; `places` has the first ones */
   biss_fault_place places[BISS_LINE_PLACES];
@@ -128,18 +129,18 @@ typedef struct biss_line_request {
 biss_status biss_line_request_of(const biss_line* line, biss_line_request* request);
 
 /* Makes a register of the encoder available: 0x00 to 0x3F of a bank 0 to 255; 0x40, which selects
- * the bank (the bank it starts with is `value`); 0x41 to 0x7F, where `bank` is ignored. The encoder
+ * the bank (the bank it starts with is `value`); 0x41 to 0x7F, with `bank` ignored. The encoder
  * has this value again when it has lost its supply. At first no register is available.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_REENTERED, BISS_NO_REGISTER: the setup says that there
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_REENTERED, BISS_NO_REGISTER: in the setup there
  * are none, or no such address or bank. */
 biss_status biss_line_put_register(biss_line* line, uint32_t bank, uint32_t address, uint8_t value,
                                    bool writable);
 
-/* The register as it is now, also where the master may not read it. Errors as above. */
+/* The register as it is now, even if the master may not read it. Errors as above. */
 biss_status biss_line_register(biss_line* line, uint32_t bank, uint32_t address, uint8_t* value);
 
-/* The encoder's state as biss_slave_state(); null for a handle that is not open, and where the
- * encoder is the caller's. */
+/* The encoder's state as biss_slave_state(); null for a handle that is not open, or if the encoder
+ * is the caller's. */
 const char* biss_line_state(const biss_line* line);
 
 /* Null is allowed. Not from its own callback. */

@@ -1,4 +1,4 @@
-/* What the C11 unit of the tests gives to the C++ ones. */
+/* Functions of the C11 unit of the tests for the C++ ones. */
 #pragma once
 
 #include "capi/biss_c.h"

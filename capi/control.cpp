@@ -143,7 +143,7 @@ void biss_control_close(biss_control* control) { biss::capi::destroy_handle(cont
 
 biss_status biss_control_read(biss_control* control, uint32_t id, uint32_t address, size_t count) {
   if (const auto wrong = biss::capi::begin(control); wrong != BISS_OK) return wrong;
-  // What does not fit is no possible request, either.
+  // A request for more registers than fit becomes an impossible request: bad_request.
   const bool fits = count <= control->bytes.size();
   control->read_count = fits ? count : 0;
   control->session.read(fits ? id : biss::control_max_slaves, address,

@@ -1,4 +1,4 @@
-// What a master does with a session: biss_control as seen from biss_master.
+// The functions of a control session that a master calls: biss_control for biss_master.
 #pragma once
 
 #include "biss/base/units.hpp"
@@ -7,7 +7,7 @@
 
 namespace biss::capi {
 
-/// Takes the CDS of a frame. \return the CDM that ends it; false where the handle is not open
+/// Takes the CDS of a frame. \return the CDM that ends it; false if the handle is not open
 bool step_control(biss_control* control, Picoseconds now, CdsBit cds);
 bool is_control(const biss_control* control);
 

@@ -1,4 +1,4 @@
-// What the handles of the C interface need: texts and numbers of C as the core's types.
+// Conversions for the handles of the C interface: texts and numbers of C to the core's types.
 #pragma once
 
 #include <algorithm>

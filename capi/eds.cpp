@@ -23,7 +23,7 @@ struct Parts {
       std::copy(std::begin(device.channel[i]), std::end(device.channel[i]), channels[i].begin());
       if (device.has_channel[i]) image.profiles[i] = &channels[i];
     }
-    // The identifier is that of the channel, where there is one only.
+    // The identifier belongs to the channel if there is only one.
     const bool single = !device.has_common || channel_count(image) == 1;
     if (device.has_profile && device.profile != 0 && single) {
       image.identifiers[0] = static_cast<std::uint16_t>(device.profile);

@@ -1,4 +1,4 @@
-// Frames of the core as those of C, and the handle of a format.
+// Frames of the core as frames of C, and the handle of a format.
 #pragma once
 
 #include "biss/base/result.hpp"

@@ -28,7 +28,7 @@ HandleAddress address_of(const Handle* handle) {
 
 /// False: no memory. \pre the address is not 0 and not open
 bool add_handle(HandleAddress address, HandleKind kind);
-/// Nothing where it is not open.
+/// Does nothing if it is not open.
 void remove_handle(HandleAddress address);
 /// Whether this handle is open and of this kind. Other threads may open and close others meanwhile.
 bool is_open(HandleAddress address, HandleKind kind);
@@ -70,13 +70,13 @@ biss_status check_call(const Handle* handle, const Pointers*... needed) {
   return is_open(handle) ? BISS_OK : BISS_BAD_HANDLE;
 }
 
-/// For check_call(): null only where there are bytes.
+/// For check_call(): `bytes`, but a valid pointer if there are no bytes.
 inline const void* given(const std::uint8_t* bytes, std::size_t count) {
   static constexpr char none{};
   return count == 0 ? &none : static_cast<const void*>(bytes);
 }
 
-/// Nothing where it is not open.
+/// Does nothing if it is not open.
 template <class Handle>
 void destroy_handle(Handle* handle) {
   if (!is_open(handle)) return;

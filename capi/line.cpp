@@ -25,7 +25,7 @@ using sim::FaultRule;
 
 constexpr std::string_view usual_motion = "ramp";
 
-// A rule, and where it stands in the text.
+// A rule, and its place in the list.
 struct PlacedRule {
   FaultRule rule;
   std::size_t at = 0;
@@ -135,7 +135,7 @@ FarEndSetup from_c(const biss_line_setup& setup, const Device& device) {
   return result;
 }
 
-// What is wrong with a setup, and in which rule; else the setup of the far end.
+// The problem of a setup and its rule, or the setup of the far end.
 struct Checked {
   biss_status status = BISS_OK;
   std::size_t wrong_at = 0;
@@ -191,7 +191,7 @@ struct biss_line {
     return std::nullopt;
   }
 
-  // Where a register is; null: there is none.
+  // The address of a register; null: there is no such register.
   std::uint8_t* register_at(biss::sim::EncoderRegisters& registers, std::uint32_t bank,
                             std::uint32_t address) const {
     if (address > biss::reg::bsel && address < biss::register_count) {

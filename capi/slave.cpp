@@ -77,7 +77,7 @@ class CallbackSource {
     return frame;
   }
 
-  // What a predecessor sends goes on.
+  // The CDS of a predecessor is passed on.
   bool cds(bool predecessor) {
     if (registers_) return registers_->cds(predecessor);
     return (cds_ != nullptr && cds_(user_)) || predecessor;

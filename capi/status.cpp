@@ -47,7 +47,7 @@ constexpr std::array<StatusText, BISS_NO_CRC + 1> statuses{{
     {"no_crc", "a channel has no checksum: set unchecked to read it"},
 }};
 
-// CMake's version of the project, which is also that of the package.
+// CMake's version of the project, which is also the version of the package.
 static_assert(std::string_view(BISS_C_VERSION) == BISS_PROJECT_VERSION);
 static_assert(BISS_C_VERSION_NUMBER == BISS_PROJECT_VERSION_NUMBER);
 

@@ -24,7 +24,7 @@ struct biss_vcd {
 namespace biss::capi {
 namespace {
 
-// The names are those of the first printable characters.
+// The identifiers are the first printable characters.
 char id_of(std::size_t signal) { return static_cast<char>('!' + signal); }
 static_assert(BISS_VCD_SIGNALS <= '~' - '!');
 

@@ -14,7 +14,7 @@ constexpr std::size_t mistake_count = 8;
 constexpr std::uint8_t flag_bits = 2;
 // START and CDS.
 constexpr std::size_t before_data = 2;
-// Of the frames, the part that a rule must fit; some may be damaged.
+// The part of the frames that a rule must fit; some may be damaged.
 constexpr std::size_t fitting_percent = 85;
 constexpr std::size_t least_frames = 8;
 

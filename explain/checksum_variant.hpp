@@ -17,7 +17,7 @@ enum class Mistake : std::uint8_t {
   reversed,     ///< its bits are in reverse order
   no_flags,     ///< without nE and nW
   cds,          ///< CDS is included
-  previous,     ///< that of the frame before
+  previous,     ///< the checksum of the frame before
   lsb,          ///< of the position with the lowest bit first, then nE and nW
   all_lsb,      ///< of all data with the lowest bit first
   other_start,  ///< not inverted, or another start value
@@ -29,9 +29,9 @@ struct ChecksumVariant {
   Mistake mistake{};
   /// The only one; its checksum has the error, if formats have a word for it.
   ChannelFormat channel{};
-  /// What is left of the checksum, for `other_start` and `constant`.
+  /// The constant rest of the checksum, for `other_start` and `constant`.
   std::uint64_t rest = 0;
-  /// A format that reads the positions; empty where none does.
+  /// A format that reads the positions; empty if no format does.
   std::string format{};
 
   /// \param raw START, CDS, data, checksum … \param before the frame before it
@@ -40,7 +40,7 @@ struct ChecksumVariant {
   std::uint64_t rest_of(BitView raw, BitView before) const;
 };
 
-/// What is wrong with the checksum, for the evidence.
+/// The mistake in words, for the evidence.
 std::string_view text_of(Mistake mistake);
 
 /// A frame without the right checksum, and the one before it: from START on.

@@ -44,7 +44,7 @@ constexpr double also_apart = 12;
 // (1 + b / weight_scale)^-weight_power: rounded from what tests/explain/fit.py printed for development seeds.
 constexpr double weight_scale = 1.2;
 constexpr double weight_power = 1.5;
-// What is less likely is not listed.
+// Less likely causes are not listed.
 constexpr double least_likelihood = 0.015;
 // Without a format no checksum is judged: damaged frames look like good ones.
 constexpr double healthy_without_format = 0.5;
@@ -105,7 +105,7 @@ class Diagnosis {
     Bits bits{};
     for (const Model& model : models()) {
       std::vector<Part> parts = model.parts;
-      // Only where SLO is read inverted is it the master who asks while the encoder is busy.
+      // Requests while the encoder is busy are due to inversion only if SLO was read inverted.
       if (model.cause == slo_inverted && !context_.reading.slo_inverted) parts.resize(1);
       // By the format that the frames show, the checksum is right.
       if (model.cause == wrong_format && shows_other_format()) parts.push_back(other_checksum);
@@ -188,7 +188,7 @@ class Diagnosis {
   // A second cause, if it explains some requests that the first one does not.
   void add_second(Cause first, Bits& bits) const {
     if (first == not_biss) return;
-    // What frames say that the master cuts, no checksum proves.
+    // If the master cuts frames, no checksum proves their bits, so two of them must show the error.
     const bool cut = first == master_stops_early || first == ack_longer_than_master_waits;
     if (cut && evidence_.cut_errors.count >= 2) list_second(encoder_error, bits);
     if (4 * evidence_.good < evidence_.cycles && !evidence_.usual.checksum) return;
@@ -237,7 +237,7 @@ class Diagnosis {
     at(demanded_, cause) += price;
     all_demanded_ += price;
   }
-  // What an account with this cause alone costs besides its requests.
+  // The cost of an account with this cause alone, without its requests.
   double note_on(Cause cause) const {
     const auto c = static_cast<std::size_t>(cause);
     return notes_[c] + all_demanded_ - demanded_[c];
@@ -250,7 +250,7 @@ class Diagnosis {
     }
   }
 
-  // What the whole capture says for a cause and against it.
+  // Evidence of the whole capture for and against each cause.
   void note() {
     notes_.fill(cause_price);
     for (const Model& model : models()) {
@@ -300,8 +300,8 @@ class Diagnosis {
   // Smeared edges are of the cable if there are many.
   bool is_smeared() const { return share(evidence_.count(smeared)) > 0.15; }
 
-  // An encoder that counted a clock too many sends STOP where the last bit is expected; one that
-  // missed a clock sends the last bit where STOP is expected.
+  // An encoder that counted a clock too many sends STOP in place of the last bit; an encoder that
+  // missed a clock sends the last bit in place of STOP.
   void note_slips() {
     const std::uint64_t failed = evidence_.failed_checks;
     if (failed < 5) return;
@@ -360,7 +360,7 @@ class Diagnosis {
            context_.candidates.front().channel_list[0].crc.present();
   }
 
-  // The fields are those of the format, and the checksum is a usual one done wrong.
+  // The fields are the same as in the format, and the checksum is a usual one done wrong.
   bool differs_in_maker_error(const FrameFormat& found) const {
     if (found.channel_count != 1 || context_.format->channel_count != 1) return false;
     FrameFormat same = found;

@@ -29,9 +29,9 @@ struct OtherProtocol {
   std::string why;
 };
 
-/// What is known beside the cycles.
+/// Information besides the cycles.
 struct Context {
-  /// By which frames are judged; empty where none is known.
+  /// The format by which frames are judged; empty if none is known.
   std::optional<FrameFormat> format;
   /// The user has given it.
   bool given = true;
@@ -40,12 +40,12 @@ struct Context {
   DeviceTiming timing;
   /// The master of this link compensates the line delay; empty: not known.
   std::optional<bool> compensated;
-  /// How the capture was read. The evidence is that of these lines.
+  /// How the capture was read. The evidence is from these lines.
   Reading reading;
   std::optional<IdentifiedFormat> identified;
-  /// Formats that the frames may have where none is sure, the most likely first.
+  /// Possible formats of the frames if none is sure, the most likely first.
   std::vector<FrameFormat> candidates;
-  /// Where the frames change their length: each format, and its cycles.
+  /// If the frames change their length: each format, and its cycles.
   std::string format_parts;
   std::optional<OtherProtocol> other;
 };
@@ -53,8 +53,8 @@ struct Context {
 /// A likely cause.
 struct Finding {
   Cause cause{};
-  /// 0 to 1, never 1; those of all findings add up to about 1, or less: without a format `healthy`
-  /// has 0.5 at most.
+  /// 0 to 1, never 1. The likelihoods of all findings add up to about 1, or less: without a format
+  /// `healthy` has 0.5 at most.
   double likelihood = 0;
   /// By how many bits the account of the capture with this cause is longer than the shortest one.
   double bits = 0;

@@ -18,7 +18,7 @@ using wire::Level;
 
 // A gap is a multiple of the step within a share of the step.
 constexpr std::int64_t grid_tolerance = 12;
-// Gaps longer than this many steps say nothing about the step.
+// Gaps longer than this many steps are no evidence of the step.
 constexpr std::int64_t grid_steps = 40;
 constexpr std::size_t rows_kept = 4096;
 
@@ -32,8 +32,8 @@ bool warns(const Frame& frame) {
   return std::any_of(channels.begin(), channels.end(), [](const auto& each) { return !each.nW; });
 }
 
-// The limits of the master, the encoder and its times. What else `check` judges has a cause of its
-// own.
+// The limits of the master, the encoder and its times. The other rules of `check` have causes of
+// their own.
 constexpr Rule limit_rules[] = {Rule::ack_shortest,   Rule::ack_longest,  Rule::clock_max,
                                 Rule::clock_min,      Rule::clock_change, Rule::cycle_min,
                                 Rule::duty,           Rule::ma_level,     Rule::timeout_shortest,
@@ -140,7 +140,7 @@ Observer::Observer(const ObserverSetup& setup, std::span<const wire::Edge> begin
   pricer_.emplace(setup.format, evidence_.resolution, evidence_.usual);
 }
 
-// Edges from here on may be looked at.
+// Edges from this time on are still needed.
 Picoseconds Observer::needed_from() const {
   return waiting_.empty() ? last_end_ : waiting_.front().second.time;
 }
@@ -226,7 +226,7 @@ const Evidence& Observer::finish(Picoseconds end_time) {
   return evidence_;
 }
 
-// Without a format the decoder cannot tell that the capture ends within a request.
+// Without a format the decoder cannot detect that the capture ends within a request.
 bool Observer::is_cut_at_end(const Cycle& cycle, Picoseconds end_of_capture) const {
   const Picoseconds end = decode::shifted(cycle.time, cycle.clocked);
   return evidence_.cycles != 0 && cycle.rising_edges < evidence_.usual.clocks &&
@@ -272,7 +272,8 @@ void Observer::process(const Waiting& waiting, std::optional<Picoseconds> next, 
 }
 
 void Observer::note_unusual(std::uint64_t number, const Cycle& cycle, const Prices& prices) {
-  // What a request most cheaply is; a foreign word or a literal only where nothing else is.
+  // The cheapest kind of the request. The last two kinds, a foreign word and a literal, are used
+  // only if no other kind is possible.
   auto cheapest = std::min_element(prices.begin(), prices.end() - 2);
   if (*cheapest == impossible) cheapest = prices.end() - 1;
   const auto kind = static_cast<RequestKind>(cheapest - prices.begin());
@@ -300,7 +301,7 @@ void Observer::add_row(const Prices& prices) {
   evidence_.rows.push_back(row);
 }
 
-// What only the whole capture shows about frames that were plain.
+// Moves frames that were plain to a kind that only the whole capture shows.
 void Observer::move_good(RequestKind to, const Sightings& seen) {
   const std::uint64_t count = std::min(seen.count, plain_);
   if (count == 0) return;

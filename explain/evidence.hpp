@@ -1,4 +1,4 @@
-// What a capture shows about its link: the price of each request, counts and times, in bounded
+// Evidence in a capture about its link: the price of each request, counts and times, in bounded
 // memory.
 #pragma once
 
@@ -19,15 +19,15 @@
 
 namespace biss::explain {
 
-/// The smallest step of all edge times, where the capture has sampled the lines.
+/// The smallest step of all edge times, if the capture has sampled the lines.
 ///
-/// A file of changes does not give its sample period. Where all gaps between edges are whole
-/// multiples of the smallest one, and one level of MA lasts a step more at times, that gap is the
-/// sample period. (High and low alone may differ by a step: an uneven duty does that.)
+/// A file of changes does not give its sample period. If all gaps between edges are whole multiples
+/// of the smallest one, and one level of MA lasts a step more at times, that gap is the sample
+/// period. (High and low alone may differ by a step: an uneven duty does that.)
 class SampleGrid {
  public:
   void push(wire::Edge edge, wire::LineIndex ma);
-  /// Nothing where the edges lie on no coarse grid.
+  /// Nothing if the edges do not lie on a coarse grid.
   std::optional<Picoseconds> step() const;
 
  private:
@@ -60,7 +60,7 @@ struct Evidence {
   /// Cycles, without those that an end of the capture cuts.
   std::uint64_t cycles = 0;
   std::uint64_t good = 0;
-  /// Requests by what they most cheaply are.
+  /// Requests by their cheapest kind.
   std::array<Sightings, kind_count> kinds{};
   std::vector<Row> rows;
   Usual usual;
@@ -68,8 +68,8 @@ struct Evidence {
   Sightings warnings;
   /// Frames that MA cuts, with nE = 0.
   Sightings cut_errors;
-  /// The longest time for which the turns are not those of the singleturn, in frames, and steps
-  /// beyond all others.
+  /// The longest time for which the turns do not match the singleturn, in frames; and steps beyond
+  /// all others.
   std::uint64_t late_turns = 0;
   Sightings steps;
   std::vector<Exceeded> limits;
@@ -82,26 +82,26 @@ struct Evidence {
   /// Cycles with ACK in time and START, and those with a good frame among them.
   std::uint64_t answered = 0;
   std::uint64_t passed = 0;
-  /// Of frames with a wrong checksum: their number, with the last CRC bit 0, and with STOP 1; and
-  /// those whose position is a likely one.
+  /// Frames with a wrong checksum: their number, those with the last CRC bit 0, with STOP 1, and
+  /// with a likely position.
   std::uint64_t failed_checks = 0;
   std::uint64_t last_bit_low = 0;
   std::uint64_t stops_high = 0;
   std::uint64_t likely_positions = 0;
-  /// Of requests with ACK and START: the last two bits that the master has clocked.
+  /// In requests with ACK and START: the last two bits that the master has clocked.
   std::array<std::uint64_t, 4> last_bits{};
-  /// Of requests that end before the last bit of the format.
+  /// Requests that end before the last bit of the format.
   std::uint64_t truncated = 0;
   std::uint64_t truncated_low = 0;
   decode::Distribution truncated_ack_clocks;
   decode::Distribution missing_bits;
-  /// Of good cycles.
+  /// In good cycles.
   decode::Distribution ack_clocks;
   decode::Distribution good_rest;
   decode::Distribution release;
   /// Rising edges of MA after STOP, in good cycles with a format.
   decode::Distribution extra_clocks;
-  /// Of all cycles in which they were measured.
+  /// In all cycles in which they were measured.
   decode::Distribution period;
   decode::Distribution line_delay;
   decode::Distribution rising_edges;
@@ -116,7 +116,7 @@ struct Evidence {
   /// All edges in the capture.
   std::uint64_t ma_edges = 0;
   std::uint64_t slo_edges = 0;
-  /// Given, or found by SampleGrid; 0 where edges are exact.
+  /// Given, or found by SampleGrid; 0 if edges are exact.
   Picoseconds resolution{};
 
   const Sightings& seen(RequestKind kind) const { return kinds[static_cast<std::size_t>(kind)]; }
@@ -152,9 +152,9 @@ class Observer {
   /// The next edges, or the next stretch of the capture as arrays.
   void take(std::span<const wire::Edge> edges);
   void take(const decode::PairRun& run);
-  /// Looks at the cycles so far, whose edges must have come.
+  /// Examines the cycles so far, whose edges must have come.
   void settle();
-  /// After the last cycle. \return valid as long as this object
+  /// After the last cycle. \return evidence that is valid during the life of this object
   const Evidence& finish(Picoseconds end_time);
 
  private:
@@ -181,7 +181,7 @@ class Observer {
   Picoseconds last_end_{};
   std::uint64_t plain_ = 0;
   std::uint64_t silence_ = 0;
-  // Of the unusual requests, one in N has a row.
+  // One in this many of the unusual requests has a row.
   std::uint64_t stride_ = 1;
   std::uint64_t unusual_ = 0;
   // Good frames whose sign of life is not one more than before.

@@ -129,8 +129,8 @@ void Plausibility::judge_step(const Step& step) {
   }
 }
 
-// Turns that follow late let the position fall back at each zero of the singleturn, and then go on.
-// A position that only begins again never jumps ahead.
+// If the turns are updated late, the position falls back at each zero of the singleturn and later
+// jumps ahead. A position that only wraps around never jumps ahead.
 void Plausibility::judge_turn(const Step& before, const Step& judged) {
   const std::int64_t jump = judged.way - before.way;
   const auto size = static_cast<std::uint64_t>(jump < 0 ? -jump : jump);
@@ -166,7 +166,7 @@ Sightings Plausibility::steps() const {
   const std::size_t far = fastest(jumps_per_mille) + far_beyond;
   for (std::size_t bits = far; bits < apart_.size(); ++bits) seen.add(apart_[bits]);
   for (std::size_t width = 0; width < wraps_.size(); ++width) {
-    // Where no position needs more bits, it goes round.
+    // If no position needs more bits, the position wraps around.
     const bool round = static_cast<std::size_t>(std::bit_width(ever_set_)) < width;
     if (!round && wraps_[width].bits >= far) seen.add(wraps_[width].seen);
   }

@@ -21,8 +21,8 @@ class Plausibility {
   /// The next cycle.
   void push(std::uint64_t number, const decode::Cycle& cycle);
 
-  /// Frames whose turns do not belong to their singleturn: by the turns of the format, or because the
-  /// position has fallen back by a power of two, and goes on from there.
+  /// Frames whose turns do not belong to their singleturn: by the turns of the format, or because
+  /// the position has fallen back by a power of two, and continues from there.
   Sightings turns() const { return shows_falls() ? falls_ : turns_; }
   /// The longest time in a row for which they do not.
   std::uint64_t longest() const { return shows_falls() ? longest_fall_ : longest_; }
@@ -76,12 +76,12 @@ class Plausibility {
   // The last steps, the newest one first.
   std::array<Step, 4> steps_{};
   std::size_t known_ = 0;
-  // By the number of bits of their speed: all steps, those that stand out of their neighbours, and
-  // those of them that the next step takes back.
+  // By the number of bits of their speed: all steps, the steps that stand out from their
+  // neighbours, and the outstanding steps that the next step takes back (spikes_).
   std::array<std::uint64_t, 65> all_{};
   std::array<Sightings, 65> apart_{};
-  // Of these, by their power of two, steps that are as long as the ring of a position with unused
-  // high bits; and the bits of all positions.
+  // Outstanding steps as long as the ring of a position with unused high bits, by their power of
+  // two; and the bits of all positions.
   struct Wrap {
     Sightings seen;
     std::size_t bits = 0;

@@ -15,10 +15,9 @@ struct Reading {
   bool slo_inverted = false;
 };
 
-/// Chooses polarity as decode::find_polarity(), and exchanges MA and SLO where the capture reads
-/// well that way and hardly at all as `lines` say.
-/// \param lines as named by the user or the capture; what is inverted there stays so and is not a
-///   change
+/// Chooses polarity as decode::find_polarity(), and exchanges MA and SLO if the capture reads well
+/// that way and hardly at all with `lines`.
+/// \param lines as named by the user or the capture; an inversion there stays and is not a change
 /// \param beginning edges from the beginning of the capture
 Reading choose_reading(const decode::Lines& lines, std::span<const wire::Edge> beginning,
                        const decode::CycleReader& reader);

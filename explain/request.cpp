@@ -28,7 +28,7 @@ constexpr std::int64_t pulse_share = 5;
 constexpr std::int64_t pulse_percent = 60;
 // Clocks further apart than this, in per cent of a period, have a pause between them.
 constexpr std::int64_t pause_percent = 140;
-// Prices in bits; docs/explain.md says what each stands for.
+// Prices in bits; docs/explain.md explains each of them.
 constexpr float edge_price = 12;
 constexpr float flip_edge_price = 6;
 constexpr float pause_price = 7;
@@ -66,9 +66,9 @@ std::size_t tail_of(BitView bits, bool level) {
   return tail;
 }
 
-// Parts of requests, between which MA pauses for longer than the decoder waits: most rests are alike
-// and short, what comes after a longer one begins with ACK at the same line delay, and hardly one of
-// the others has ACK and START there.
+// Parts of requests, between which MA pauses for longer than the decoder waits: most rests are
+// alike and short, the part after a longer rest begins with ACK at the same line delay, and hardly
+// any other part has ACK and START there.
 std::optional<Picoseconds> find_groups(std::span<const Cycle> cycles, Picoseconds period) {
   std::vector<Picoseconds> rests;
   decode::Distribution seen;
@@ -241,7 +241,7 @@ bool Pricer::is_plain(const Cycle& cycle) const {
   const Picoseconds off = *cycle.line_delay - usual_.delay;
   const Picoseconds tolerance = tolerance_of_grid(period, resolution_);
   if (std::max(off, -off) > tolerance) return false;
-  // MA may pause for a part of a period. Its last edge rises, or falls where it rests low.
+  // MA may pause for a part of a period. Its last edge rises, or falls if MA rests low.
   const auto clocked = std::int64_t{cycle.rising_edges} * *cycle.period -
                        (cycle.cdm == true ? Picoseconds{} : *cycle.period / 2);
   if (cycle.pauses != 0 || cycle.clocked > clocked + 2 * *cycle.period / 5 + resolution_ ||
@@ -436,7 +436,7 @@ Prices Pricer::read(const CycleEdges& edges, bool thorough) {
     set(prices, RequestKind::silent, 0.5F);
   } else {
     price_frame(edges, prices);
-    // What the encoder takes for a part of the request before.
+    // The encoder takes this request for a part of the one before.
     const auto rest = rest_before(edges.cycle);
     if (rest && shortest_rest_ && 10 * *rest < 9 * *shortest_rest_) {
       set(prices, RequestKind::hurried, 8 + clocks / 4);
@@ -489,7 +489,7 @@ Result<Frame, FrameFault> Pricer::judge(BitView bits) const {
   return decode_payload(bits, FrameStart{view_.start, 1, 1}, *codec_);
 }
 
-// The first bits after CDS, by their change from those of another frame.
+// The first bits after CDS, by their change from another frame.
 float Pricer::frame_change(BitView before, std::size_t size) const {
   const auto [value, bits] = number_of(view_.frame().from(2), size);
   const auto [last, last_bits] = number_of(before.from(2), size);
@@ -516,7 +516,7 @@ float Pricer::data_price(BitView frame, bool moves_on) const {
   return price;
 }
 
-// Where an axis is that moves on as between the last two good frames.
+// The position of an axis that moves on as between the last two good frames.
 std::uint64_t Pricer::due_position(std::size_t k) const {
   const unsigned unused = 64 - std::max(1U, channels_[k].format.position_bits());
   const auto step = static_cast<std::int64_t>(steps_[k] << unused) >> unused;
@@ -674,7 +674,7 @@ bool Pricer::has_strong_checksum() const {
   return codec_->format().channel_list[0].crc.width_bits >= 6;
 }
 
-// The frame with what mends it.
+// The price of the corrected frame.
 float Pricer::mended_price(BitView bits) const {
   if (!judge(bits).ok()) return impossible;
   return ack_price(view_.ack_clocks()) + data_price(bits.from(view_.start), has_strong_checksum());
@@ -692,7 +692,7 @@ float Pricer::flip_price() const {
   return best;
 }
 
-// The encoder has taken a clock twice, or missed one: the frame with it mended, and STOP.
+// The encoder has taken a clock twice, or missed one: the frame with the clock corrected, and STOP.
 float Pricer::slip_price() const {
   const BitView bits = view_.bits.view();
   const std::size_t begin = view_.start + 2;
@@ -712,8 +712,8 @@ float Pricer::slip_price() const {
     shorter.append(bits.from(at + 1));
     best = std::min(best, mended_price(shorter.view()));
   }
-  // After a clock too many STOP is where the last bit was; after one too few the last bit is where
-  // STOP was.
+  // After a clock too many, STOP is in place of the last bit; after one too few, the last bit is in
+  // place of STOP.
   const bool fits = !bits[end - 1] || (end < bits.size_bits() && bits[end]);
   return best + count_price(2 * std::size_t{usual_.payload_bits}) + (fits ? 2.0F : 8.0F);
 }
@@ -731,7 +731,7 @@ bool Pricer::is_part(const CycleEdges& edges) const {
 // MA stays low after it, or the requests before or after it are missing.
 bool Pricer::is_held(const CycleEdges& edges) const {
   if (edges.cycle.cdm == true) return true;
-  // Only where requests come at a rate. A master that waits for START sends all its clocks.
+  // This needs requests at a constant rate. A master that waits for START sends all its clocks.
   constexpr std::uint32_t least_regular = 8;
   if (regular_ < least_regular || 4 * regular_ < 3 * intervals_) return false;
   if (view_.clocks() >= fewest_clocks_ || view_.ack_clocks() > longest_ack_) return false;
@@ -740,8 +740,8 @@ bool Pricer::is_held(const CycleEdges& edges) const {
          (last_request_ && decode::elapsed(*last_request_, edges.cycle.time) > long_time);
 }
 
-// START, CDS and STOP: a frame without a channel. Where ACK is one clock, or other frames are whole, a
-// master that compensates the line delay sends the clocks of it as well.
+// START, CDS and STOP: a frame without a channel. If ACK is one clock, or other frames are whole, a
+// master that compensates the line delay also sends the clocks of the delay.
 bool Pricer::is_brief() const {
   const std::size_t start = view_.start;
   const std::int64_t period = std::max<std::int64_t>(view_.period.count, 1);
@@ -802,7 +802,7 @@ void Pricer::price_tails(Prices& prices) const {
   if (zeros >= least_zeros) set(prices, RequestKind::zeros, where + 4 + before(zeros) + off);
 }
 
-// The answer is not where it usually is: late, or with the falling edges of MA.
+// The answer is not at its usual place: late, or with the falling edges of MA.
 void Pricer::price_moved(const CycleEdges& edges, Prices& prices) {
   const auto fall = std::find_if(edges.slo.begin(), edges.slo.end(), [](const LevelChange& change) {
     return change.level == Level::low;

@@ -1,4 +1,4 @@
-// What a request may be, and what each possibility costs in bits: the fewer, the better it predicts
+// The possible kinds of a request, and the cost of each in bits: the lower, the better it predicts
 // the edges that were seen.
 #pragma once
 
@@ -48,7 +48,7 @@ enum class RequestKind : std::uint8_t {
   delay_part,      ///< a good frame, the line delay differs by a part of a period
   delay_clocks,    ///< a good frame, clocks later than usual
   stop_high,       ///< STOP is 1, the frame otherwise good
-  cds_high,        ///< CDS is 1 where the format says 0, the frame otherwise good
+  cds_high,        ///< CDS is 1, 0 by the format; the frame otherwise good
   other_ack,       ///< START outside the bounds of the encoder, the frame otherwise good
   other_checksum,  ///< the checksum is right by a maker's rule
   foreign,         ///< each clock is a bit of a number that moves
@@ -64,21 +64,21 @@ std::string_view text_of(RequestKind kind);
 using Prices = std::array<float, kind_count>;
 inline constexpr float impossible = 1e9F;
 
-/// What the requests of a capture usually look like, from its beginning.
+/// The usual shape of the requests of a capture, from its beginning.
 struct Usual {
   Picoseconds period{};
-  /// Of it, for how long MA is high.
+  /// How long MA is high in a period.
   Picoseconds high{};
   Picoseconds delay{};
-  /// Between CDS and STOP: of the format, else as many as the frames have.
+  /// The number of bits between CDS and STOP: from the format, else from the frames.
   unsigned payload_bits = 0;
   /// Rising edges of MA.
   std::uint32_t clocks = 0;
   std::optional<ChecksumVariant> checksum;
-  /// Hardly a frame has the right checksum, and no rule fits.
+  /// Almost no frame has the right checksum, and no rule fits.
   bool no_checksum_fits = false;
-  /// Where requests come in groups, each of which begins as a request of BiSS C does: the usual rest
-  /// in a group.
+  /// If requests come in groups, each of which begins like a request of BiSS C: the usual rest in a
+  /// group.
   std::optional<Picoseconds> rest_in_group;
 };
 /// \param cycles from the beginning of the capture
@@ -98,18 +98,18 @@ class Pricer {
 
   /// From the last edge of MA before to this request.
   std::optional<Picoseconds> rest_before(const decode::Cycle& cycle) const;
-  /// Of the request read last.
+  /// In the request read last.
   unsigned ma_pulses() const { return view_.ma_pulses; }
   unsigned slo_pulses() const { return view_.slo_pulses; }
   Picoseconds smear() const { return view_.smear; }
-  /// Its checksum is wrong, and its position is near that of the frame before.
+  /// Its checksum is wrong, and its position is near the position of the frame before.
   bool position_is_likely() const { return view_.likely; }
   /// By its bits, which no checksum proves, the encoder reports an error.
   bool shows_error() const;
 
  private:
   using Bits = FrameBits;
-  // A channel, and where it begins: from START on.
+  // A channel, and its first bit, counted from START.
   struct Place {
     ChannelFormat format;
     std::size_t at = 0;
@@ -125,12 +125,12 @@ class Pricer {
     unsigned pauses = 0;
     // SLO changes in a pause.
     bool gave_up = false;
-    // Changes of SLO that are not where a bit begins.
+    // Changes of SLO that are not at the beginning of a bit.
     float off_grid = 0;
     Picoseconds smear{};
     bool likely = false;
     Bits bits;
-    // Indexes of ACK and START; past the end where there is none.
+    // Indexes of ACK and START; past the end if missing.
     std::size_t ack = 0;
     std::size_t start = 0;
 
@@ -175,7 +175,7 @@ class Pricer {
   Usual usual_;
   std::vector<Place> channels_;
   View view_;
-  // Of the good frames before.
+  // From the good frames before.
   std::array<std::uint32_t, 512> acks_{};
   std::uint32_t frames_ = 0;
   std::uint16_t longest_ack_ = 0;

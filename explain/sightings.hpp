@@ -1,4 +1,4 @@
-// How often something was seen, and where.
+// How often something was seen, and in which cycles.
 #pragma once
 
 #include <algorithm>

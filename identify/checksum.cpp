@@ -17,7 +17,7 @@ namespace biss::identify {
 
 namespace {
 
-// Of all frames, the share in which a checksum must be right to be tried, and the share in which the
+// The share of all frames in which a checksum must be right to be tried, and the share in which the
 // bits after a frame must be as after its end.
 constexpr double least_share = 0.35;
 constexpr double least_end_share = 0.8;
@@ -32,7 +32,7 @@ constexpr double most_worse = 80;
 constexpr double misfit_cost = 8;
 constexpr unsigned longest_channel = max_data_bits + max_crc_bits;
 
-// ---- What a choice costs, in bits
+// ---- The cost of a choice, in bits
 
 double width_cost(unsigned width) {
   constexpr std::array<double, 9> costs{7, 7, 7, 7, 7, 4.5, 0.5, 8, 6};
@@ -68,7 +68,7 @@ double channel_cost(const ChannelLayout& channel) {
          (channel.crc.deviates() ? 12 : 0);
 }
 
-// Of one channel more.
+// The cost of one channel more.
 double further_channel_cost(std::size_t channels) {
   constexpr std::array<double, 4> costs{0.3, 2.7, 4, 3};
   return costs[std::min(channels, costs.size() - 1)];
@@ -82,7 +82,7 @@ double unknown_share(const ChannelLayout& channel, bool still_begin) {
     share += std::exp2(own - width_cost(width) - 4.0 - (channel.crc.start != 0 ? 3.0 : 0.2) -
                        data_weight * width * (channel.rank + 1.0));
   }
-  // A channel that stands still in front of this one looks the same as a start value.
+  // A constant channel in front of this one looks the same as a start value.
   if (channel.crc.start != 0 && still_begin) share += std::exp2(channel.crc.width_bits - 6.0);
   return share;
 }
@@ -104,7 +104,7 @@ std::uint32_t divided_by_x(std::uint32_t value, unsigned by, std::uint32_t gener
 }
 
 // The checksum whose words, of one length, have this remainder. Start value and inversion cannot be
-// separated: without a start value where that is possible, else inverted.
+// separated: the result has no start value if possible; else it is inverted.
 CrcSpec spec_of(std::uint32_t generator, unsigned data_bits, std::uint32_t rest) {
   CrcSpec spec{generator, 0, static_cast<std::uint8_t>(degree(generator)), rest != 0};
   if (rest != 0) {
@@ -118,8 +118,8 @@ class ChannelCheck {
  public:
   explicit ChannelCheck(const ChannelLayout& channel) : channel_(channel), crc_(channel.crc) {}
 
-  // The checksum is right; false where the frame is too short.
-  // \param before the frame before; null where it is not known
+  // The checksum is right; false if the frame is too short.
+  // \param before the frame before; null if it is not known
   bool is_right(const Sample& sample, const Sample* before) const {
     const CrcSpec& crc = channel_.crc;
     if (sample.bits.size_bits() < channel_.end()) return false;
@@ -208,8 +208,8 @@ class LayoutSearch {
     double rating = 0;
   };
 
-  // Half of the frames by their number, half by their patterns: where most frames are alike, few of
-  // the frames differ, and where many are damaged, few of the patterns are right.
+  // Half of the frames by their number, half by their patterns. If most frames are alike, few of
+  // the frames differ; if many are damaged, few of the patterns are right.
   std::size_t draw_pattern(std::size_t draw) {
     return draw % 2 == 0 ? random_() % patterns_.size()
                          : frames_.pattern[random_() % frames_.pattern.size()];
@@ -283,7 +283,7 @@ class LayoutSearch {
     const std::uint16_t* const from = pairs_.row(begin);
     const std::uint16_t* const to = pairs_.row(end);
     const std::uint16_t* const last_moved = last_moved_.data() + end * differences;
-    // Without branches, and as often as the compiler knows, so that it counts many at once.
+    // Without branches and with a fixed number of rounds, so that the compiler vectorises the loop.
     std::uint16_t agree = 0;
     std::uint16_t differ = 0;
     for (std::size_t w = 0; w < differences; ++w) {
@@ -475,7 +475,7 @@ class LayoutSearch {
     return {.channels = {{0, std::min(end, max_data_bits), {}}}, .right = {}};
   }
 
-  // ---- What is left of the account
+  // ---- The rest of the account
 
   void complete(Layout& layout) const {
     const std::vector<ChannelCheck> checks(layout.channels.begin(), layout.channels.end());
@@ -563,7 +563,7 @@ class LayoutSearch {
   std::vector<bool> ends_;
   SumTable pairs_;
   SumTable table_;
-  // Of each difference, how many of its first bits there are up to the last one that is 1.
+  // For each difference, the number of its bits up to the last one that is 1.
   std::vector<std::uint16_t> last_moved_;
   std::vector<float> votes_;
   // By their first bit.

@@ -1,4 +1,4 @@
-// Where the channels of a frame end, and the checksum of each.
+// The ends of the channels of a frame, and the checksum of each.
 //
 // For a generator g let S(e) be the sum of bit_i x^-i mod g over the first e bits of a frame. The
 // bits from b to e leave the same remainder in all frames exactly if S(e) ^ S(b) is the same in
@@ -22,7 +22,7 @@ struct ChannelLayout {
   unsigned data_bits = 0;
   /// Without a width: the channel has no checksum, or none was found.
   CrcSpec crc;
-  /// Of the last data bits, those that the checksum does not cover (CrcSpec::without_flags).
+  /// The number of last data bits that the checksum does not cover (CrcSpec::without_flags).
   unsigned flags = 0;
   /// How many differences of the data are independent: each confirms the checksum once.
   unsigned rank = 0;
@@ -45,9 +45,9 @@ struct FrameSet {
 
   unsigned length = 0;
   std::vector<const Sample*> samples;
-  /// Of each sample, the one before where it answers the request before.
+  /// For each sample, the one before if it answers the request before.
   std::vector<const Sample*> before;
-  /// Of each sample, its pattern.
+  /// For each sample, its pattern.
   std::vector<std::size_t> pattern;
   std::vector<Pattern> patterns;
 };
@@ -76,8 +76,8 @@ struct Layout {
   }
 };
 
-/// The layouts that may fit the frames, at most `most`. Empty where there is no frame. The last one
-/// is that without any checksum.
+/// The layouts that may fit the frames, at most `most`. Empty if there is no frame. The last one
+/// has no checksum.
 std::vector<Layout> find_layouts(const FrameSet& frames, std::size_t most);
 
 }  // namespace biss::identify

@@ -218,7 +218,7 @@ double Timeline::rough_cost(std::span<const std::uint64_t> values, unsigned bits
 }
 
 double Timeline::cost(std::span<const std::uint64_t> values, unsigned bits) const {
-  // Without jumps where the value goes over its end, and without single values that stand apart.
+  // Without the jumps at a wrap-around of the value, and without single values that stand apart.
   std::vector<std::uint64_t> path(values.begin(), values.end());
   std::vector<bool> apart(values.size());
   std::size_t unpredicted = 0;
@@ -254,7 +254,7 @@ double Timeline::cost(std::span<const std::uint64_t> values, unsigned bits) cons
     }
     rough[p] = {p < 2 ? 0 : sizes, p};
   }
-  // Those of the smallest residuals, and the simple ones.
+  // The predictors with the smallest residuals, and the simple ones.
   std::sort(rough.begin(), rough.end());
   std::array<double, 4> costs{};
   for (std::size_t k = 0; k < costs.size(); ++k) {
@@ -309,7 +309,7 @@ double counter_cost(std::span<const CounterValue> values, unsigned bits) {
                              std::uint64_t steps) {
       return before.value >= first && now.value == (before.value - first + steps) % modulus + first;
     };
-    // The last value that followed at its cycle: what comes late does not change what is next.
+    // The last value that followed at its cycle: a late value does not change the next one.
     CounterValue last = values[0];
     double exceptions = 0;
     double cost = 0;

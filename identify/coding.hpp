@@ -12,7 +12,7 @@
 
 namespace biss::identify {
 
-/// Of the bits of the data, the share that counts. Every coder is a little wrong, and its error
+/// The share of the data bits that counts. Every coder is a little wrong, and its error
 /// grows with the number of frames.
 inline constexpr double data_weight = 0.6;
 
@@ -44,7 +44,7 @@ class Timeline {
   std::vector<bool> begins_;
   // The weights of the values at these times, the nearest first: their sum is the prediction.
   std::map<std::pair<std::size_t, std::vector<double>>, std::vector<double>> extrapolations_;
-  // Of each predictor and frame.
+  // For each predictor and frame.
   std::array<std::vector<const std::vector<double>*>, predictors> weights_;
 };
 

@@ -47,7 +47,7 @@ double coding_cost(Coding coding) {
   return costs[static_cast<std::size_t>(coding)];
 }
 
-// The width of a position: those of the catalogue are likelier.
+// The cost of the width of a position: the widths in the catalogue are likelier.
 double position_width_cost(unsigned bits) {
   static const std::array<double, max_data_bits + 1> costs = [] {
     std::array<double, max_data_bits + 1> counts{};
@@ -127,7 +127,7 @@ class FieldSearch {
 
   // ---- Divisions of the bits
 
-  // What a bit costs that is a flag of each polarity, or padding.
+  // The cost of a bit as a flag of each polarity, or as padding.
   struct BitCosts {
     double low_active = 0;
     double high_active = 0;
@@ -226,8 +226,8 @@ class FieldSearch {
     divisions_.push_back(fields);
   }
 
-  // Bits that count the frames may be a position at constant speed, unless they are where a safety
-  // word has them.
+  // Bits that count the frames may be a position at constant speed, unless they are at the place of
+  // the counter in a safety word.
   void doubt_counters() {
     double with = HUGE_VAL;
     double without = HUGE_VAL;
@@ -271,7 +271,7 @@ class FieldSearch {
     std::uint64_t repeats = 0;
     const bool safety_word = is_safety(life) && life.shift == 0;
     for (std::size_t i = 0; i < words_.data.size(); ++i) {
-      // A frame that comes again says no more about the counter than about the position.
+      // A repeated frame is no new evidence of the counter, as it is none of the position.
       const bool again = safety_word && i > 0 && words_.data[i] == words_.data[i - 1];
       if (!again) values.push_back({life.of(words_.data[i]), words_.cycles[i], repeats});
       repeats = again ? repeats + 1 : 0;
@@ -290,9 +290,9 @@ class FieldSearch {
     all_.push_back(fields);
   }
 
-  // What flags and padding cost more that are as random as the lowest bit of a position. Next to the
-  // position they are as likely that bit, unless it makes the position far dearer: every coder is a
-  // little worse with one bit more.
+  // The additional cost of flags and padding that are as random as the lowest bit of a position.
+  // Next to the position they are as likely that bit, unless it makes the position far more
+  // expensive: every coder is a little worse with one bit more.
   double doubt_of_bits(const Fields& fields, Coding coding, unsigned split) {
     constexpr double least_doubt = 3;
     const ChannelFormat& channel = fields.channel;
@@ -332,7 +332,7 @@ class FieldSearch {
     const double least = Timeline::rough_cost(numbers(place, binary, 0), top);
     for (unsigned split = least_split; split < top; ++split) {
       for (const Coding coding : {singleturn_gray, multiturn_gray, both_gray, two_tracks}) {
-        // Turns of which few were seen are in Gray code if the singleturn is.
+        // If few turns were seen, they are assumed to be in Gray code if the singleturn is.
         const unsigned above = top - split;
         if (coding == multiturn_gray && above < least_turn_bits) continue;
         if (coding == two_tracks && above < least_split) continue;
@@ -343,7 +343,8 @@ class FieldSearch {
           rough += Timeline::rough_cost(values, top - split);
         }
         if (rough > 0.9 * least) continue;
-        // A lower track that is noise is no track, nor is one that carries.
+        // A lower track of noise is not a track. Neither is a lower track with a carry to the upper
+        // one.
         const double noise = 0.6 * data_weight * split * static_cast<double>(words_.data.size());
         if (coding == two_tracks && (number_cost(field_of(place.shift, split), binary, 0) > noise ||
                                      is_carried(numbers(place, binary, 0), split, top))) {
@@ -356,7 +357,7 @@ class FieldSearch {
     }
   }
 
-  // Where the bits below `split` go over their end, the speed of the bits above changes.
+  // Whether the speed of the bits above changes when the bits below `split` wrap around.
   static bool is_carried(const std::vector<std::uint64_t>& values, unsigned split, unsigned top) {
     std::array<double, 2> seen{};
     std::array<double, 2> changed{};
@@ -402,7 +403,7 @@ class FieldSearch {
       for (const std::uint64_t each : values) moving.push_back(each >> low & low_mask(bits));
       const double moved = timeline_.cost(moving, bits) - bits;
       cost += moved;
-      // The lowest bits of a position that moves may stand still by its scale.
+      // The lowest bits of a position that moves may be constant because of its scale.
       if (low != 0) {
         for (std::uint64_t& each : values) each &= low_mask(low + bits);
         const double scaled = timeline_.cost(values, low + bits) - low - bits;

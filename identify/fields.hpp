@@ -1,5 +1,5 @@
-// What the data bits of a channel mean: position, flags, sign of life, padding. The meaning that
-// takes the fewest bits to write the frames down is the likeliest.
+// The meaning of the data bits of a channel: position, flags, sign of life, padding. The meaning
+// that takes the fewest bits to write the frames down is the likeliest.
 #pragma once
 
 #include <cstddef>
@@ -37,7 +37,7 @@ struct Fields {
   unsigned split = 0;
   /// Bits that were seen as 0 and as 1.
   std::uint64_t moved = 0;
-  /// Of `moved`, those of the position.
+  /// The bits in `moved` that belong to the position.
   std::uint64_t position_moved = 0;
   /// In bits, the choice of the meaning included.
   double cost = 0;
@@ -49,7 +49,7 @@ struct ChannelWords {
   std::vector<std::uint64_t> cycles;
 };
 
-/// All meanings, the likeliest first; empty where there is no word.
+/// All meanings, the likeliest first; empty if there is no word.
 /// \param layout of the channel
 std::vector<Fields> find_fields(const ChannelWords& words, const Timeline& timeline,
                                 const ChannelLayout& layout);

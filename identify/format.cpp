@@ -111,7 +111,7 @@ bool is_alike(const ChannelFormat& known, const Fields& seen) {
          std::countr_zero(position_of(known)) == std::countr_zero(position_of(seen.channel));
 }
 
-// The encoder answers on CDS. It does so only where the master asks, and then with two ones or more;
+// The encoder answers on CDS. It does so only if the master asks, and then with two ones or more;
 // other ones are damage, as long as they are rare.
 bool answers_on_cds(const FrameSet& frames, const Layout& layout) {
   constexpr double most_damage = 0.1;
@@ -126,7 +126,8 @@ bool answers_on_cds(const FrameSet& frames, const Layout& layout) {
          static_cast<double>(ones) > most_damage * static_cast<double>(frames.samples.size());
 }
 
-// Names the encoders; where one reads the frames alike, its format gives the names of the bits.
+// Adds the names of the encoders. If an encoder reads the frames alike, its format gives the names
+// of the bits.
 void compare_with_catalogue(FormatCandidate& candidate, bool cds) {
   struct Known {
     FrameFormat format;
@@ -221,7 +222,7 @@ FormatFinding find_format(std::span<const Sample> samples) {
   const std::vector<Layout> layouts = find_layouts(frames, most_layouts);
   const std::vector<double> requests = requests_of(frames);
   std::vector<Hypothesis> hypotheses;
-  // Of all layouts, and of each that its checksum fits by chance.
+  // The costs of all layouts, and for each layout the cost that its checksum fits by chance.
   std::vector<double> costs;
   for (std::size_t i = 0; i < layouts.size(); ++i) {
     const Layout& layout = layouts[i];

@@ -23,19 +23,19 @@ struct FormatCandidate {
   std::vector<std::string_view> encoders;
   /// Other formats of the catalogue that these frames cannot separate from this one.
   std::vector<FrameFormat> equal;
-  /// Of each channel.
+  /// One for each channel.
   std::vector<Fields> fields;
   Layout layout;
 };
 
 /// The format of the frames, as far as they show it.
 struct FormatFinding {
-  /// The most likely first; empty where there is no frame, or no bit before where one could end.
+  /// The most likely first; empty if there is no frame, or no bit before a possible end.
   std::vector<FormatCandidate> candidates;
   /// No bit of a position has moved: the format cannot be known.
   bool still = false;
 
-  /// Used without asking: the first candidate, where it is sure.
+  /// The first candidate if it is sure enough to be used without asking.
   const FormatCandidate* sure() const;
 };
 
@@ -53,13 +53,13 @@ FormatFinding find_format(std::span<const Sample> samples);
 struct FormatPart {
   std::uint64_t from_cycle = 0;
   std::uint64_t to_cycle = 0;
-  /// Of most frames, after CDS.
+  /// The length of most frames, after CDS.
   unsigned bits = 0;
   FormatFinding finding;
 };
 
-/// The parts of a capture whose frames change their length or their format: one where they do not,
-/// or where frames of several lengths alternate. Empty where there is no frame.
+/// The parts of a capture whose frames change their length or their format: one part if they do
+/// not, or if frames of several lengths alternate. Empty if there is no frame.
 std::vector<FormatPart> find_parts(std::span<const Sample> samples);
 
 }  // namespace biss::identify

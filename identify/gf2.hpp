@@ -8,7 +8,7 @@
 
 namespace biss::identify {
 
-/// Of degree 127 at most: a channel has 80 bits.
+/// The degree is at most 127: a channel has 80 bits.
 using Polynomial = unsigned __int128;
 
 /// Returns -1 for the polynomial 0.
@@ -35,7 +35,7 @@ constexpr Polynomial common_divisor(Polynomial a, Polynomial b) {
   return a;
 }
 
-/// Divides by x as often as that leaves no remainder. 0 stays 0.
+/// Removes all factors x. 0 stays 0.
 constexpr Polynomial without_x(Polynomial p) {
   while (p != 0 && (p & 1U) == 0) p >>= 1U;
   return p;

@@ -1,5 +1,5 @@
-// The logarithm of the gamma function. That of the C++ library writes a global variable for the sign, so
-// that two threads race.
+// The logarithm of the gamma function. The function of the C++ library writes the sign to a global
+// variable, a race between two threads.
 #pragma once
 
 #include <math.h>

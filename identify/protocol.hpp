@@ -48,14 +48,14 @@ struct ProtocolGuess {
   std::string why;
 };
 
-/// Judges which protocol the lines carry from their levels alone, best first; never empty. Another
-/// protocol than BiSS C is first only where it is clear, else `unknown` is.
+/// Judges which protocol the lines carry from their levels alone, best first; never empty. A
+/// protocol other than BiSS C is first only if it is clear; else `unknown` is first.
 ///
 /// Examines the first changes of the busiest lines, in both roles and both polarities. Time and
 /// memory are bounded.
 /// \param beginning edges from the beginning of the capture, in time order
 /// \param lines the number of lines of the capture
-/// \param sample_period the time between two samples of the capture; 0 where it holds changes
+/// \param sample_period the time between two samples of the capture; 0 if it holds changes
 /// \param end the end of `beginning`, not before its last edge
 std::vector<ProtocolGuess> recognise_protocol(std::span<const wire::Edge> beginning,
                                               std::size_t lines, Picoseconds sample_period,

@@ -60,17 +60,17 @@ double agreeing_bits(const Layout& layout, unsigned length) {
   return std::max(exact && bits >= least_bits_of_a_type ? certain_bits : bits, layout.score);
 }
 
-// What the good cycles have in common.
+// The common structure of the good cycles.
 struct Structure {
-  // Those that are answered with the usual delay and the usual ACK, after CDS.
+  // The bits after CDS in cycles with the usual delay and the usual ACK.
   std::vector<Sample> samples;
   FrameSet frames{{}, 0};
-  // Of the requests.
+  // The share of the requests.
   double share = 0;
   std::int64_t clocks = 0;
   std::int64_t ack_clocks = 0;
   std::int64_t line_delay = 0;
-  // SLO's release after the last edge of MA; 0 where it is not seen.
+  // SLO's release after the last edge of MA; 0 if it is not seen.
   std::int64_t release = 0;
   // The checksum that explains the frames best, and the bits for it.
   Layout checksum;
@@ -127,12 +127,12 @@ Structure structure_of(const std::vector<Cycle>& requests, bool any_ack) {
 // SSI with several words in a burst repeats its word.
 bool repeats(const FrameSet& frames) {
   constexpr std::size_t overlap_min = 14;
-  // A first bit of 1 looks like a line delay of a clock, and as many bits at the end are no longer
-  // of the word.
+  // First bits of 1 look like a line delay in clocks, and as many bits at the end no longer belong
+  // to the word.
   constexpr std::size_t after_the_end = 6;
   for (std::size_t distance = 12; distance + overlap_min + after_the_end / 2 < frames.length;
        ++distance) {
-    // Two words of nothing but zeros are no repetition.
+    // Two words of zeros only are not a repetition.
     bool varied = false;
     const double same = share_of(frames.patterns, [&](const FrameSet::Pattern& word) {
       const BitView view = word.sample->bits.view();
@@ -151,12 +151,12 @@ bool repeats(const FrameSet& frames) {
   return false;
 }
 
-// How sure the words are those of BiSS C where no checksum says so.
+// The confidence that the words are BiSS C if no checksum proves it.
 double confidence_of_structure(const Structure& structure, std::size_t pulses) {
-  // Of clocks or pauses between clocks, what no SSI encoder sends: the longest word and its STOP.
+  // More clocks than any SSI encoder sends: the longest word and its STOP.
   const bool long_for_ssi = pulses > 36;
   const bool bytes = pulses % 8 == 0;
-  // What an SSI encoder's monoflop releases.
+  // The release fits the monoflop of an SSI encoder.
   const Picoseconds release{structure.release};
   const bool monoflop =
       release.count == 0 || (release > microseconds(8) && release < microseconds(40));

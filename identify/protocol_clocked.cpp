@@ -74,8 +74,8 @@ bool is_select(const Pair& pair) {
   return 10 * std::max(high, held - high) >= 9 * bursts.size();
 }
 
-// Where in a period the data changes: the mean direction, where a period is a full turn, from the
-// edges that leave the idle level and from those that return to it.
+// The place in a period at which the data changes: the mean direction, with a full turn for a
+// period, from the edges that leave the idle level and from the edges that return to it.
 void measure_phase(Pair& pair) {
   constexpr double turn = 2 * std::numbers::pi;
   const auto& clock = pair.line.changes;
@@ -160,7 +160,7 @@ std::vector<Bits> words_at(const Pair& pair, double phase, bool inverted) {
 // ---- SSI
 
 // Data rests at one level, then a bit with each return of the clock to idle, then the other level
-// for a fixed time. Of several words in a row only the first one begins at rest.
+// for a fixed time. If several words follow one another, only the first one begins at rest.
 void try_ssi(const Pair& pair, const BissTrial& biss, Guesses& guesses) {
   constexpr std::size_t longest = 40;
   const std::vector<Transfer>& transfers = pair.transfers;
@@ -216,7 +216,7 @@ void try_spi(const Pair& pair, const std::vector<Pair>& pairs, const BissTrial& 
   const bool selected = std::any_of(
       pairs.begin(), pairs.end(), [&](const Pair& each) { return &each != &pair && each.selects; });
   double confidence = selected ? 0.93 : 0.8;
-  // Sensors on SPI have checksums too; a select line says which it is.
+  // Sensors on SPI have checksums too; a select line shows that it is SPI.
   if (biss.checked && !selected) confidence *= 0.4;
   guesses.push_back({Protocol::spi, confidence * bytes,
                      fmt::format("bursts of {} clocks, idle {}, data in step with them{}",
@@ -278,7 +278,7 @@ struct EndatFit {
 };
 
 // F1, F2 and position of `count` bits, then the CRC. Only words that differ up to there count. The
-// clocks end with the CRC, or with that of additional information: START, 24 bits, CRC.
+// clocks end with the CRC, or with the CRC of additional information: START, 24 bits, CRC.
 EndatFit fit_of_count(const std::vector<BitView>& words, std::size_t length_bits, unsigned count,
                       bool plain) {
   std::set<std::uint64_t> different;
@@ -301,7 +301,7 @@ EndatFit fit_of_count(const std::vector<BitView>& words, std::size_t length_bits
 }
 
 EndatFit fit_endat(const Pair& pair, bool inverted, double phase) {
-  // What the encoder sends after its START, the first 1 after the bits of the master.
+  // The words that the encoder sends after its START, the first 1 after the bits of the master.
   const std::vector<Bits> all = words_at(pair, phase + 0.5, inverted);
   std::vector<BitView> words;
   std::size_t length_bits = 0;

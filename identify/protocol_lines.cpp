@@ -9,7 +9,8 @@ namespace {
 constexpr std::size_t busiest_lines = 8;
 constexpr std::size_t changes_kept = std::size_t{1} << 14U;
 
-// The mean of the intervals of two changes that are about as long as most of the short ones.
+// The mean of the intervals over two changes, for intervals about as long as most of the short
+// ones.
 double period_of_changes(const Trace& line) {
   std::vector<double> doubles;
   for (std::size_t i = 0; i + 2 < line.changes.size(); ++i) {
@@ -21,7 +22,7 @@ double period_of_changes(const Trace& line) {
 
 void find_bursts(Trace& line) {
   ClockShape& clock = line.clock;
-  // Of a period: the level is held longer than this only between two bursts.
+  // In periods: the level is held longer than this only between two bursts.
   constexpr double gap_share = 1.3;
   std::vector<std::size_t> ends;
   std::size_t highs = 0;

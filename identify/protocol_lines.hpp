@@ -20,7 +20,7 @@ inline double length(Picoseconds from, Picoseconds to) {
   return static_cast<double>(decode::elapsed(from, to).count);
 }
 
-/// The same, negative where `to` is before `from`.
+/// The same, negative if `to` is before `from`.
 inline double offset(Picoseconds from, Picoseconds to) {
   return from <= to ? length(from, to) : -length(to, from);
 }
@@ -40,7 +40,7 @@ double share_of(const Values& values, Property property) {
   return share(static_cast<std::size_t>(count), values.size());
 }
 
-/// The least of the most frequent ones; 0 where there is none.
+/// The least of the most frequent ones; 0 if there are no values.
 template <class Value>
 Value most_frequent(const std::vector<Value>& values) {
   std::map<Value, std::size_t> counts;
@@ -51,7 +51,7 @@ Value most_frequent(const std::vector<Value>& values) {
   return most == counts.end() ? Value{} : most->first;
 }
 
-/// The one with this index in ascending order; 0 where there is none.
+/// The one with this index in ascending order; 0 if there are no values.
 template <class Value>
 Value nth_of(std::vector<Value> values, std::size_t index) {
   if (values.empty()) return 0;
@@ -64,7 +64,7 @@ Value median_of(const std::vector<Value>& values) {
   return nth_of(values, values.size() / 2);
 }
 
-/// The mean of the values from `least` to `most`; 0 where there is none.
+/// The mean of the values from `least` to `most`; 0 if there are no such values.
 double mean_within(const std::vector<double>& values, double least, double most);
 
 /// Share of the values within `tolerance` of the median.
@@ -118,7 +118,7 @@ struct Trace {
 std::vector<Trace> moving_lines(std::span<const wire::Edge> edges, std::size_t lines,
                                 double sample);
 
-/// What all trials look at.
+/// The data that all trials examine.
 struct Scene {
   /// All edges, for decode::Decoder.
   std::span<const wire::Edge> edges;
@@ -127,14 +127,14 @@ struct Scene {
   Picoseconds end{};
 };
 
-/// A line is a clock where this share of its changes is regular; BiSS C with faults has less.
+/// A line is a clock if this share of its changes is regular; BiSS C with faults has less.
 inline constexpr double clock_share = 0.7;
 inline constexpr double damaged_clock_share = 0.4;
 
 using Guesses = std::vector<ProtocolGuess>;
 
 struct BissTrial {
-  /// A checksum says that the words are those of BiSS C.
+  /// A checksum proves that the words are BiSS C.
   bool checked = false;
   /// The words consist of one that repeats, as SSI sends it.
   bool repeats = false;

@@ -36,7 +36,7 @@ Grid grid_of(const std::vector<double>& intervals) {
     }
     bit = bits == 0 ? 0 : time / bits;
   }
-  // Not where all edges are at one time.
+  // There is no grid if all edges are at one time.
   if (!(bit > 0)) return {};
   double off = 0;
   double measured = 0;
@@ -221,7 +221,7 @@ void try_serial(const Scene& scene, Guesses& guesses) {
     }
     const Grid grid = grid_of(intervals);
     try_dsl(line, intervals, grid, guesses);
-    // Beside a clock, data has a grid as well.
+    // Data next to a clock has a grid as well.
     try_words(line, grid, scene, clocked ? 0.4 : 1, guesses);
     try_noise(line, intervals, grid, scene.sample, noise);
   }

@@ -11,12 +11,12 @@
 
 namespace biss::identify {
 
-/// A frame whose structure is good: what follows CDS, as received.
+/// A frame whose structure is good: the bits after CDS, as received.
 struct Sample {
   /// Number of its request cycle.
   std::uint64_t cycle = 0;
   Picoseconds time{};
-  /// As received; 1 is an answer only where `asked`.
+  /// As received; 1 is an answer only if `asked`.
   bool cds = false;
   /// A control frame of the master may run, or its CDM was not seen.
   bool asked = false;

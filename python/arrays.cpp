@@ -54,11 +54,11 @@ class ArrayPiece final : public PairPiece {
   }
 
   bool whole() const { return read_ == to_; }
-  // Up to where the times do not fall.
+  // The end of the elements whose times do not fall.
   std::size_t read() const { return read_; }
 
  private:
-  // Writes every time and keeps those of a change, so that nothing depends on the levels.
+  // Writes every time and keeps the times of changes, so that no branch depends on the levels.
   class Changes {
    public:
     explicit Changes(std::int64_t* times) : times_(times) {}

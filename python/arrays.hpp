@@ -1,4 +1,4 @@
-// Captures that lie in memory of the caller, or come in from there.
+// Captures in the caller's memory, or pushed from there.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,7 @@ struct EdgeArrays {
   Picoseconds sample_period{};
 };
 
-/// The arrays as a capture with the lines MA and SLO, read where they lie: they must outlive it.
+/// The arrays as a capture with the lines MA and SLO, read without a copy: they must outlive it.
 /// Fails with `empty`; reading fails with `time_backwards`.
 capture::Opened open_arrays(const EdgeArrays& arrays);
 
@@ -41,7 +41,7 @@ class EdgeQueue {
   void set_end(Picoseconds end) { end_ = std::max(end_, end); }
   bool empty() const { return edges_.empty(); }
   std::size_t size() const { return edges_.size(); }
-  /// What was queued goes to the reader.
+  /// The queued edges go to the reader.
   std::vector<wire::Edge> take() { return std::exchange(edges_, {}); }
   Picoseconds end_time() const { return end_; }
   Picoseconds sample_period() const { return period_; }

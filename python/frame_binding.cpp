@@ -76,7 +76,7 @@ class FormatObject {
       about["life_counter_bits"] = channel.life_counter.bits;
       const char* const error = channel.error.active_high ? "E" : "nE";
       const char* const warning = channel.warning.active_high ? "W" : "nW";
-      // Null is None.
+      // A null pointer becomes None.
       about["error"] = channel.error.present ? error : nullptr;
       about["warning"] = channel.warning.present ? warning : nullptr;
       about["crc_bits"] = channel.crc.width_bits;

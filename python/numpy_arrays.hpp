@@ -32,7 +32,7 @@ inline void check_shape(const py::array& array, const char* name) {
   }
 }
 
-/// The elements of a one-dimensional array of exactly this type, where they lie.
+/// The elements of a one-dimensional array of exactly this type, not copied.
 /// Raises TypeError for another type, UsageError for another shape or a gap between elements.
 template <class T>
 std::span<const T> elements_of(const py::array& array, const char* name) {

@@ -13,7 +13,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[1]
 
 
 class BuildByCmake(build_ext):
-    """The build folder is that of `make python`, so that nothing is compiled twice."""
+    """The build folder is the same as for `make python`, so that nothing is compiled twice."""
 
     def build_extension(self, ext):
         build = ROOT / "build-python"

@@ -14,7 +14,7 @@
 namespace biss::python {
 namespace {
 
-// What the command calls the capture in its messages.
+// The name of the capture in messages.
 constexpr const char* capture_name = "edges";
 
 std::string drawn_time(Picoseconds time) { return biss::text_of(time, 3); }

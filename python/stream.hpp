@@ -47,8 +47,8 @@ struct StreamSetup {
   Picoseconds sample_period{};
 };
 
-/// `biss decode` on edges that are pushed. Rows are those of the command on the same capture, where the
-/// format is given; else it is found in the beginning alone.
+/// `biss decode` on edges that are pushed. If the format is given, the rows are the same as from
+/// the command on the same capture; else the format is found in the beginning alone.
 class Stream {
  public:
   /// \param options of `biss decode`
@@ -57,7 +57,7 @@ class Stream {
   Stream(const Stream&) = delete;
   Stream& operator=(const Stream&) = delete;
 
-  /// Why nothing can be read: wrong usage, or the capture carries nothing that can be decoded.
+  /// Why nothing can be read: wrong usage, or the capture has no data that can be decoded.
   const std::optional<verbs::VerbError>& failure() const { return failure_; }
 
   /// \pre time is not before the last one, and not ended()
@@ -74,7 +74,7 @@ class Stream {
   std::vector<StreamRow> take_rows();
   /// Empty before the beginning has been read.
   const std::vector<report::Column>& columns() const { return columns_; }
-  /// Empty where it is not known.
+  /// Empty if it is not known.
   const std::string& format() const { return format_; }
   const std::string& summary() const { return host_.summary(); }
   const std::vector<std::string>& messages() const { return host_.lines(); }

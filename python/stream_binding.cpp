@@ -173,7 +173,7 @@ class StreamObject {
   void check_open() const {
     if (stream_.ended()) throw UsageError("the decoder is finished");
   }
-  // Of the first edge or sample of a call.
+  // Checks the time of the first edge or sample of a call.
   void check_time(Picoseconds time) const {
     if (time.count < last_time_) throw UsageError(backwards(0));
   }

@@ -25,7 +25,7 @@ class KeptRows final : public report::RowStore<Values> {
   std::vector<StoredColumn>& into_;
 };
 
-// What a verb prints and reads is in memory, and its rows if they are asked for.
+// Keeps the input and output of a verb in memory, and its rows on request.
 class VerbHost final : public verbs::MemoryHost {
  public:
   VerbHost(const VerbSetup& setup, VerbResult& result)

@@ -21,10 +21,10 @@ template <class T>
 using Values = std::vector<T, capture::Unfilled<T>>;
 using StoredColumn = report::StoredColumn<Values>;
 
-/// What a verb has said.
+/// The output of a verb.
 struct VerbResult {
   verbs::ExitStatus status = verbs::ExitStatus::done;
-  /// What the command writes to standard output; empty where `columns` has the rows.
+  /// The command's standard output; empty if `columns` has the rows.
   std::string output;
   std::string summary;
   std::vector<std::string> messages;
@@ -35,17 +35,17 @@ struct VerbResult {
 struct VerbSetup {
   /// In place of files of these names.
   std::map<std::string, verbs::GivenCapture> captures;
-  /// The rows go to VerbResult::columns where the verb reads captures to a table.
+  /// The rows go to VerbResult::columns if the verb reads captures to a table.
   bool keep_columns = false;
-  /// As MemoryHost::set_go_on() has it. Where it says no, the result has no meaning.
+  /// As in MemoryHost::set_go_on(). After it has returned false, the result has no meaning.
   std::function<bool()> go_on = [] { return true; };
 };
 
-/// Runs a verb, of which `view` is not one here. \param words,options see verbs::Command::run()
+/// Runs a verb; `view` is not available. \param words,options see verbs::Command::run()
 VerbResult run_verb(const std::vector<std::string>& words, const verbs::GivenOptions& options,
                     const VerbSetup& setup);
 
-/// The edges of MA and SLO in a capture, as EdgeArrays has them; an element for each edge.
+/// The edges of MA and SLO in a capture, as in EdgeArrays; an element for each edge.
 struct CaptureEdges {
   VerbResult result;
   std::string ma_name;
@@ -57,7 +57,7 @@ struct CaptureEdges {
 };
 
 /// Reads the capture that the words name as for `biss decode`, and finds MA and SLO in it. A line that
-/// is inverted is inverted back. Fails with `data_failed` also where a level is neither 0 nor 1.
+/// is inverted is inverted back. Also fails with `data_failed` if a level is neither 0 nor 1.
 CaptureEdges read_edges(const std::vector<std::string>& words, const verbs::GivenOptions& options,
                         const VerbSetup& setup);
 

@@ -40,7 +40,7 @@ verbs::GivenCapture edges_capture(const py::array& times, const py::array& ma, c
   return {[arrays](const verbs::InputArguments&) { return open_arrays(arrays); }};
 }
 
-// The content of a file, whose name tells its format where the content does not.
+// The content of a file; its name gives the format if the content does not.
 verbs::GivenCapture bytes_capture(const py::bytes& bytes, const std::string& name) {
   const std::string_view text = bytes;
   return {[text, name](const verbs::InputArguments& arguments) {
@@ -101,7 +101,7 @@ py::tuple tuple_of(StoredColumn& stored) {
       stored.column.bits, report::role_names[static_cast<std::size_t>(stored.column.role)]);
 }
 
-// Whether Python goes on: it may have got a signal.
+// Whether to continue: Python may have received a signal.
 bool goes_on() {
   const py::gil_scoped_acquire acquired;
   return PyErr_CheckSignals() == 0;

@@ -36,7 +36,7 @@ async function textsOf(options) {
 
 const worker = await textsOf({
   entryPoints: ['src/core/worker.ts'],
-  // The core asks where it lies, to find the bytes that the page gives to it.
+  // The core uses its own address to find the bytes that the page gives to it.
   define: { ...define, 'import.meta.url': '"file:///biss_core.mjs"' },
 });
 const page = await textsOf({

@@ -12,5 +12,5 @@ const biss = await loadBiss({ wasmBinary: fs.readFileSync(path.join(core, 'biss_
 const options = Object.fromEntries(biss.verbs().verbs.map((verb) =>
   [verb.name, verb.options.map(({ names, scope }) => ({ names, scope }))]));
 
-/** What sources of the page have from the core: `define` of esbuild. */
+/** Values of the core for the sources of the page: `define` of esbuild. */
 export const define = { WORDS: JSON.stringify(biss.words()), OPTIONS: JSON.stringify(options) };

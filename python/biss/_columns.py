@@ -40,7 +40,7 @@ class MaskedColumn(_ma.MaskedArray):  # type: ignore[misc]
 
     def astype(self, dtype: Any, order: Any = "K", casting: Any = None, subok: bool = True,
                copy: bool = True) -> Any:
-        """Raises UsageError where an empty cell makes floats of integers that these do not hold, as
+        """Raises UsageError if an empty cell makes floats of integers that floats cannot hold, as
         pandas.DataFrame(dict(rows)) does; ``casting="unsafe"`` rounds them."""
         if (casting is None and self.dtype.kind in "iu" and np.dtype(dtype).kind == "f" and
                 _ma.is_masked(self)):
@@ -75,7 +75,7 @@ class Columns(Mapping[str, MaskedArray]):
                 self._parts[name + "_bits"] = (name + "_bits", "unsigned", "", counts, None, [], None, 16,
                                                "value")
         self._made: dict[str, MaskedArray] = {}
-        #: What the command prints after its rows.
+        #: The text that the command prints after its rows.
         self.summary: str = summary
         #: Lines that the command prints on stderr, each without ``biss:``.
         self.messages: list[str] = messages if messages is not None else []
@@ -83,7 +83,7 @@ class Columns(Mapping[str, MaskedArray]):
 
     @property
     def rows(self) -> int:
-        """The number of rows; len() is that of the columns."""
+        """The number of rows; len() is the number of columns."""
         return self._rows
 
     @property
@@ -102,7 +102,7 @@ class Columns(Mapping[str, MaskedArray]):
         """A mask of the rows whose position may be used: the status is ``ok``, nE is 1 and the
         checksum is right, in every channel that has them. Safety verdicts do not count.
 
-        Raises UsageError where the columns do not show this.
+        Raises UsageError if the columns do not show this.
         """
         channels = ["", *(name[8:] for name in self if name[:8] == "position" and name[8:].isdigit())]
         for name in ("status", *(name for k in channels for name in (f"nE{k}", f"crc{k}_ok"))):
@@ -175,7 +175,7 @@ def _refilled(array: Any) -> Any:
 
 
 def absent_value(dtype: Any) -> Any:
-    """What is below the mask, so that it is taken for no value; None: of texts."""
+    """The value below the mask, unlikely as a real value; None for texts."""
     if dtype == np.uint8:
         return 255
     top = 1 << (8 * dtype.itemsize - 1)
@@ -184,7 +184,7 @@ def absent_value(dtype: Any) -> Any:
 
 def masked(values: np.ndarray[Any, Any], absent: np.ndarray[Any, Any] | None = None, bits: int = 0,
            fill: int | None = None) -> MaskedArray:
-    """An array whose values are absent where the other one is true; the widest has this many bits."""
+    """Masks the values for which `absent` is true; the widest value has `bits` bits."""
     if absent is None:
         return MaskedColumn(values)
     absent = absent.astype(bool)

@@ -19,7 +19,7 @@ class Channel:
 
     #: Unsigned; multiturn above singleturn.
     position: int
-    #: The sign of life; 0 where the channel has none.
+    #: The sign of life; 0 if the channel has none.
     life_counter: int = 0
     #: False: the encoder reports an error, the position must not be used.
     nE: bool = True
@@ -44,17 +44,17 @@ class Frame:
 
     @property
     def position(self) -> int:
-        """That of channel 1."""
+        """The position of channel 1."""
         return self.channels[0].position
 
     @property
     def nE(self) -> bool:
-        """That of channel 1."""
+        """nE of channel 1."""
         return self.channels[0].nE
 
     @property
     def nW(self) -> bool:
-        """That of channel 1."""
+        """nW of channel 1."""
         return self.channels[0].nW
 
     @property
@@ -103,7 +103,7 @@ def _frame(parts: tuple[Any, ...], **missing: bool) -> Frame:
 class Format:
     """The meaning of the bits of a frame: the text or the name that ``biss decode -f`` takes.
 
-    The timing of the device is that of its name; the options are those of the command:
+    The name gives the timing of the device; the options are the same as in the command:
     ``ack_max="16us"``, ``ack_clocks=4``, ``timeout="static:20us"``, ``clock_max="10MHz"``.
 
     Raises UsageError for a wrong text.
@@ -145,9 +145,9 @@ class Format:
 
     def encode(self, *channels: Channel | int, cds: bool = False, lead_clocks: int = 2,
                ack_clocks: int = 1) -> Bits:
-        """What an encoder sends: SLO once for each clock of MA, from the first one to STOP.
+        """Returns the bits of an encoder: SLO once for each clock of MA, from the first to STOP.
 
-        Each channel is a Channel, or its position. Raises UsageError where a value does not fit.
+        Each channel is a Channel, or its position. Raises UsageError if a value does not fit.
         """
         values = [each if isinstance(each, Channel) else Channel(each) for each in channels]
         return Bits(*self._format.encode(
@@ -159,8 +159,8 @@ class Format:
         """Finds and decodes the frame in these bits, which begin with the first clock of MA.
 
         ``data`` is Bits, bytes or a sequence of their numbers. ACK may have any length that BiSS C
-        allows. Raises FrameError with the cause. Without nE or CRC the frame says so, and is not
-        trusted.
+        allows. Raises FrameError with the cause. A frame without nE or CRC has a flag for it, and
+        is not trusted.
         """
         first = bits_of(first_bit, "first_bit", 32)
         if bits is not None:
@@ -235,7 +235,7 @@ class SpiReader:
         """The frames of an array of uint8 with a buffer in each row.
 
         Columns: ``status`` (``ok`` or the cause), then ``position``, ``life_counter``, ``nE`` and
-        ``nW``, masked where the status is not ok; with several channels, a column for each.
+        ``nW``, masked if the status is not ok; with several channels, a column for each.
         ``good()`` is the mask of the rows whose positions may be used.
         """
         if not isinstance(buffers, np.ndarray):

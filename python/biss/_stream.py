@@ -22,11 +22,11 @@ class Field(NamedTuple):
     end_ps: int
     #: ``request``, ``ACK``, ``START``, ``CDS``, a field of the format (``pos``, ``nE``, ``crc``;
     #: from the second channel on with its number, ``pos.2``), ``STOP``, ``timeout``, ``CDM``,
-    #: ``line delay``, ``bits`` where no format is known, ``no ACK``.
+    #: ``line delay``, ``bits`` if no format is known, ``no ACK``.
     name: str
-    #: Of a field or bit that was received whole.
+    #: The value of a field or bit that was received whole.
     value: int | None
-    #: Of a wrong checksum: what the received data need.
+    #: For a wrong checksum: the right one for the received data.
     expected: int | None
     #: It is not as it should be; an active error or warning of the encoder counts too.
     wrong: bool
@@ -34,12 +34,12 @@ class Field(NamedTuple):
     text: str
     #: The same for little room.
     brief: str
-    #: ``frame``, or ``delay`` or ``CDM``, which lie beside it.
+    #: ``frame``, or ``delay`` or ``CDM``, which are drawn next to it.
     track: str
 
 
 class Row(dict[str, Any]):
-    """A row of ``biss decode``: its columns by name, None where the cell is empty.
+    """A row of ``biss decode``: its columns by name, None for an empty cell.
 
     ``time_ns`` and other times are floats in nanoseconds, flags are 0 or 1, ``raw`` is the text.
     """
@@ -56,20 +56,22 @@ class Row(dict[str, Any]):
 
     @property
     def fields(self) -> list[Field]:
-        """What is on the line, in the order of time; empty unless the decoder has ``fields=True``."""
+        """The parts of the cycle, in the order of time; empty unless the decoder has
+        ``fields=True``."""
         return [Field(*each) for each in self._fields]
 
 
 class Decoder:
     """``biss decode`` on a capture that comes in piece by piece.
 
-    ``format`` is that of ``biss decode -f``; without it the format is found in the beginning.
-    ``options`` are those of ``biss decode`` with underscores: ``safety="rsm"``, ``invert_slo=True``,
-    ``only_errors=True``, ``resolution="10ns"``.
+    ``format`` is as for ``biss decode -f``; without it the format is found in the beginning.
+    ``options`` are the options of ``biss decode`` with underscores: ``safety="rsm"``,
+    ``invert_slo=True``, ``only_errors=True``, ``resolution="10ns"``.
 
-    The rows are those of ``biss decode`` on the same capture. The first ones come when ``beginning``
-    edges are there, because polarity, format and the rate of requests are measured in them; the
-    command takes as many as the default. A smaller number gives rows sooner and measures in less.
+    The rows are the same as from ``biss decode`` on the same capture. The first ones come when
+    ``beginning`` edges are there, because polarity, format and the rate of requests are measured in
+    them; the command takes as many as the default. A smaller number gives rows sooner and measures
+    in less.
 
     Several threads may use a decoder; it does the work of one at a time.
 
@@ -131,7 +133,7 @@ class Decoder:
     def finish(self, *, end_ps: int | None = None, end_sample: int | None = None) -> list[Row]:
         """The capture ends here, or with its last edge. Returns the last rows.
 
-        Raises DataError where no request cycle was found, as the command does.
+        Raises DataError if no request cycle was found, as the command does.
         """
         if end_ps is not None:
             end_ps = _int64(end_ps, "end_ps")
@@ -160,12 +162,12 @@ class Decoder:
 
     @property
     def format(self) -> str | None:
-        """The format that rows are read by; None where it is not known."""
+        """The format by which rows are read; None if it is not known."""
         return self._stream.format or None
 
     @property
     def summary(self) -> str:
-        """What the command prints after its rows; empty before finish()."""
+        """The text that the command prints after its rows; empty before finish()."""
         return self._stream.summary
 
     @property

@@ -19,8 +19,8 @@ from ._options import given_of, number_of
 class Capture:
     """A capture in memory, for every function that takes the path of a file.
 
-    Made by samples() or edges(). The arrays are read where they lie, so do not change them while a
-    function runs.
+    Made by samples() or edges(). The arrays are not copied, so do not change them while a function
+    runs.
     """
 
     def __init__(self, parts: tuple[Any, ...]) -> None:
@@ -66,9 +66,9 @@ class Capture:
              **options: Any) -> Capture:
         """The edges of MA and SLO in a file: edges(), with the arrays in ``arrays``.
 
-        ``ma`` and ``slo`` name the lines; an inverted line is inverted back. ``options`` are those of
-        ``biss decode``. Raises CaptureError and UsageError, and DataError where no lines look like MA
-        and SLO.
+        ``ma`` and ``slo`` name the lines; an inverted line is inverted back. ``options`` are the
+        options of ``biss decode``. Raises CaptureError and UsageError, and DataError if no lines
+        look like MA and SLO.
         """
         words, given = _sources((capture, *more), sample_rate)
         status, messages, _, _, period, *arrays = _core.edges(
@@ -79,7 +79,7 @@ class Capture:
 
     @property
     def arrays(self) -> tuple[Any, ...]:
-        """What the capture was made of: of edges, ``times_ps``, ``ma`` and ``slo``."""
+        """The arrays of the capture: for edges, ``times_ps``, ``ma`` and ``slo``."""
         return self._parts[:3] if len(self._parts) == 4 else self._parts[:1]
 
 
@@ -89,13 +89,13 @@ Source = Union[str, "os.PathLike[str]", Capture, np.ndarray]
 
 @dataclass
 class Result:
-    """What a verb of the command has said."""
+    """The output of a verb of the command."""
 
     #: The exit status: 0 done, 1 the data failed what was asked.
     status: int
-    #: What the command writes to standard output.
+    #: The command's standard output.
     output: bytes
-    #: What it prints after that on stderr.
+    #: The text after that on stderr.
     summary: str
     #: Single lines on stderr, without ``biss:``.
     messages: list[str] = field(default_factory=list)
@@ -164,13 +164,13 @@ def run(verb: str, *arguments: Source, sample_rate: int | str | None = None,
         **options: Any) -> Result:
     """Runs a verb of the command in this process: ``run("safety analyse", format="rsm")``.
 
-    ``arguments`` are words of the command line; where the verb reads a capture, a Capture or an array
+    ``arguments`` are words of the command line; if the verb reads a capture, a Capture or an array
     of samples (with ``sample_rate``) takes the place of a file. Without any argument ``sample_rate`` is the
     option of that name, which ``simulate`` has. An option has the name of the command with
     underscores; True gives it without a value, a list repeats it. Every verb but ``view`` is there.
 
-    Raises UsageError and CaptureError where the command's exit status is 2 and 3. Status 1, the data
-    failed what was asked, is in the result.
+    Raises UsageError if the command's exit status is 2, and CaptureError if it is 3. Status 1, the
+    data failed what was asked, is in the result.
     """
     return _run_on(verb, arguments, {**options, "sample_rate": sample_rate})
 
@@ -179,7 +179,7 @@ def records(verb: str, *arguments: Source, sample_rate: int | str | None = None,
             **options: Any) -> list[dict[str, Any]]:
     """The rows of a verb that has ``--to jsonl``, as dictionaries: ``records("encoders")``.
 
-    Integers above 2**53 are texts, as in the command's JSON. Raises DataError where there is no row
+    Integers above 2**53 are texts, as in the command's JSON. Raises DataError if there is no row
     because the data failed what was asked.
     """
     result = _run_on(verb, arguments, {**options, "sample_rate": sample_rate, "to": "jsonl"})
@@ -193,10 +193,10 @@ def decode(capture: Source, *more: Source, format: str | None = None,
     """Reads the positions in a capture: a row for each request cycle, as ``biss decode``.
 
     ``capture`` is the path of a file, a Capture, or an array of samples with ``sample_rate``. Without
-    ``format`` it is identified from the frames. ``options`` are those of ``biss decode``:
+    ``format`` it is identified from the frames. ``options`` are the options of ``biss decode``:
     ``only_errors=True``, ``columns="time_ns,position"``, ``safety="rsm"``, ``threads=2``.
 
-    Raises UsageError, CaptureError, and DataError where there is no request cycle.
+    Raises UsageError, CaptureError, and DataError if there is no request cycle.
     """
     for name in ("to", "output", "fail_on", "help"):
         if options.get(name) is not None:
@@ -209,7 +209,7 @@ def decode(capture: Source, *more: Source, format: str | None = None,
 
 
 def identify(capture: Source, *more: Source, **options: Any) -> list[dict[str, Any]]:
-    """What an unknown line carries: protocol and frame format, as ``biss identify --to jsonl``."""
+    """Identifies protocol and frame format of an unknown line, as ``biss identify --to jsonl``."""
     return records("identify", capture, *more, **options)
 
 
@@ -231,7 +231,7 @@ def registers(capture: Source, *more: Source, **options: Any) -> list[dict[str, 
 
 
 def compare(good: Source, bad: Source, **options: Any) -> list[dict[str, Any]]:
-    """What differs between two captures of a link, as ``biss compare --to jsonl``."""
+    """The differences between two captures of a link, as ``biss compare --to jsonl``."""
     return records("compare", good, bad, **options)
 
 
@@ -241,9 +241,9 @@ class Simulation:
 
     #: The lines at the master.
     capture: Capture
-    #: What the encoder sent, and the faults: a row for each request cycle, as texts.
+    #: The positions sent and the faults: a row for each request cycle, as texts.
     truth: list[dict[str, str]]
-    #: What the command prints on stderr.
+    #: The text of the command on stderr.
     summary: str
     messages: list[str]
 
@@ -272,7 +272,7 @@ def simulate(format: str | None = None, **options: Any) -> Simulation:
 def draw(capture: Source, *, cycle: int, svg: bool = False, **options: Any) -> str:
     """A request cycle as a drawing: text, or SVG.
 
-    Raises DataError where the capture has no such request cycle.
+    Raises DataError if the capture has no such request cycle.
     """
     result = _run_on("draw", (capture,), {"cycle": cycle, "to": "svg" if svg else "text", **options})
     if result.status == 1:

@@ -1,4 +1,4 @@
-"""The command beside the module: every test compares the two."""
+"""The command for comparison with the module: every test compares the two."""
 
 import csv
 import io
@@ -18,7 +18,7 @@ FAULTS = ["flip:0.05", "cut:0.01", "glitch_ma:0.02", "no_answer:0.01", "late_sta
 
 
 def run(*words, status=0):
-    """What the command writes to standard output."""
+    """The command's standard output."""
     done = subprocess.run([COMMAND, *map(str, words)], capture_output=True, check=False)
     assert done.returncode == status, done.stderr.decode()
     return done.stdout.decode()

@@ -17,7 +17,7 @@ GAPS = ["--fault", "no_answer:0.1", "--fault", "no_answer@5", "--fault", "no_ans
 
 @pytest.fixture(scope="module")
 def captures(folder):
-    """Of encoders with positions of many widths, with gaps in pairs too."""
+    """Captures of encoders with positions of many widths, with gaps in pairs too."""
     def one(text):
         return simulated(folder / f"gaps{abs(hash(text))}.csv", "-f", text, *GAPS,
                          *([] if "nE" not in text else ["--fault", "nE:0.2"]))
@@ -40,7 +40,7 @@ def copies_of(column):
 
 
 def numbers_without_mask(column):
-    """The values where the mask is dropped."""
+    """The values if the mask is dropped."""
     yield np.asarray(column)
     yield np.array(column)
     if isinstance(column, np.ma.MaskedArray):

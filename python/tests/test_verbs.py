@@ -1,4 +1,4 @@
-"""Every verb of the command is reachable, and says what the command says."""
+"""Every verb of the command is reachable, and has the same output as the command."""
 
 import ast
 import base64
@@ -145,7 +145,7 @@ def test_Evidence_HasTheTablesOfTheCommand(tmp_path):
 
 
 def embedded(page):
-    """What a report knows of the whole capture."""
+    """The data in a report about the whole capture."""
     text = re.search(r'id="biss-report">([^<]*)<', page.read_text())[1]
     return json.loads(gzip.decompress(base64.b64decode(text)))
 

@@ -21,9 +21,9 @@ followSearch();
 watchTheme();
 listenToKeys();
 effect(() => { document.title = file.value === undefined ? 'biss' : `${file.value.name} – biss`; });
-// Whether something is being asked of the core.
+// The page shows whether a request to the core is open.
 watchWaiting((isWaiting) => document.documentElement.toggleAttribute('data-waiting', isWaiting));
-// What was asked of a capture that is no longer open needs no answer.
+// A request about a capture that is no longer open needs no answer.
 addEventListener('unhandledrejection', (event) => {
   if (event.reason instanceof Superseded) event.preventDefault();
 });

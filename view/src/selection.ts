@@ -3,7 +3,7 @@ import { batch } from '@preact/signals';
 import { core } from './core/core';
 import * as state from './state';
 
-/** Selects a row; the waveform moves where the row is not in it, and keeps its zoom. */
+/** Selects a row. If the waveform does not show the row, it moves there and keeps its zoom. */
 export async function selectRow(row: number): Promise<void> {
   if (row < 0 || row >= state.rowCount.value) return;
   state.selectedRow.value = row;

@@ -19,7 +19,7 @@ export type Theme = 'system' | 'light' | 'dark';
 export type Units = 'counts' | 'deg' | 'mm';
 export type Panel = 'cycle' | 'plots' | 'summary' | 'identify' | 'check' | 'explain' | 'eds';
 
-/** What `biss decode` is asked for, besides the file. Empty text: not given. */
+/** The options for `biss decode`. Empty text: not given. */
 export interface Settings {
   format: string;
   ma: string;
@@ -35,13 +35,13 @@ export interface OpenFile {
   /** As messages and verbs name it. */
   name: string;
   bytes: number;
-  /** A capture that the page made or carries; a link to the state can name it. */
+  /** A capture that the page made or contains; a link to the state can name it. */
   example: string | undefined;
 }
 
 export interface Progress {
   state: 'none' | 'loading' | 'reading' | 'ended' | 'failed';
-  /** Of reading, 0 to 1. */
+  /** The part that has been read, 0 to 1. */
   done: number;
 }
 
@@ -63,20 +63,20 @@ export const columns = signal<readonly Column[]>([]);
 export const rowCount = signal(0);
 /** Counts the sessions opened: whoever keeps rows or drawings drops them when it changes. */
 export const generation = signal(0);
-/** What the command writes to stderr, and what the page itself could not do. */
+/** Messages of the command on stderr, and errors of the page itself. */
 export const messages = signal('');
 
-/** What the page knows of the whole capture, where it has a part of one. */
+/** The data of a report about the whole capture; undefined if the page has no report. */
 export const report = signal<Report | undefined>(undefined);
 
-// What the user has chosen.
+// The user's choices.
 export const settings = signal<Settings>(defaultSettings);
-/** What the waveform and the plots show. Undefined without a capture. */
+/** The time range of the waveform and the plots. Undefined without a capture. */
 export const range = signal<Range | undefined>(undefined);
 export const selectedRow = signal<number | undefined>(undefined);
 export const cursors = signal<Cursors>({ a: undefined, b: undefined });
 export const search = signal('');
-/** The table shows the rows for which this condition is true; all where it is empty. */
+/** The table shows the rows for which this condition is true; all if it is empty. */
 export const filter = signal('');
 export const panel = signal<Panel>('cycle');
 export const theme = signal<Theme>('system');
@@ -107,7 +107,7 @@ export const wholeRange = computed<Range>(() => ({
   to: endTime.value > beginTime.value ? endTime.value : beginTime.value + 1n,
 }));
 
-/** Shows this stretch, cut to the capture, keeping its length where it can. */
+/** Shows this stretch, moved or cut to lie in the capture; it keeps its length if possible. */
 export function showRange(from: bigint, to: bigint): void {
   const whole = wholeRange.value;
   let length = to - from;

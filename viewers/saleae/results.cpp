@@ -41,7 +41,7 @@ void add_field(FrameV2& frame, const Column& column, const Cell& cell) {
   frame.AddString(name, biss::saleae::text_of(cell).c_str());
 }
 
-// What a bubble shows besides the status.
+// Whether a bubble shows this value besides the status.
 bool is_shown(const Column& column, const Cell& cell) {
   if (cell.kind() == Kind::absent) return false;
   const bool flag = column.role == Role::error_at_0 || column.role == Role::warning_at_0;

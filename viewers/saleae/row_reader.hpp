@@ -1,4 +1,4 @@
-// Changes of MA and SLO by their sample numbers in, rows of `biss decode` out. Knows nothing of
+// Changes of MA and SLO by their sample numbers in, rows of `biss decode` out. It does not use
 // Saleae's software.
 #pragma once
 
@@ -21,7 +21,7 @@
 
 namespace biss::saleae {
 
-/// What the user says of the encoder and the lines.
+/// The user's settings of the encoder and the lines.
 struct RowSetup {
   /// Empty: the structure alone is read.
   std::optional<FrameFormat> format;
@@ -43,7 +43,7 @@ struct Row {
   std::uint64_t last_sample = 0;
 };
 
-/// The columns are those of `biss decode --safety off`, and so are the values.
+/// Columns and values are the same as in `biss decode --safety off`.
 class RowReader {
  public:
   using OnRow = std::function<void(const Row&)>;
@@ -53,8 +53,8 @@ class RowReader {
 
   const std::vector<report::Column>& columns() const { return table_.columns(); }
 
-  /// Changes in the order of time; the first one of a line gives its level at the beginning. What
-  /// comes after the last sample that has a time is ignored.
+  /// Changes in the order of time; the first one of a line gives its level at the beginning.
+  /// Changes after the last sample that has a time are ignored.
   void push_ma(std::uint64_t sample, bool level) { push(ma_line, sample, level); }
   void push_slo(std::uint64_t sample, bool level) { push(slo_line, sample, level); }
 

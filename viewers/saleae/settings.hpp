@@ -1,4 +1,4 @@
-// What the user sets in Logic 2: the two channels, their polarity, the frame format.
+// The settings in Logic 2: the two channels, their polarity, the frame format.
 #pragma once
 
 #include <AnalyzerSettings.h>

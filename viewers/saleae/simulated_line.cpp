@@ -9,7 +9,7 @@ namespace logic {
 namespace {
 
 constexpr biss::FrameFormat usual_format = *biss::parse_format("pos26,nE,nW,crc6");
-// Of the range of positions, the step from one request to the next.
+// The step from one request to the next is the range of positions, shifted right by this.
 constexpr unsigned step_shift = 10;
 
 BitState level_of(bool high) { return high ? BIT_HIGH : BIT_LOW; }

@@ -1,4 +1,4 @@
-// What Logic 2 shows without a device: an encoder of the chosen format that turns.
+// The simulated data of Logic 2 without a device: a turning encoder of the chosen format.
 #pragma once
 
 #include <SimulationChannelDescriptor.h>

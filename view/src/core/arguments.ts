@@ -3,7 +3,7 @@ import type { DescribedOption } from '../../../wasm/biss.d.mts';
 import type { Settings } from '../state';
 
 type Option = Pick<DescribedOption, 'names' | 'scope'>;
-// Of each verb, from the core when the page is built: view/core.mjs.
+// The options of each verb. The core gives them when the page is built: view/core.mjs.
 declare const OPTIONS: Record<string, Option[]>;
 
 function optionOf(verb: string, name: string): Option | undefined {
@@ -26,7 +26,7 @@ export function splitArguments(text: string): string[] {
   return [...found].map(([word]) => word.replace(/'([^']*)'|"([^"]*)"/g, '$1$2'));
 }
 
-/** Arguments that say which lines and which format, for every verb that reads a capture. */
+/** Arguments for the lines and the format, for every verb that reads a capture. */
 export function captureArguments(settings: Settings): string[] {
   const args: string[] = [];
   if (settings.format !== '') args.push('-f', settings.format);
@@ -37,7 +37,7 @@ export function captureArguments(settings: Settings): string[] {
   return args;
 }
 
-/** Of the further options, those by which this verb judges the capture, with their values. */
+/** The further options that this verb uses to judge the capture, with their values. */
 export function verbFurther(verb: string, settings: Settings): string[] {
   let keeps = true;
   return splitArguments(settings.further).filter((word) => {
@@ -47,8 +47,8 @@ export function verbFurther(verb: string, settings: Settings): string[] {
 }
 
 /**
- * Arguments of `biss decode`, the most wanted first: where the format does not allow a scale or a
- * velocity, the next ones do without.
+ * Lists of arguments of `biss decode`, the preferred list first. Later lists leave out the scale, then the
+ * velocity, for formats that do not allow them.
  */
 export function decodeArguments(names: readonly string[], settings: Settings): string[][] {
   const base = [...names, ...captureArguments(settings), ...splitArguments(settings.further)];

@@ -104,7 +104,7 @@ export class Client {
     else settled?.reject(new CoreError(error, status ?? 3));
   }
 
-  /** Of a worker that has been ended: its promises never settle. */
+  /** To be called when the worker has been ended: its promises never settle. */
   close(): void {
     addWaiting(-this.#waiting.size);
     this.#waiting.clear();

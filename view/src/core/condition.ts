@@ -37,7 +37,7 @@ const shortNames: Record<string, string> = {
   clock: 'clock_hz',
 };
 
-/** What the search field offers. */
+/** Suggestions of the search field. */
 export const suggestions = [
   'error', 'not ok', ...Object.keys(statuses), 'nE=0', 'nW=0', 'marginal',
   'position > 1000', 'ack > 10us', 'delay > 500ns', 'clock < 1MHz', 'time > 1ms', 'cycle = 100',
@@ -47,7 +47,7 @@ function equal(column: string, text: string): Condition {
   return { kind: 'compare', column, operator: '=', text, value: { digits: BigInt(text), places: 0 }, unit: '' };
 }
 
-/** @throws ConditionError with what is wrong and where */
+/** @throws ConditionError with the problem and its place in the text */
 export function parseCondition(text: string, columns: readonly Column[]): Condition {
   const parser = new Parser(tokensOf(text), columns);
   const condition = parser.condition();

@@ -1,4 +1,4 @@
-// Workers, started from what the page carries: no file beside it is needed, so it works from file://. One
+// Workers, started from a source inside the page: the page needs no other file, so it works from file://. One
 // of them reads the capture.
 import { Client } from './client';
 

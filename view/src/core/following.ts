@@ -6,12 +6,12 @@ import type { ServedFile } from './source';
 
 const pauseMilliseconds = 500;
 
-/** The page goes on with the file as it grows. */
+/** The page reads the file on as it grows. */
 export const isFollowing = signal(false);
 
 /**
- * Asks the server for the size, until another capture is opened or the server ends. A file that is long
- * to read is asked for less often.
+ * Asks the server for the size, until another capture is opened or the server ends. If reading the file takes
+ * long, it asks less often.
  */
 export async function watchServed(name: string, file: ServedFile, sizeAddress: string): Promise<void> {
   let { size } = file;

@@ -1,10 +1,10 @@
-// What the page and the worker say to each other. A request has a number, its answer has the same.
+// The messages between the page and the worker. An answer has the number of its request.
 import type { About, Column, ColumnValues, Cycle, LineView, RunResult } from 'biss';
 import type { Analyses } from '../plots/analyses';
 import type { Report } from './report';
 import type { Content } from './source';
 
-/** What can be asked of the capture that is open, and what comes back. */
+/** Requests about the open capture, and their answers. */
 export interface Questions {
   view: { ask: { line: 'ma' | 'slo'; from: bigint; to: bigint; columns: number }; answer: LineView };
   cells: { ask: { from: number; to: number }; answer: string[][] };
@@ -13,7 +13,7 @@ export interface Questions {
   csv: { ask: { from: number; to: number }; answer: string };
   column: { ask: { name: string; from: number; to: number }; answer: ColumnValues };
   cycle: { ask: { row: number }; answer: Cycle | undefined };
-  /** The row of a cycle, by its number; undefined where it has none. */
+  /** The row of a cycle, by its number; undefined if the cycle has no row. */
   rowOfCycle: { ask: { number: number }; answer: number | undefined };
   /** The last row that begins at or before this time; undefined before the first one. */
   rowAt: { ask: { time: bigint }; answer: number | undefined };
@@ -24,7 +24,7 @@ export interface Questions {
   findAll: { ask: { condition: string; most: number }; answer: Int32Array };
 }
 
-/** What the worker can do without an open capture. */
+/** Requests that need no open capture. */
 export interface Commands {
   /** biss_core.wasm in base64 of gzip. */
   load: { ask: { core: string }; answer: void };
@@ -32,13 +32,13 @@ export interface Commands {
   removeFile: { ask: { name: string }; answer: void };
   readFile: { ask: { name: string }; answer: Uint8Array };
   run: { ask: { args: string[] }; answer: RunResult };
-  /** The capture is a part of that of the report. */
+  /** The capture is a part of the capture of the report. */
   report: { ask: { report: Report | undefined }; answer: void };
-  /** isWhole: the settings are those of the report. */
+  /** isWhole: the settings are the same as in the report. */
   open: { ask: { args: string[]; anyLines: boolean; isWhole: boolean }; answer: Opened };
   /**
-   * Opens a capture that goes on from the one that is open, and reads it to its end before it takes
-   * its place: the answer comes then, undefined where something else has been opened meanwhile.
+   * Opens a capture that continues the open one, and reads it to its end. Then it replaces the open one, and
+   * the answer comes. The answer is undefined if another capture has been opened meanwhile.
    */
   openBehind: { ask: { args: string[]; anyLines: boolean; isWhole: boolean }; answer: Required<Opened> | undefined };
   endBehind: { ask: Record<string, never>; answer: void };
@@ -49,7 +49,7 @@ export interface Opened {
   generation: number;
   columns: readonly Column[];
   messages: string;
-  /** Of one that has been read to its end. */
+  /** Only for a capture that has been read to its end. */
   reading?: ReadingMessage['reading'];
 }
 
@@ -83,7 +83,7 @@ export interface ReadingMessage {
     rowCount: number;
     more: boolean;
     messages: string;
-    /** Of the file, 0 to 1. */
+    /** The part of the file that has been read, 0 to 1. */
     done: number;
     /** Empty, or why reading ended, such as memory. */
     error: string;

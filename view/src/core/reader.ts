@@ -4,9 +4,9 @@ import type { ReadingMessage } from './protocol';
 import type { MeasuredSource } from './source';
 import { messageOf } from './texts';
 
-// What is asked meanwhile waits no longer than this.
+// A request during reading waits no longer than this.
 const sliceMilliseconds = 16;
-// The page hears of new rows as often.
+// New rows are reported to the page at this interval.
 const reportMilliseconds = 100;
 // Analyses of what has been read take at most this share of the time of reading; what was not used
 // is kept up to a time.
@@ -19,7 +19,7 @@ export class Reader {
   #sources: MeasuredSource[];
   #report: ((message: ReadingMessage) => void) | undefined;
   #ended: (reading: ReadingMessage['reading'] | undefined) => void = () => {};
-  /** What is known at the end; undefined where the reader is closed before. */
+  /** The result at the end of the capture; undefined if the reader is closed before. */
   readonly ended = new Promise<ReadingMessage['reading'] | undefined>((resolve) => { this.#ended = resolve; });
   #channel = new MessageChannel();
   #reported = 0;

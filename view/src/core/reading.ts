@@ -13,7 +13,7 @@ let files: NamedContent[] = [];
 let loaded: Promise<void> | undefined;
 // The first rows of a new capture choose what is shown.
 let rangeIsOpen = false;
-// What the command said when it opened the capture.
+// The messages of the command when it opened the capture.
 let openMessages = '';
 
 /** Starts the core; resolves when it is ready. */
@@ -24,12 +24,13 @@ export function start(): Promise<void> {
   return loaded;
 }
 
-// Captures are opened one after the other. What something newer replaces is not begun.
+// Captures are opened one after the other. If a newer one replaces a capture that waits, the older one is not
+// opened.
 let turn = Promise.resolve();
 let newestFiles = 0;
 let newestReading = 0;
 
-/** Opens files as one capture; `example` as in OpenFile, `report` where they are a part of one. */
+/** Opens files as one capture; `example` as in OpenFile, `report` if they are from a report. */
 export function openFiles(contents: NamedContent[], example?: string, report?: Report): Promise<void> {
   const own = ++newestFiles;
   newestReading += 1;
@@ -44,7 +45,7 @@ export function reopen(): Promise<void> {
   return inTurn(() => (own === newestReading ? read() : undefined));
 }
 
-// What the user asks for does not wait until a file that has grown is read again.
+// A request of the user does not wait until a file that has grown is read again.
 let behind = false;
 function endBehind(): void {
   if (behind) void core().ask('endBehind', {});
@@ -94,15 +95,15 @@ export function isServed({ address }: ServedFile): boolean {
 }
 
 /**
- * Reads on in a file of the server that has grown: the whole file again, so that a row that was cut is
- * right, in the background until it is ready. False where another capture has been opened.
+ * Reads a file of the server again after it has grown. It reads the whole file, in the background, so that a
+ * row that was cut becomes complete. Returns false if another capture has been opened.
  */
 export async function readOn(name: string, content: ServedFile): Promise<boolean> {
   const isOpen = () => isServed(content);
   const { state: reading } = state.progress.value;
   if (reading === 'reading' || reading === 'loading') return isOpen();
   if (!isOpen()) return false;
-  // There is nothing to keep, such as where the header of the file was not whole.
+  // There is nothing to keep: the header of the file may have been incomplete.
   if (state.rowCount.value === 0) {
     await openFiles([{ name, content }]);
     return isOpen();
@@ -140,7 +141,7 @@ function goWithTheEnd({ end, whole }: { end: bigint; whole: state.Range }): void
   state.range.value = { from: range.from <= whole.from ? range.from : range.from + now - end, to: now };
 }
 
-// A name is an argument of the command: no folder, and not taken for an option.
+// A name is an argument of the command: it has no folder and does not look like an option.
 function safeName(name: string): string {
   return name.replace(/[/\0]/g, '_').replace(/^-/, '_');
 }
@@ -166,8 +167,8 @@ async function read(): Promise<void> {
   }
 }
 
-// With the scale and the velocity where the format allows them; where no lines look like MA and
-// SLO, the busiest ones are shown, with the message of the command.
+// Uses the scale and the velocity if the format allows them. If no lines look like MA and SLO, it shows the
+// busiest lines and the message of the command.
 async function open(name: 'open' | 'openBehind'): Promise<Opened | undefined> {
   const all = decodeArguments(fileNames(), state.settings.value);
   const errors: unknown[] = [];
@@ -229,7 +230,7 @@ async function findBegin(): Promise<void> {
 // How many requests the first picture shows.
 const firstRequests = 3;
 
-// The first requests; all that there is where the capture has fewer.
+// Shows the first requests, or all if the capture has fewer.
 async function chooseRange(more: boolean): Promise<void> {
   const rows = state.rowCount.value;
   if (rows <= firstRequests && more) return;

@@ -1,5 +1,5 @@
-// What a report knows of a capture of which it has a part; verbs/report/part.cpp writes it. The part is a
-// capture of its own; its rows are found by their times.
+// The data of a report about a whole capture. The report contains only a part of the capture;
+// verbs/report/part.cpp writes it. The part is a capture of its own; its rows are found by their times.
 import type { Access, ColumnValues, Cycle, RunResult, Session } from 'biss';
 import { firstWhere } from './first_where';
 import { cellsOfCsv, objectsOf } from './texts';
@@ -7,7 +7,7 @@ import type { Causes } from '../plots/causes_of';
 import type { Envelope, EnvelopeAsk } from '../plots/envelope';
 import type { Settings } from '../state';
 
-/** `null` where there is no value. */
+/** `null`: there is no value. */
 interface Extremes {
   low: (number | null)[];
   high: (number | null)[];
@@ -15,23 +15,23 @@ interface Extremes {
 
 export interface Report {
   name: string;
-  /** With other ones everything that is shown is that of the part. */
+  /** With other settings the page shows results of the part only. */
   settings: Settings;
   /** Request cycles of the whole capture, and those that failed. */
   cycles: number;
   failed: number;
-  /** What the part contains and what was left out, a sentence each. */
+  /** The contents of the part and the data left out, one sentence each. */
   notes: string[];
   summary: string;
-  /** What verbs say of the whole capture. */
+  /** Output of verbs for the whole capture. */
   verbs: Record<string, { status: RunResult['status']; out: string; err: string }>;
   envelope: { from: string; rows: number; times: number[]; columns: Record<string, Extremes> };
   causes: { rows: number; causes: { column: string; name: string; count: number; over: number[] }[] };
-  /** Of the cycles in the part, with their header, as `biss decode --to csv` writes them. */
+  /** Header and rows of the cycles in the part, as `biss decode --to csv` writes them. */
   rows: string;
 }
 
-/** The values of a column over the whole capture; undefined where the report does not have it. */
+/** The values of a column over the whole capture; undefined if the report does not have the column. */
 export function wholeEnvelope(report: Report, { column, from, to }: EnvelopeAsk): Envelope | undefined {
   const { envelope } = report;
   const values = envelope.columns[column];
@@ -66,20 +66,20 @@ function picoseconds(text: string): bigint {
   return BigInt(whole + places.padEnd(3, '0'));
 }
 
-/** The rows of the whole capture whose cycles are in the part; with other settings, those of the part. */
+/** The rows of the whole capture whose cycles are in the part; with other settings, the rows of the part. */
 export class PartSession implements Session {
   #names: string[];
-  // Of each row of the report: its cells, and by its time where it is.
+  // For each row of the report: its cells, and its index by its time.
   #cells: string[][];
   #places = new Map<bigint, number>();
-  // Of each row that is shown: its row in the part, and its place in the report.
+  // For each row that is shown: its row in the part, and its index in the report.
   #rows: (number | undefined)[] = [];
   #place: number[] = [];
   #looked = 0;
   #known: readonly Access[] | undefined;
   #ends = new Map<number, bigint | undefined>();
 
-  /** \param isWhole the settings are those of the report */
+  /** \param isWhole the settings are the same as in the report */
   constructor(private readonly part: Session, readonly report: Report, readonly isWhole: boolean) {
     const [names = [], ...cells] = cellsOfCsv(report.rows);
     this.#names = names;
@@ -119,7 +119,7 @@ export class PartSession implements Session {
     };
   }
 
-  // Those of the part are broken off where cycles are missing.
+  // The accesses are taken from the report: in the part, they are cut if cycles are missing.
   #accesses(): readonly Access[] {
     this.#known ??= objectsOf<Access>(this.report.verbs['registers']?.out ?? '');
     return this.#known;
@@ -182,7 +182,7 @@ export class PartSession implements Session {
     return inPart === undefined ? undefined : this.part.cycle(inPart, this.#number(row));
   }
 
-  /** Where the line is not known after a row. */
+  /** The time from which the line is not known after a row; undefined if the next row follows at once. */
   endBeforeGap(row: number): bigint | undefined {
     if (this.#number(row + 1) === this.#number(row) + 1) return undefined;
     if (!this.#ends.has(row)) {

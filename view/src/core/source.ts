@@ -5,7 +5,7 @@ import type { ByteSource } from 'biss';
 export interface MeasuredSource extends ByteSource {
   /** The end of the last bytes that were asked for. */
   readonly reached: number;
-  /** Fetches what will be read next, where that is known. To be waited for where it is needed soon. */
+  /** Fetches the bytes that will be read next, if they are known. A promise: wait, they are needed soon. */
   prefetch?(): Promise<void> | undefined;
 }
 
@@ -44,9 +44,9 @@ class BytesSource implements MeasuredSource {
   }
 }
 
-// Each read of a file costs a message to another process of the browser. Where a file is read on
-// from where the last read ended, as most are, more is read at once, and what comes after it is
-// fetched meanwhile.
+// Each read of a file costs a message to another process of the browser. Most files are read in order. If a
+// read begins at the end of the last one, more bytes are read at once, and the bytes after them are fetched
+// meanwhile.
 const aheadBytes = 16 << 20;
 const aheadBlocks = 2;
 // More than a slice of reading takes.
@@ -54,7 +54,7 @@ const soonBytes = 10 << 20;
 
 interface Ahead {
   begin: number;
-  /** When they have come; empty where they cannot be read. */
+  /** Undefined until they have come; empty if they cannot be read. */
   bytes?: Uint8Array<ArrayBuffer>;
   come: Promise<void>;
 }
@@ -92,7 +92,7 @@ class FileSource implements MeasuredSource {
     return end - this.reached < soonBytes ? this.#ahead[0]?.come : undefined;
   }
 
-  // What cannot be read here is reported by the read that needs it.
+  // If these bytes cannot be read, the read that needs them reports the error.
   #ask(begin: number): Ahead {
     const ahead: Ahead = { begin, come: Promise.resolve() };
     ahead.come = readBeside(this.file.slice(begin, begin + aheadBytes)).then((bytes) => { ahead.bytes = bytes; });
@@ -134,7 +134,7 @@ function startReader(): Worker {
   return worker;
 }
 
-// In the order in which they are asked for; no bytes where they cannot be read.
+// Reads the pieces in the order of the calls. Returns no bytes if they cannot be read.
 async function readBeside(piece: Blob): Promise<Uint8Array<ArrayBuffer>> {
   try {
     if (!isBroken) beside ??= startReader();

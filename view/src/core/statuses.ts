@@ -1,10 +1,10 @@
-// What the values of columns mean: their roles, and the words that the core has for `status` and `safety`.
+// The meaning of the values of columns: their roles, and the words of the core for `status` and `safety`.
 import type { Column, Role, Words } from 'biss';
 
-// Of the core, when the page is built: view/core.mjs.
+// From the core, when the page is built: view/core.mjs.
 declare const WORDS: Words;
 
-/** What was seen, for each status of a request cycle. */
+/** The observation for each status of a request cycle. */
 export const statuses: Readonly<Record<string, string>> =
   Object.fromEntries(WORDS.statuses.map(({ name, seen }) => [name, seen]));
 
@@ -22,7 +22,7 @@ function namesOf(words: readonly { name: string }[]): ReadonlySet<string> {
   return new Set(words.map(({ name }) => name));
 }
 
-/** Where a flag is bad; undefined: the column is no flag, or both are good. */
+/** The bad value of a flag; undefined: the column is not a flag, or both values are good. */
 export function badAt(role: Role): '0' | '1' | undefined {
   return role.endsWith('_at_0') ? '0' : role.endsWith('_at_1') ? '1' : undefined;
 }
@@ -36,7 +36,7 @@ export function markOf(role: Role, text: string): '' | 'warn' | 'bad' {
   return role.startsWith('warning') ? 'warn' : 'bad';
 }
 
-/** What a cell counts for: `crc`, `nE=0`, `clock_max`. */
+/** The causes that a cell counts for: `crc`, `nE=0`, `clock_max`. */
 export function causesIn({ name, kind, role }: Column, text: string): string[] {
   if (kind !== 'flag') return text.split(';').filter((one) => one !== '');
   if (markOf(role, text) === '') return [];

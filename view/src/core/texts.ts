@@ -19,7 +19,7 @@ export function cellsOfCsv(text: string): string[][] {
     .map(([, cell = '']) => (cell.startsWith('"') ? cell.slice(1, -1).replaceAll('""', '"') : cell)));
 }
 
-/** What was thrown, in words. */
+/** The text of an exception. */
 export function messageOf(error: unknown): string {
   return error instanceof Error ? error.message : String(error);
 }

@@ -16,7 +16,7 @@ declare const self: DedicatedWorkerGlobalScope;
 let biss: Biss | undefined;
 let reader: Reader | undefined;
 let report: Report | undefined;
-// What is to take its place.
+// The reader that will replace `reader`.
 let behind: Reader | undefined;
 let generation = 0;
 const sources = new Map<string, MeasuredSource>();
@@ -94,7 +94,7 @@ function sourcesOf(args: readonly string[]): MeasuredSource[] {
   return args.flatMap((name) => sources.get(name) ?? []);
 }
 
-// Of a report that is a part of its capture, a session that knows of the whole.
+// If the page has a report, the session also has its data about the whole capture.
 function openSession({ args, anyLines, isWhole }: Commands['open']['ask']) {
   const { session, messages } = loaded().open(args, { anyLines });
   return { session: report === undefined ? session : new PartSession(session, report, isWhole), messages };
@@ -152,7 +152,7 @@ function answerOf(name: string, ask: unknown): unknown {
   return handler(ask);
 }
 
-// What a report knows of the whole capture.
+// The answer from the report's data about the whole capture.
 function answerOfWhole(name: string, ask: unknown): unknown {
   const part = reader?.session;
   if (!(part instanceof PartSession) || !part.isWhole) return undefined;

@@ -1,4 +1,4 @@
-// What a worker has besides the DOM types; lib.webworker does not go together with lib.dom.
+// Types of a worker that lib.dom does not have; lib.webworker cannot be used together with lib.dom.
 declare class FileReaderSync {
   readAsArrayBuffer(blob: Blob): ArrayBuffer;
 }

@@ -1,5 +1,5 @@
-// What the plots and the waveform compute in the worker, beside the capture: rows go in by column,
-// envelopes and counts come out, so that no answer grows with the capture.
+// The computations for the plots and the waveform. They run in the worker, which has the capture: rows go in
+// by column, envelopes and counts come out, so no answer grows with the capture.
 import type { Session } from 'biss';
 import { causes, type Causes, type CausesAsk } from './causes_of';
 import { envelope, type Envelope, type EnvelopeAsk } from './envelope';

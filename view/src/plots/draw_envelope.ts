@@ -1,4 +1,4 @@
-/** The values of a plot: a line where they are few, a band from the lowest to the highest where not. */
+/** Draws the values of a plot: few values as a line, many as a band from the lowest to the highest. */
 import type { Pen } from '../wave/canvas';
 import type { Envelope } from './envelope';
 

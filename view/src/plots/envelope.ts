@@ -6,14 +6,14 @@ export interface EnvelopeAsk {
   column: string;
   from: bigint;
   to: bigint;
-  /** About as many points at most. */
+  /** About the maximum number of points. */
   points: number;
 }
 
-/** Lowest and highest value of a stretch of rows; NaN where it has no value. */
+/** Lowest and highest value of a stretch of rows; NaN if it has no value. */
 export interface Envelope {
   from: bigint;
-  /** Of the first row of the stretch, in picoseconds from `from`. */
+  /** The time of the first row of each stretch, in picoseconds from `from`. */
   times: Float64Array;
   low: Float64Array;
   high: Float64Array;

@@ -5,16 +5,16 @@ import { rowsIn } from './row_times';
 export interface EyeAsk {
   from: bigint;
   to: bigint;
-  /** At most as many cycles, evenly spread. */
+  /** The maximum number of cycles to examine, evenly spread. */
   cycles: number;
-  /** Of two periods around the sampling point. */
+  /** The number of bins in the two periods around the sampling point. */
   bins: number;
 }
 
 /** The bins go from one period before the sampling point to one period after it. */
 export interface Eye {
   from: bigint;
-  /** Mean period of MA in picoseconds; 0 where nothing was sampled. */
+  /** Mean period of MA in picoseconds; 0 if nothing was sampled. */
   period: number;
   samples: number;
   /** Samples with SLO high or low in the bin. */
@@ -22,8 +22,8 @@ export interface Eye {
   low: Uint32Array;
   rising: Uint32Array;
   falling: Uint32Array;
-  /** Of each cycle looked at: row, time from `from`, least distance of a change of SLO from a
-   * sampling point, in picoseconds; the period of MA. */
+  /** For each cycle examined: its row, its time from `from`, the least distance of a change of SLO from a
+   * sampling point, in picoseconds, and the period of MA. */
   rows: Int32Array;
   times: Float64Array;
   margins: Float64Array;
@@ -31,7 +31,7 @@ export interface Eye {
   /** The least distances of all, before and after the sampling point; NaN without a change. */
   before: number;
   after: number;
-  /** Rows in the stretch, of which the cycles are a sample. */
+  /** The number of rows in the stretch; the cycles are a sample of them. */
   of: number;
 }
 

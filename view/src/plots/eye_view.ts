@@ -1,4 +1,4 @@
-/** The eye diagram: SLO around the sampling points, and how often it changes where. */
+/** The eye diagram: SLO around the sampling points, and a histogram of its changes. */
 import { numberFont, type Surface, textWidth, verticalLine } from '../wave/canvas';
 import type { Palette } from '../wave/palette';
 import { timeText } from '../wave/scale';

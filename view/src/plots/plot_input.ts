@@ -1,5 +1,5 @@
-/** Pointer and wheel on a plot: where it follows the waveform they move it, else they choose what it
- * shows. */
+/** Pointer and wheel on a plot. If the plot follows the waveform, they move the waveform; else they change
+ * the range of the plot. */
 import * as state from '../state';
 import * as actions from '../wave/actions';
 import { listen } from '../wave/listen';

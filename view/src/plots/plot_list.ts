@@ -6,7 +6,7 @@ export interface ColumnPlot extends PlotSpec {
   column: string;
 }
 
-/** Position and the like where the capture has them; degrees and millimetres instead of counts. */
+/** Plots of position and similar columns of the capture; degrees and millimetres instead of counts. */
 export function columnPlots(columns: readonly Column[]): ColumnPlot[] {
   return columns.filter(({ plot }) => plot > 0).sort((a, b) => a.plot - b.plot)
     .map(({ name, kind, title, valueUnit }) => {

@@ -15,11 +15,11 @@ export interface PlotSpec {
   title: string;
   quantity: Quantity;
   unit: string;
-  /** Values stand for themselves: no line between them. */
+  /** Values are drawn as dots, without a line between them. */
   dots: boolean;
 }
 
-/** Where the values come from; asked for what is shown, each time it is drawn. */
+/** The source of the values; called with the range shown, each time the plot is drawn. */
 export type Source = (shown: state.Range, width: number) => Envelope | undefined;
 
 export const gutter = 84;
@@ -107,7 +107,7 @@ export class PlotView {
     this.onSummary(text);
   }
 
-  // What the waveform shows.
+  // Marks the range that the waveform shows.
   #drawWindow(scale: TimeScale, range: state.Range, height: number, colours: Palette): void {
     const shown = state.range.value;
     if (shown === undefined || (shown.from === range.from && shown.to === range.to)) return;
@@ -186,7 +186,7 @@ function padded({ low, high }: Bounds): Bounds {
   return { low: low - room, high: high + room };
 }
 
-// Of what is seen.
+// The bounds of the values in the picture.
 function boundsOf(values: Envelope, scale: TimeScale): Bounds | undefined {
   const begin = Number(scale.from - values.from);
   let low = Infinity;

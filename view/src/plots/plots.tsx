@@ -112,7 +112,7 @@ interface FigureProps {
   sourceOf: (change: () => void) => Source;
   range: ReadonlySignal<state.Range | undefined>;
   note?: string;
-  /** What the source is drawn from, besides what it asks for. */
+  /** Further data that the picture depends on. */
   depends?: ReadonlySignal<unknown>;
 }
 

@@ -1,9 +1,9 @@
-// What became of each row, for the strip of all cycles and the boxes of single ones; in the worker.
+// The result of each row, for the strip of all cycles and the boxes of single ones; in the worker.
 import type { Access, Column, Role, Session } from 'biss';
 import { causesIn, cutStatuses, markOf } from '../core/statuses';
 import { blockRows, blockTimes, cellsOf, keptByBlock, numbersOf, rowsIn, stretch, timesOf } from './row_times';
 
-/** What a row is drawn as; the larger one is the worse. */
+/** The class by which a row is drawn; the larger one is the worse. */
 export const rowClass = { good: 0, cut: 1, flagged: 2, failed: 3 } as const;
 
 export interface StripAsk {
@@ -32,9 +32,9 @@ export interface RowsAsk {
 export interface Rows {
   first: number;
   count: number;
-  /** Of each row; empty where there are too many. */
+  /** One element for each row; empty if there are too many rows. */
   times: BigInt64Array;
-  /** Of the cycles in the capture, which a report has a part of. */
+  /** Numbers of the cycles in the whole capture; a report has only a part of them. */
   numbers: Float64Array;
   classes: Uint8Array;
   status: string[];
@@ -44,13 +44,13 @@ export interface Rows {
   position: string[];
   /** Accesses to registers, and commands, that take place in these rows. */
   accesses: Access[];
-  /** When the row after each one begins, or the line is not known any more. */
+  /** When the row after each one begins, or the line is no longer known. */
   ends: BigInt64Array;
-  /** When the row after the last one begins; the end of the capture where there is none. */
+  /** When the row after the last one begins; the end of the capture if there is no such row. */
   end: bigint;
 }
 
-/** A column with its values as places in `texts`; NaN where a cell is empty. */
+/** A column with its values as indexes in `texts`; NaN for an empty cell. */
 interface Cells extends Column {
   numbers: Float64Array;
   texts: string[];
@@ -61,7 +61,7 @@ function textOf(cells: Cells | undefined, i: number): string {
   return cells?.texts[cells.numbers[i] ?? NaN] ?? '';
 }
 
-/** The columns that say what became of a row. */
+/** The columns that show the result of a row. */
 class Verdicts {
   readonly #columns: Cells[];
   readonly #flags: Cells[];

@@ -1,7 +1,7 @@
 /** Values of an axis: round marks, and texts with a unit that fits. */
 import { roundStep, timeUnits, unitOf, type Units } from '../wave/scale';
 
-/** What a value is, and so how it is written. */
+/** The kind of a value, which gives its notation. */
 export type Quantity = 'time' | 'rate' | 'number';
 
 const units: Record<Quantity, Units> = {
@@ -16,7 +16,7 @@ export interface Ticks {
   text: (value: number) => string;
 }
 
-// Counts are exact where they stand for themselves, and short beside an axis.
+// A single count is exact; at an axis it is short.
 function shortOf(size: number): [string, number] {
   if (size >= 1e10) return ['G', 1e9];
   return size >= 1e7 ? ['M', 1e6] : ['', 1];
@@ -43,7 +43,7 @@ export function ticksOf(low: number, high: number, count: number, quantity: Quan
   return { values, text };
 }
 
-/** One value, with enough digits to tell it from its neighbours. */
+/** One value, with enough digits to distinguish it from its neighbours. */
 export function valueText(value: number, quantity: Quantity, unit: string): string {
   if (Number.isNaN(value)) return '–';
   const [name, factor] = unitOf(value, units[quantity]);

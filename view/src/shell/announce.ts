@@ -1,4 +1,4 @@
-// What a screen reader says when something has changed that is not in focus.
+// The text that a screen reader speaks after a change outside the focus.
 import { signal } from '@preact/signals';
 
 export const announcement = signal('');

@@ -1,11 +1,11 @@
-// A capture that the page carries or that its own server gives:
+// A capture in the page, or from its own server:
 //
 //     <script type="text/plain" id="biss-capture" data-name="NAME" data-view="VIEW">BASE64</script>
 //
-// with the bytes as base64 of gzip; or empty, with data-address and data-size, where the server gives
-// them in pieces (Range). With data-watch, an address that gives the size, the page goes on as the file
-// grows; data-follow says that it may. VIEW is what a link has after #; the address of the page goes
-// before it. Where the capture is a part of a larger one, an element `biss-report` has the object of
+// with the bytes as base64 of gzip; or empty, with data-address and data-size, if the server gives them in
+// pieces (Range). data-watch is an address that gives the size: with it the page reads on as the file grows;
+// data-follow permits this. VIEW is the part of a link after #; a view in the address of the page takes
+// precedence. If the capture is a part of a larger one, an element `biss-report` has the object of
 // core/report.ts, as JSON in base64 of gzip.
 import { isFollowing, watchServed } from '../core/following';
 import { openFiles } from '../core/reading';
@@ -29,7 +29,7 @@ async function carriedReport(): Promise<Report | undefined> {
   return JSON.parse(decoded(await unpack(text))) as Report;
 }
 
-/** Opens the capture that the page has; false where it has none. */
+/** Opens the capture in the page. Returns false if the page has no capture. */
 export async function openCarried(): Promise<boolean> {
   const { name, address, size, watch, follow } = element?.dataset ?? {};
   if (element === null || name === undefined) return false;

@@ -35,7 +35,7 @@ VLT_MAX = 5500 mV
 CUR_MAX = 120 mA
 `;
 
-/** Has the dump made where arguments name it. */
+/** Writes the dump if the arguments name it. */
 export async function provideDump(args: readonly string[]): Promise<void> {
   if (!args.includes(demoDump)) return;
   await writeFile('demo.eds', new TextEncoder().encode(description));

@@ -73,10 +73,10 @@ async function rowsOfTable(): Promise<void> {
   save('_rows.csv', parts, 'text/csv');
 }
 
-// Of the verbs, until it is saved.
+// The output file of the verbs, until it is saved.
 const linesName = 'lines_of_range.vcd';
 
-// As `convert` names a line: with its file only where another file has a line of this name.
+// The name that `convert` gives to a line: with the file name only if another file has a line of this name.
 function nameOfLine(line: string): string {
   const plain = (name: string) => (fileNames().length > 1 ? name.slice(name.indexOf(':') + 1) : name);
   const same = state.about.value?.lines.filter((other) => plain(other) === plain(line)) ?? [];

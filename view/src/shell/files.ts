@@ -9,7 +9,7 @@ export async function openUserFiles(list: readonly File[]): Promise<void> {
   if (list.length === 0) return;
   leaveSimulation();
   const same = list.length === 1 && list[0]!.name === state.file.value?.name;
-  // Lines and format belong to a capture; those of a link are kept.
+  // Lines and format belong to a capture, so another file resets them. The settings of a link are kept.
   if (!same && state.file.value !== undefined) state.settings.value = state.defaultSettings;
   await openFiles(list.map((file) => ({ name: file.name, content: file })));
   opened();

@@ -1,4 +1,4 @@
-// What the capture is read with: format, lines, units. A change is read again at once.
+// The settings for reading: format, lines, units. After a change the capture is read again at once.
 import { useEffect, useRef } from 'preact/hooks';
 import type { About } from 'biss';
 import * as state from '../state';
@@ -39,7 +39,7 @@ function FormatField() {
   const field = useRef<HTMLInputElement>(null);
   const { format } = state.settings.value;
   const about = state.about.value;
-  // What the user is typing stays until it is read, or another format is chosen elsewhere.
+  // The user's text stays until it is read, or another format is chosen elsewhere.
   useEffect(() => { if (field.current !== null) field.current.value = format; }, [format]);
   const found = about?.format ?? '';
   const sure = about?.confidence === undefined ? '' : `${Math.floor(about.confidence * 100)} % sure`;

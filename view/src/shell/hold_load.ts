@@ -1,9 +1,9 @@
-// A page that carries its capture is loaded when the capture is shown: programs that print a page or
-// take a picture of it wait for its load event.
+// The load event of a page that contains its capture comes when the capture is shown: programs that print a
+// page or take a picture of it wait for its load event.
 import { effect } from '@preact/signals';
 import { progress } from '../state';
 
-// What takes longer is shown as it comes.
+// The load event is held for at most this time, in milliseconds.
 const most = 60_000;
 const framesAtRest = 4;
 
@@ -30,7 +30,7 @@ export function holdLoad(): void {
   });
 }
 
-// Nothing is asked of the core, and what it said has been drawn.
+// Calls `then` when no request to the core is open and its answers have been drawn.
 function whenAtRest(then: () => void): void {
   let frames = 0;
   const look = () => {

@@ -4,7 +4,7 @@
 export type KeyPart = 'page' | 'waveform' | 'plots' | 'table';
 
 export interface Key {
-  /** As KeyboardEvent.key, with `Shift+`, `Ctrl+` or `Alt+` where these are held. */
+  /** As KeyboardEvent.key, with `Shift+`, `Ctrl+` or `Alt+` if these are held. */
   keys: string[];
   help: string;
   run: () => void;

@@ -61,7 +61,7 @@ function goTo(link: URLSearchParams): void {
   });
 }
 
-/** Shows what the address says, and keeps the address in step from then on. */
+/** Applies the settings in the address, and from then on updates the address. */
 export async function followLink(): Promise<void> {
   const link = new URLSearchParams(location.hash.length > 1 ? location.hash.slice(1) : carriedView());
   const invert = (link.get('invert') ?? '').split(',');

@@ -1,4 +1,4 @@
-// What `biss check` says, rule by rule.
+// The results of `biss check`, rule by rule.
 import { signal } from '@preact/signals';
 import * as state from '../state';
 import { encoders } from './encoders';
@@ -23,7 +23,7 @@ function carriedLimits(): string[] {
 }
 
 export function CheckPanel() {
-  // A report says it of the whole capture for some limits.
+  // A report has the results of the whole capture for some limits only.
   const carried = carriedLimits();
   const limits = carried.length === 0 || carried.includes(against.value) ? against.value : carried[0]!;
   const result = useVerb(verbArguments(['check'], ['--against', limits, '--to', 'jsonl']));

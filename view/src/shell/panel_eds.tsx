@@ -19,11 +19,11 @@ interface Sheet {
 const sheet = signal<Sheet | undefined>(undefined);
 let shownFor = '';
 
-// What the accesses of a capture show, as a file of the core.
+// The registers read in the accesses of a capture, as a file of the core.
 const dumpName = 'registers_seen.hex';
 
-// Reads the data sheet in a dump: the fields from CSV, the words from the summary of the table. Of the
-// registers of a capture it is shown only if there is one and no other capture has been opened.
+// Reads the data sheet in a dump: the fields from CSV, the words from the summary of the table. If the dump
+// is from a capture, the data sheet is shown only if there is one and no other capture has been opened.
 async function readSheet(of: string, key: string, dump: string, run: (args: string[]) => Promise<RunResult>): Promise<void> {
   const show = await run(['eds', 'show', dump, '--to', 'csv']);
   const table = await run(['eds', 'show', dump]);

@@ -1,4 +1,4 @@
-// What `biss explain` says: the likely causes, the likeliest first.
+// The findings of `biss explain`: the likely causes, the likeliest first.
 import { useVerb, VerbView, verbArguments, zoomToCycle } from './verb';
 
 export function ExplainPanel() {

@@ -1,4 +1,4 @@
-// What `biss identify` finds, with the formats to be tried.
+// The findings of `biss identify`, with buttons to try the formats.
 import { changeSettings } from './settings';
 import { identifyArguments, textOf, useVerb, VerbView } from './verb';
 

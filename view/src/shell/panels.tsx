@@ -1,4 +1,4 @@
-// The panels beside the table, one shown at a time.
+// The panels next to the table, one shown at a time.
 import type { ComponentChild } from 'preact';
 import { Plots } from '../plots/plots';
 import * as state from '../state';

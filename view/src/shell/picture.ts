@@ -1,4 +1,4 @@
-/** A picture of all canvases in a part of the page, as they lie; undefined where there is none. */
+/** A picture of all canvases in a part of the page, in their places; undefined if there are no canvases. */
 export async function pictureOf(selector: string): Promise<Blob | undefined> {
   const part = document.querySelector(selector);
   const canvases = [...(part?.querySelectorAll('canvas') ?? [])].filter((canvas) => canvas.width > 0);

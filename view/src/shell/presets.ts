@@ -1,4 +1,4 @@
-// What the playground begins with: a link that works, and the usual mistakes.
+// The presets of the playground: a link that works, and the usual mistakes.
 
 export interface Fault {
   kind: string;
@@ -7,7 +7,7 @@ export interface Fault {
 
 export interface Setup {
   format: string;
-  /** What the capture is read as; empty: as it is sent. */
+  /** The format by which the capture is read; empty: the format that is sent. */
   readAs: string;
   clock: string;
   cable: string;

@@ -1,4 +1,4 @@
-// What is printed of a page that carries its capture: all that matters, one below the other.
+// The printed form of a page that contains its capture: all important parts, one below the other.
 import './print.css';
 import { useEffect, useState } from 'preact/hooks';
 import { core } from '../core/core';

@@ -1,4 +1,4 @@
-// What a report contains and what was left out.
+// The contents of a report, and the data left out.
 import * as state from '../state';
 
 export function ReportBar() {

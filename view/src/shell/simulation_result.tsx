@@ -1,4 +1,4 @@
-// What the line of the playground shows: how many cycles fail, and where the first one is.
+// The result line of the playground: how many cycles fail, and a link to the first one.
 import { signal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
 import { Superseded } from '../core/client';

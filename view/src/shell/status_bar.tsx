@@ -25,7 +25,7 @@ export function MessageBar() {
   );
 }
 
-// What stands before the summary, and errors after it: the summary has a panel of its own.
+// The lines before the summary, and errors after it: the summary has a panel of its own.
 function warningsOf(messages: string): string {
   const lines = messages.split('\n');
   const summary = lines.findIndex((line) => /: \d+ request cycles?$/.test(line));

@@ -1,4 +1,4 @@
-// The table of cycles: the rows of `biss decode --to csv`, as many as there is room for.
+// The table of cycles: the rows of `biss decode --to csv`, as many as fit.
 import { useEffect, useLayoutEffect, useRef, useState } from 'preact/hooks';
 import type { Column } from 'biss';
 import { harmlessStatuses, markOf, statuses } from '../core/statuses';

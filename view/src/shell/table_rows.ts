@@ -6,16 +6,16 @@ import { firstWhere } from '../core/first_where';
 import { messageOf } from '../core/texts';
 import * as state from '../state';
 
-/** Rows for which the filter is true; undefined where the table shows all. */
+/** Rows for which the filter is true; undefined if the table shows all rows. */
 export const filtered = signal<Int32Array | undefined>(undefined);
-/** What is wrong with the filter. */
+/** The problem with the filter. */
 export const filterError = signal('');
 /** Counts what has come, so that the table draws again. */
 export const arrived = signal(0);
 
-// A filtered table has no more rows, so that memory does not grow with the capture.
+// The maximum number of rows in a filtered table, so that memory does not grow with the capture.
 const mostFiltered = 2_000_000;
-// Cells kept beside those that are shown.
+// Cells kept in addition to the cells that are shown.
 const mostKept = 4_000;
 const margin = 40;
 

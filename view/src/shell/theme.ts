@@ -1,4 +1,4 @@
-// Dark and light: as the system has it, until the user chooses.
+// Dark or light: the system's choice, until the user chooses.
 import { effect } from '@preact/signals';
 import { shownTheme, systemIsDark, theme } from '../state';
 

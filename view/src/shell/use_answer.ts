@@ -6,7 +6,7 @@ import type { RequestName, Requests } from '../core/protocol';
 import { messageOf } from '../core/texts';
 
 interface Found<K extends RequestName> {
-  /** Undefined where the question has failed. */
+  /** Undefined if the request has failed. */
   answer: Requests[K]['answer'] | undefined;
   error: string;
 }

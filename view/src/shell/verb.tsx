@@ -15,14 +15,14 @@ export interface VerbResult {
   state: 'running' | 'done' | 'failed';
   /** Rows of the verb, from --to jsonl. */
   rows: Record<string, unknown>[];
-  /** What the command writes to stderr. */
+  /** Text that the command writes to stderr. */
   words: string;
 }
 
 const notYet: VerbResult = { state: 'running', rows: [], words: '' };
 const results = signal<ReadonlyMap<string, VerbResult>>(new Map());
 
-// Those of an earlier reading are dropped.
+// Results of an earlier reading are dropped.
 function put(key: string, result: VerbResult): void {
   const reading = `${state.generation.value} `;
   const kept = [...results.value].filter(([old]) => old.startsWith(reading));
@@ -35,7 +35,7 @@ export function verbArguments(verb: string[], further: string[] = []): string[] 
   return [...verb, ...fileNames(), ...captureArguments(settings), ...verbFurther(verb[0]!, settings), ...further];
 }
 
-/** Of `identify`: what is found out does not depend on the format that is chosen. */
+/** Arguments of `identify`, without the chosen format: the findings do not depend on it. */
 export function identifyArguments(): string[] {
   const args = verbArguments(['identify'], ['--to', 'jsonl']);
   const at = args.indexOf('-f');
@@ -62,7 +62,7 @@ async function run(key: string, args: string[]): Promise<void> {
   }
 }
 
-// Of a report: what the verb says of the whole capture. It names `explain`, `check renishaw`.
+// In a report: the output of the verb for the whole capture, by its name: `explain`, `check renishaw`.
 function wholeAnswer(args: string[]) {
   const [verb = ''] = args;
   const limits = args[args.indexOf('--against') + 1];
@@ -81,7 +81,7 @@ export async function zoomToCycle(number: number): Promise<void> {
   else announce(state.messages.value = `Cycle ${number} is not in this ${state.report.value === undefined ? 'table' : 'report'}.`);
 }
 
-/** Where a cycle is named: a button that goes to it. */
+/** The number of a cycle, as a button that goes to the cycle. */
 export function CycleLink({ cycle }: { cycle: unknown }) {
   if (typeof cycle !== 'number') return <>–</>;
   return <button type="button" class="link" onClick={() => void zoomToCycle(cycle)}>{cycle}</button>;

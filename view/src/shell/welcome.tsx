@@ -1,4 +1,4 @@
-// What the page shows before a capture is open.
+// The page before a capture is open.
 import * as state from '../state';
 import { examples, openSimulated } from './examples';
 import { chooseFiles } from './files';

@@ -13,7 +13,7 @@ export function accessText({ id, access, address, name, data, outcome }: Access)
   return words(access, address, name, value, id === null ? ':' : `of ${id}:`, outcome).replace(' :', ':');
 }
 
-/** Where an access is among these rows. */
+/** The place of an access among these rows. */
 export interface Extent {
   from: bigint;
   to: bigint;
@@ -21,7 +21,7 @@ export interface Extent {
   row: number;
 }
 
-/** Undefined where none of its cycles is here. */
+/** Undefined if none of its cycles is in these rows. */
 export function extentIn(rows: Rows, { cycle, cycles }: Access): Extent | undefined {
   const rowFrom = (number: number) => firstWhere(rows.numbers.length, (i) => (rows.numbers[i] ?? 0) >= number);
   const first = rowFrom(cycle);

@@ -1,4 +1,4 @@
-/** What the user does with the waveform, however it is asked for. */
+/** The user's actions on the waveform, from keys, pointer and buttons. */
 import { core } from '../core/core';
 import { selectRow, zoomToRow } from '../selection';
 import * as state from '../state';
@@ -69,7 +69,7 @@ export function clearCursors(): void {
   state.cursors.value = { a: undefined, b: undefined };
 }
 
-/** What is between the cursors. */
+/** Shows the range between the cursors. */
 export function showCursors(): void {
   const { a, b } = state.cursors.value;
   if (a === undefined || b === undefined || a === b) return;

@@ -72,12 +72,12 @@ export class Surface {
   }
 }
 
-/** A picture that is kept as long as what it shows stays the same. */
+/** A picture that is kept until its contents change. */
 export class Layer {
   readonly #canvas = document.createElement('canvas');
   #shown: readonly unknown[] = [];
 
-  /** Draws the layer on the surface; `draw` makes it again where one of `parts` has changed. */
+  /** Draws the layer on the surface; `draw` makes it again if one of `parts` has changed. */
   put(surface: Surface, parts: readonly unknown[], draw: (context: CanvasRenderingContext2D) => void): void {
     const { canvas, context, width, height } = surface;
     const now = [...parts, canvas.width, canvas.height];
@@ -98,7 +98,7 @@ export class Layer {
 /** Tools to draw a picture against time. */
 export interface Pen {
   context: CanvasRenderingContext2D;
-  /** Where the scale begins. */
+  /** The left end of the scale, in pixels. */
   left: number;
   scale: TimeScale;
   colours: Palette;

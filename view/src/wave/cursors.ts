@@ -5,7 +5,7 @@ import type { TimeScale } from './scale';
 
 export const flag = { width: 16, height: 16 };
 
-/** The cursors that are in the picture, and where. */
+/** The cursors in the picture, with their places. */
 export function shownCursors({ left, scale, colours }: Pen, { a, b }: Cursors) {
   const both = [{ name: 'A', time: a, colour: colours.cursorA }, { name: 'B', time: b, colour: colours.cursorB }];
   return both.flatMap(({ name, time, colour }) => {

@@ -1,9 +1,9 @@
-/** What the pictures show, in words. */
+/** The contents of the pictures, in words. */
 import { harmlessStatuses } from '../core/statuses';
 import * as state from '../state';
 import { exactTimeText, rateText, timeText } from './scale';
 
-/** `Δ 1.2 µs (833 kHz)`; empty where a cursor is missing. */
+/** `Δ 1.2 µs (833 kHz)`; empty if a cursor is missing. */
 export function differenceText({ a, b }: state.Cursors): string {
   if (a === undefined || b === undefined) return '';
   const difference = b - a;

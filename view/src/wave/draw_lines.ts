@@ -108,7 +108,7 @@ function strokeLevels(context: Context, lane: Lane, pieces: readonly Piece[]): v
   context.stroke();
 }
 
-// The last entry that begins at or before a time; 0 where there is none.
+// The last entry that begins at or before a time; 0 if there is no such entry.
 function firstShown(times: Float64Array, time: number): number {
   return Math.max(0, firstWhere(times.length, (i) => (times[i] ?? 0) > time) - 1);
 }
@@ -127,7 +127,7 @@ export function nearestChange(tile: LineTile, time: bigint, within: number): big
   return found === undefined ? undefined : tile.from + BigInt(found);
 }
 
-/** The change of a line after a time, or before it; undefined where none is known. */
+/** The change of a line after a time, or before it; undefined if no such change is known. */
 export function changeBeside(tile: LineTile, time: bigint, step: 1 | -1): bigint | undefined {
   const offset = Number(time - tile.from);
   let at = firstShown(tile.times, offset);

@@ -37,7 +37,8 @@ function most(counts: Uint32Array): number {
   return counts.reduce((found, count) => Math.max(found, count), 1);
 }
 
-/** All cycles, the failed ones and those with a flag, as the far names of lanes say. Returns their numbers in words. */
+/** Draws strips for all cycles, for the failed ones and for the ones with a flag. Returns their numbers in
+ * words. */
 export function drawStrips(pen: Pen, lanes: Lanes, strip: Strip): string {
   const { context, left, scale, colours } = pen;
   const sums = byPixel(strip, scale);

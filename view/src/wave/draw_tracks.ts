@@ -5,7 +5,7 @@ import { fitting, font, hatch, numberFont, textWidth, type Pen } from './canvas'
 import { partText, type CycleLayout, type Part } from './layout';
 import type { Lane } from './lanes';
 
-// Bits have their names where a clock has this many pixels.
+// The names of bits are drawn if a clock has this many pixels.
 const nameClock = 56;
 
 // The look of a cycle, by its class; without a fill it has a dashed frame.
@@ -16,7 +16,7 @@ const looks = {
   [rowClass.failed]: { sign: '✕', fill: 'wrong', text: 'bad' },
 } as const;
 
-/** What is under the pointer says this. */
+/** An area of the picture, with the text to show if the pointer is in it. */
 export interface Hit {
   left: number;
   right: number;
@@ -26,7 +26,7 @@ export interface Hit {
   row: number;
 }
 
-/** Draws tracks, and keeps what stands where. */
+/** Draws tracks, and keeps the places of their parts. */
 export class TrackPainter {
   readonly hits: Hit[] = [];
   readonly #failures: { x: number; text: string; row: number }[] = [];
@@ -115,7 +115,7 @@ export class TrackPainter {
     context.fillText(text, x - textWidth(context, text) / 2, lane.top + lane.height / 2);
   }
 
-  /** Where a cycle fails, and why. */
+  /** Marks the time at which a cycle fails, with the cause. */
   failure(at: bigint, text: string, row: number): void {
     const x = this.#x(at);
     if (x >= this.pen.left && x <= this.pen.left + this.pen.scale.width) this.#failures.push({ x, text, row });

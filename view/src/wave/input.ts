@@ -23,7 +23,7 @@ type Drag =
 // A press that moves by more is a drag.
 const still = 4;
 
-/** What the pointer is at. */
+/** The time and the text at the pointer. */
 export interface Pointed {
   time: bigint;
   text: string;
@@ -32,7 +32,7 @@ export interface Pointed {
 export class WaveInput {
   readonly #pointers = new Map<number, Point>();
   #drag: Drag | undefined;
-  /** Where the pointer is, from the left; undefined outside. */
+  /** The place of the pointer, from the left; undefined outside. */
   x: number | undefined;
   readonly close: () => void;
 
@@ -152,7 +152,7 @@ export class WaveInput {
     this.onPoint(undefined);
   };
 
-  /** What was drawn last at a place is on top. */
+  /** The part at a place; the part drawn last is on top. */
   hitAt(x: number, y: number): Hit | undefined {
     let found: Hit | undefined;
     for (const hit of this.view.hits) {

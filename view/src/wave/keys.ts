@@ -5,7 +5,7 @@ import * as actions from './actions';
 import type { WaveInput } from './input';
 import type { WaveView } from './view';
 
-/** Cursors are set where the pointer is, else in the middle. */
+/** The time at the pointer, at which a cursor is set; without a pointer, the middle of the picture. */
 export function cursorTime(view: WaveView, input: WaveInput | undefined): bigint | undefined {
   if (input?.x !== undefined) return view.timeAt(input.x);
   const range = state.range.value;

@@ -1,4 +1,4 @@
-/** Where the lanes of the waveform stand, one below the other. */
+/** The places of the lanes of the waveform, one below the other. */
 
 export interface Lane {
   top: number;
@@ -16,7 +16,7 @@ export interface Lanes {
   cycle: Lane;
   frame: Lane;
   cdm: Lane;
-  /** Only where there are accesses. */
+  /** Only if there are accesses. */
   access?: Lane;
   cause: Lane;
   flags: Lane;

@@ -19,20 +19,20 @@ export interface Sample {
   name: string;
   /** It differs from what the data received need. */
   wrong: boolean;
-  /** A flip of this bit alone would mend the checksum. */
+  /** A flip of this bit alone would make the checksum right. */
   mends: boolean;
 }
 
 export interface CycleLayout {
   parts: Part[];
-  /** What stands below the parts: the line delay and CDM, which never meet. */
+  /** Shown below the parts: the line delay and CDM, which never overlap. */
   below: Part[];
   samples: Sample[];
   failures: { at: bigint; text: string }[];
   period: bigint;
 }
 
-// Of a field the value of a checksum or a flag, and the name of data.
+// The short text of a field: the value of a checksum or a flag, the name of data.
 function shortText({ kind, text }: CyclePart): string {
   const [name = '', value = ''] = text.split(/[=,]/);
   return kind === 'crc' || kind === 'flag' ? value : name;
@@ -45,7 +45,7 @@ function partOf(part: CyclePart): Part {
   return { kind, texts, from: BigInt(part.from), to: BigInt(part.to), wrong };
 }
 
-// What would mend a checksum that is wrong.
+// The flips that would make a wrong checksum right.
 function mending(cycle: Cycle, { singles }: CycleCheck): string {
   const names = singles.slice(0, 4).map(([payload]) =>
     cycle.bits.find(({ payloadBit }) => payloadBit === payload)?.name ?? `bit ${payload}`);
@@ -78,7 +78,7 @@ export function layOut(cycle: Cycle): CycleLayout {
   };
 }
 
-/** What a part says where there is room for all. */
+/** The full text of a part. */
 export function partText(part: Part): string {
   const length = timeText(part.to - part.from);
   return `${part.texts[0] ?? ''}, ${length} from ${exactTimeText(part.from)}`;

@@ -17,7 +17,7 @@ const variables = {
   cursorB: 'cursor-b',
 };
 
-// Of parts of a cycle, by their kind, and of rows that failed or have a flag.
+// The colours of parts of a cycle, by their kind, and of rows that failed or have a flag.
 const fills = {
   line: 'fill-line',
   frame: 'fill-line',

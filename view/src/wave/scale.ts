@@ -1,4 +1,4 @@
-/** The axis of time: where a time stands on the screen, and round marks with a unit that fits. */
+/** The axis of time: the place of a time on the screen, and round marks with a unit that fits. */
 
 import type { Range } from '../state';
 
@@ -30,7 +30,7 @@ export class TimeScale {
   }
 }
 
-/** `factor` below 1 shows less; the time at `share` of the width stays where it is. */
+/** `factor` below 1 shows less; the time at `share` of the width keeps its place. */
 export function zoomed(range: Range, factor: number, share: number): Range {
   const span = Number(range.to - range.from);
   const next = Math.max(span * factor, Number(shortestSpan));
@@ -108,13 +108,13 @@ export interface Mark {
 
 export interface TimeMarks {
   marks: Mark[];
-  /** What the texts of marks are counted from; absent where they are times of the capture. */
+  /** The time from which the texts of marks count; absent if they are times of the capture. */
   base?: string;
 }
 
 /**
- * Marks at round times, at least `room` pixels from one another. Where the digits in common are many,
- * the marks count from a base.
+ * Marks at round times, at least `room` pixels from one another. If the times have many digits in common, the
+ * marks count from a base.
  */
 export function timeMarks(scale: TimeScale, room: number): TimeMarks {
   const step = BigInt(Math.max(1, Math.round(roundStep((room / scale.width) * scale.span))));

@@ -1,4 +1,4 @@
-/** What the screen shows of a line, of rows and of cycles, asked of the core and kept. */
+/** The data that the screen shows of a line, of rows and of cycles, requested from the core and kept. */
 import type { LineView } from 'biss';
 import { Superseded, CoreError } from '../core/client';
 import { core } from '../core/core';
@@ -7,15 +7,15 @@ import * as state from '../state';
 import type { Range } from '../state';
 import { layOut, type CycleLayout } from './layout';
 
-/** What was asked of a stretch of time. */
+/** A request for a stretch of time. */
 interface Asked extends Range {
   columns: number;
   generation: number;
-  /** The end of what had been read. */
+  /** The end of the data read by then. */
   end: bigint;
 }
 
-/** What is shown now. */
+/** The stretch that is shown now. */
 export interface Shown extends Range {
   /** Width of the picture in pixels. */
   width: number;
@@ -98,7 +98,7 @@ export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse
   }
 }
 
-// As fine as the picture, or nearly, and up to date where the capture has grown.
+// Whether the answer is as fine as the picture, or nearly, and up to date if the capture has grown.
 function serves(asked: Asked | undefined, shown: Shown): boolean {
   if (asked === undefined || asked.generation !== state.generation.value) return false;
   const stale = asked.end < shown.end && asked.end < asked.to && asked.end < shown.to;
@@ -109,7 +109,7 @@ function serves(asked: Asked | undefined, shown: Shown): boolean {
   return column <= wanted * 1.05 && column >= wanted / 6;
 }
 
-/** Of a line; the view is in numbers from `asked.from`. */
+/** The view of a line; its times are numbers that count from `from`. */
 export interface LineTile {
   from: bigint;
   times: Float64Array;
@@ -157,7 +157,7 @@ export class Cycles {
 
   constructor(private readonly onAnswer: () => void) {}
 
-  /** Undefined where it is not there yet, or cannot be. */
+  /** Undefined if it has not come yet, or cannot be read. */
   get(row: number): CycleLayout | undefined {
     return this.#kept.get(row);
   }
@@ -177,7 +177,7 @@ export class Cycles {
   }
 
   #ask(row: number, generation: number): void {
-    // What is not there now may come.
+    // While the capture is read, a missing cycle may still come.
     const more = state.progress.value.state === 'reading';
     this.#asked.add(row);
     core().ask('cycle', { row }).then(

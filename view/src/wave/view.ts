@@ -1,4 +1,4 @@
-/** The picture of the waveform: what is asked of the core, and what is drawn. */
+/** The picture of the waveform: requests to the core, and drawing. */
 import { firstWhere } from '../core/first_where';
 import * as state from '../state';
 import { rowClass, type Rows } from '../plots/row_classes';
@@ -15,14 +15,14 @@ import type { Palette } from './palette';
 import { TimeScale } from './scale';
 import { Cycles, lineTile, Tile, type LineTile, type Shown } from './tiles';
 
-// Single cycles are drawn where they have this many pixels, and their parts with this many.
+// Single cycles are drawn from the first width on, their parts from the second one, in pixels.
 const cyclePixels = 4;
 const partPixels = 60;
 const mostRows = 3 * Math.ceil(4096 / cyclePixels);
 
 export class WaveView {
   readonly surface: Surface;
-  /** What is under the pointer. */
+  /** The parts drawn, for the pointer. */
   hits: Hit[] = [];
   readonly #ma = this.#lineTile('ma');
   readonly #slo = this.#lineTile('slo');
@@ -30,7 +30,7 @@ export class WaveView {
   readonly #strip: Tile<'analyse.strip'>;
   readonly #cycles = new Cycles(() => this.surface.change());
   #isClosed = false;
-  // How many had ended when the rows were asked for.
+  // The number of accesses that had ended when the rows were requested.
   #accesses = 0;
 
   constructor(canvas: HTMLCanvasElement, private readonly onSeen: (text: string) => void) {
@@ -54,7 +54,7 @@ export class WaveView {
     return range === undefined ? undefined : new TimeScale(range, this.surface.width - gutter);
   }
 
-  /** The time at a place, on a change of a line where one is near. */
+  /** The time at a place. If a change of a line is near, the time of that change. */
   timeAt(x: number): bigint | undefined {
     const { scale } = this;
     if (scale === undefined) return undefined;
@@ -196,7 +196,7 @@ export class WaveView {
   }
 }
 
-// What is cut is no failure of the link, and cannot be read.
+// A row that is cut is not a failure of the link, but it cannot be read.
 function isFailed(found: number | undefined): boolean {
   return found === rowClass.failed || found === rowClass.cut;
 }

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-/// Thrown where Logic ends the worker thread: the data has come to its end.
+/// Thrown at the end of the data, when Logic ends the worker thread.
 struct EndOfData {};
 
 /// A channel in memory: the samples at which it changes.

@@ -25,11 +25,11 @@ COUNTED_RATE = (1 << 32) - 1
 # Edges that are decoded at a time.
 BLOCK = 8192
 LEVELS = {(ma, slo): ma | slo << 1 for ma in (0, 1) for slo in (0, 1)}
-# What the whole capture is needed for is read from edges that are kept: 9 bytes each.
+# The most edges to keep for results that need the whole capture: 9 bytes each.
 KEPT_EDGES = 1 << 25
-# Of longer captures, a pause does not show the last rows.
+# If a capture has more edges, a pause does not show the last rows.
 PAUSED_EDGES = 1 << 22
-# So long nothing has come when the rows so far are shown, in seconds.
+# If no data comes for this time, in seconds, the rows so far are shown.
 PAUSE = 0.5
 
 ANNOTATIONS = (
@@ -63,7 +63,7 @@ def text_of(value, is_time):
         return '' if value is None else str(value)
     if is_time:
         return ('%.3f' % value).rstrip('0').rstrip('.')
-    # As few digits as give the same number again, with an exponent where that is shorter.
+    # The fewest digits that give the same number again, with an exponent if that is shorter.
     fixed = '%.0f' % value if value.is_integer() else numpy.format_float_positional(value, trim='-')
     return min(fixed, numpy.format_float_scientific(value, trim='-', exp_digits=2), key=len)
 
@@ -247,7 +247,7 @@ class Decoder(srd.Decoder):
                       '-I vcd:downsample=1000 reads one in 1000')
         options = self.further_options()
         self.format = colons(self.options['format'].strip().replace(' ', ',')) or None
-        # Of a sample, where it is a whole number of picoseconds.
+        # The sample period in picoseconds; 0 if it is not a whole number.
         self.step = 0 if PICOSECONDS % self.samplerate else PICOSECONDS // self.samplerate
         self.further = options
         self.reader = self.new_reader()
