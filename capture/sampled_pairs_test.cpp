@@ -376,14 +376,16 @@ std::string noise(std::mt19937_64& random, std::size_t samples, unsigned ma, uns
 constexpr std::size_t noisy_samples = most_changes / 8 * 5;
 
 // Reads all as pairs. No piece takes more memory than its bound, and each edge is a change.
-void expect_bounded(const Opened& opened, std::size_t blocks) {
-  ASSERT_TRUE(opened);
+// Returns how many changes came as edges.
+std::size_t edges_if_bounded(const Opened& opened, std::size_t blocks) {
+  EXPECT_TRUE(opened);
+  if (!opened) return 0;
   std::array<wire::Level, 2> levels{wire::Level::unknown, wire::Level::unknown};
   std::size_t edges = 0;
   const auto put = [&](std::span<const wire::Edge> some) {
     edges += some.size();
     for (const wire::Edge& edge : some) {
-      ASSERT_NE(edge.level, levels[edge.line]);
+      EXPECT_NE(edge.level, levels[edge.line]);
       levels[edge.line] = edge.level;
     }
   };
@@ -402,7 +404,7 @@ void expect_bounded(const Opened& opened, std::size_t blocks) {
     }
     used = std::move(piece);
   }
-  EXPECT_GT(edges, most_changes);
+  return edges;
 }
 
 #ifdef BISS_LONG
@@ -413,7 +415,9 @@ TEST(SampledPairs, MoreChangesThanAPieceTakes_AgreeWithTheEdgesInBoundedMemory) 
   const std::string bytes = calm + noise(random, 2 * noisy_samples, 0, 1) + calm;
   const PairRead edges = pair_of(read_raw(bytes, layout), 0, 1);
   expect_same(pairs_of_raw(bytes, layout, bytes.size() / 2, 0, 2), edges);
-  expect_bounded(open_raw(memory_bytes(bytes), layout, {.piece_bytes = bytes.size()}), 0);
+  EXPECT_GT(
+      edges_if_bounded(open_raw(memory_bytes(bytes), layout, {.piece_bytes = bytes.size()}), 0),
+      most_changes);
 }
 #endif
 
@@ -501,14 +505,15 @@ TEST(DslPairs, AnyByteDamaged_EndsAsTheEdges) {
 }
 
 #ifdef BISS_LONG
-TEST(DslPairs, MoreChangesThanAPieceTakes_AgreeWithTheEdgesInBoundedMemory) {
+// A piece of such a file has fewer samples than the arrays take changes.
+TEST(DslPairs, ChangesInEverySample_AgreeWithTheEdgesInBoundedMemory) {
   std::mt19937_64 random(13'115);
   const RawLayout layout{megahertz(24), 1, {{"MA", 2}, {"SLO", 5}}};
   const std::string samples = noise(random, noisy_samples + 37, 2, 5);
   const std::string archive = dsl_of(samples, samples.size(), layout, 1U << 21U);
   const PairRead edges = pair_of(read_all(opened_dsl(archive)), 0, 1);
   expect_same(read_pairs(opened_dsl(archive), 0, 1, 0), edges);
-  expect_bounded(opened_dsl(archive), 3);
+  EXPECT_LT(edges_if_bounded(opened_dsl(archive), 3), most_changes);
 }
 #endif
 
