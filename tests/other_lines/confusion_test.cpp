@@ -1,4 +1,4 @@
-// A thousand captures of other protocols and five hundred of BiSS C; docs/identify.md has the table.
+// A thousand captures of other protocols and five hundred of BiSS C; lab/reports/identify.md has the table.
 #include <gtest/gtest.h>
 
 #include <fstream>

@@ -1,4 +1,4 @@
-// Prints the confusion tables of docs/identify.md: biss_protocol_table [SEED…]
+// Prints the confusion tables of lab/reports/identify.md: biss_protocol_table [SEED…]
 #include <fmt/format.h>
 
 #include <cstdlib>

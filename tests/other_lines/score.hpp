@@ -52,7 +52,7 @@ struct Score {
 /// share a capture.
 Score score(std::uint64_t seed, unsigned others, unsigned biss);
 
-/// The confusion table of docs/identify.md, a row for each kind.
+/// The confusion table of lab/reports/identify.md, a row for each kind.
 std::string table_of(const Score& score);
 
 }  // namespace biss::other_lines
