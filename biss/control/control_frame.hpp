@@ -156,9 +156,6 @@ struct ControlHeader {
   constexpr bool operator==(const ControlHeader&) const = default;
 };
 
-/// The bits of a header after the start bit: CTS, ten of addressing, four of CRC.
-inline constexpr unsigned control_header_bits = control_bit::header_end - control_bit::cts;
-
 /// \param bits the 15 bits in line order, CTS topmost (bit 14), CRC0 lowest; higher bits are
 ///   ignored
 /// \return nothing when the CRC is wrong: a slave then acts as not addressed

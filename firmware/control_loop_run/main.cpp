@@ -55,7 +55,6 @@ struct Loop {
   std::uint32_t ticks = 0;
   std::uint32_t cycle = 0;
   std::uint32_t bad_in_a_row = 0;
-  bool trip_expected = false;
 };
 
 // Constant-initialised, like everything that lives before firmware_main().
