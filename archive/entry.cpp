@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <compare>
-#include <iterator>
 
 #include "report/text.hpp"
 
@@ -98,8 +97,7 @@ std::string utf8_text(std::string_view text) {
     if (point.valid && rest.front() != '\\') {
       escaped.append(rest.substr(0, point.bytes));
     } else {
-      fmt::format_to(std::back_inserter(escaped), "\\x{:02X}",
-                     static_cast<unsigned char>(rest.front()));
+      escaped += fmt::format("\\x{:02X}", static_cast<unsigned char>(rest.front()));
     }
     rest.remove_prefix(point.bytes);
   }

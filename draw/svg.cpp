@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -125,7 +124,7 @@ class PanelWriter {
 
   template <class... Arguments>
   void put(fmt::format_string<Arguments...> format, Arguments&&... arguments) {
-    fmt::format_to(std::back_inserter(out_), format, std::forward<Arguments>(arguments)...);
+    out_ += fmt::format(format, std::forward<Arguments>(arguments)...);
     out_ += '\n';
   }
   // The base line of the text is y_.
@@ -236,21 +235,20 @@ class PanelWriter {
 
   void add_stretch(std::string& path, const std::vector<LevelChange>& changes, std::size_t& next,
                    Level& level, std::size_t from, std::size_t to) const {
-    auto out = std::back_inserter(path);
-    fmt::format_to(out, "M{} {}", x_of(from), level_y(level));
+    path += fmt::format("M{} {}", x_of(from), level_y(level));
     std::size_t at = from;
     std::size_t strokes = 0;
     for (; next < changes.size() && axis_.at(changes[next].time) < to; ++next) {
       const std::size_t tick = axis_.at(changes[next].time);
-      if (tick != at) fmt::format_to(out, "H{}", x_of(tick));
+      if (tick != at) path += fmt::format("H{}", x_of(tick));
       // A pulse within a pixel is one stroke up and down, however many there are.
       strokes = tick == at ? strokes + 1 : 0;
       at = tick;
       level = changes[next].level;
-      if (strokes < 3) fmt::format_to(out, "V{}", level_y(level));
+      if (strokes < 3) path += fmt::format("V{}", level_y(level));
     }
-    if (strokes >= 3) fmt::format_to(out, "V{}", level_y(level));
-    fmt::format_to(out, "H{}", x_of(to));
+    if (strokes >= 3) path += fmt::format("V{}", level_y(level));
+    path += fmt::format("H{}", x_of(to));
   }
 
   void put_bits(std::size_t slo_top) {
@@ -266,20 +264,18 @@ class PanelWriter {
       if (!in_row(tick)) continue;
       const std::size_t x = x_of(tick);
       const std::size_t point = !bit.level ? middle : *bit.level ? slo_top : slo_top + wave_height;
-      fmt::format_to(std::back_inserter(grid), "M{} {}V{}", x, point + 4, y_ - 10);
-      fmt::format_to(std::back_inserter(points), "M{} {}l4 4l-4 4l-4 -4z", x, point - 4);
+      grid += fmt::format("M{} {}V{}", x, point + 4, y_ - 10);
+      points += fmt::format("M{} {}l4 4l-4 4l-4 -4z", x, point - 4);
       const bool differs = bit.expected && bit.level && *bit.expected != *bit.level;
-      fmt::format_to(std::back_inserter(texts),
-                     "<text x=\"{}\" y=\"{}\" class=\"{}mid\">{}</text>\n", x, y_,
-                     differs ? "bad " : "",
-                     !bit.level   ? "x"
-                     : *bit.level ? "1"
-                                  : "0");
+      texts += fmt::format("<text x=\"{}\" y=\"{}\" class=\"{}mid\">{}</text>\n", x, y_,
+                           differs ? "bad " : "",
+                           !bit.level   ? "x"
+                           : *bit.level ? "1"
+                                        : "0");
       if (differs) {
         wrong = true;
-        fmt::format_to(std::back_inserter(texts),
-                       "<text x=\"{}\" y=\"{}\" class=\"soft mid\">{}</text>\n", x,
-                       y_ + text_height, *bit.expected ? "1" : "0");
+        texts += fmt::format("<text x=\"{}\" y=\"{}\" class=\"soft mid\">{}</text>\n", x,
+                             y_ + text_height, *bit.expected ? "1" : "0");
       }
     }
     if (points.empty()) {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <iterator>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -256,10 +255,10 @@ std::string flips_text(const CycleDrawing& drawing, std::string_view label,
                        const std::vector<Flips>& all) {
   std::string text;
   for (const Flips& flips : all) {
-    fmt::format_to(std::back_inserter(text), "  {:<20}", text.empty() ? label : "");
+    text += fmt::format("  {:<20}", text.empty() ? label : "");
     for (std::size_t i = 0; i < flips.size(); ++i) {
-      fmt::format_to(std::back_inserter(text), "{}{} (bit {})", i == 0 ? "" : " with ",
-                     drawing.name_of(flips[i]), flips[i]);
+      text +=
+          fmt::format("{}{} (bit {})", i == 0 ? "" : " with ", drawing.name_of(flips[i]), flips[i]);
     }
     text += '\n';
   }

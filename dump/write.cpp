@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <iterator>
 #include <span>
 
 namespace biss::dump {
@@ -23,7 +22,7 @@ void append_hex_rows(std::string& out, const DumpedBytes& bytes, unsigned first_
   for (std::size_t i = 0; i < bytes.size(); i += row_bytes) {
     const auto row = std::span(bytes).subspan(i, row_bytes);
     if (!any_known(row)) continue;
-    fmt::format_to(std::back_inserter(out), "0x{:02X}{}", first_address + i, separator);
+    out += fmt::format("0x{:02X}{}", first_address + i, separator);
     for (const auto& byte : row) out += byte ? fmt::format(" {:02X}", *byte) : " --";
     out += '\n';
   }
@@ -33,7 +32,7 @@ std::string write_hex_page(const RegisterDump& dump) {
   std::string out;
   for (unsigned number = 0; number < bank_count; ++number) {
     if (!any_known(dump.bank(number))) continue;
-    fmt::format_to(std::back_inserter(out), "bank {}\n", number);
+    out += fmt::format("bank {}\n", number);
     append_hex_rows(out, dump.bank(number), 0, ":");
   }
   append_hex_rows(out, dump.direct(), first_direct, ":");
@@ -51,12 +50,12 @@ std::string write_intel_hex(const RegisterDump& dump) {
       continue;
     }
     std::size_t sum = size + (at >> 8U) + (at & 0xFFU);
-    fmt::format_to(std::back_inserter(out), ":{:02X}{:04X}00", size, at);
+    out += fmt::format(":{:02X}{:04X}00", size, at);
     for (const std::size_t end = at + size; at < end; ++at) {
-      fmt::format_to(std::back_inserter(out), "{:02X}", *dump.at_offset(at));
+      out += fmt::format("{:02X}", *dump.at_offset(at));
       sum += *dump.at_offset(at);
     }
-    fmt::format_to(std::back_inserter(out), "{:02X}\n", (0x100U - (sum & 0xFFU)) & 0xFFU);
+    out += fmt::format("{:02X}\n", (0x100U - (sum & 0xFFU)) & 0xFFU);
   }
   out += ":00000001FF\n";
   return out;
@@ -75,14 +74,14 @@ std::string write_c_array(const RegisterDump& dump, std::string_view name, unsig
   const std::string bytes = write_binary(dump, first);
   std::string out =
       fmt::format("/* Registers 0x00 to 0x3F from bank {} on, 64 bytes per bank. */\n", first);
-  fmt::format_to(std::back_inserter(out), "const unsigned char {}[{}] = {{\n", name, bytes.size());
+  out += fmt::format("const unsigned char {}[{}] = {{\n", name, bytes.size());
   for (std::size_t i = 0; i < bytes.size(); ++i) {
     if (i % bank_bytes == 0) {
-      fmt::format_to(std::back_inserter(out), "    /* bank {} */\n", first + i / bank_bytes);
+      out += fmt::format("    /* bank {} */\n", first + i / bank_bytes);
     }
-    fmt::format_to(std::back_inserter(out), "{}0x{:02X},{}", i % row_bytes == 0 ? "    " : " ",
-                   static_cast<unsigned char>(bytes[i]),
-                   i % row_bytes == row_bytes - 1 ? "\n" : "");
+    out += fmt::format("{}0x{:02X},{}", i % row_bytes == 0 ? "    " : " ",
+                       static_cast<unsigned char>(bytes[i]),
+                       i % row_bytes == row_bytes - 1 ? "\n" : "");
   }
   out += "};\n";
   return out;

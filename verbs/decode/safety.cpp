@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
 
 #include "biss/frame/format_text.hpp"
 #include "biss/safety/configurations.hpp"
@@ -182,8 +181,8 @@ void add_safety(report::Summary& summary, const decode::SafetyWatch& watch, std:
   for (std::size_t i = 0; i < safety_verdict_count; ++i) {
     const SafetyVerdict verdict = verdict_of(i);
     if (watch.count(verdict) == 0) continue;
-    fmt::format_to(std::back_inserter(text), "{}{} {}", text.empty() ? "" : ", ",
-                   watch.count(verdict), name_of(verdict));
+    text +=
+        fmt::format("{}{} {}", text.empty() ? "" : ", ", watch.count(verdict), name_of(verdict));
   }
   const SafetySetup& setup = watch.setup();
   summary.entry("safety", text,

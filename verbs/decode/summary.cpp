@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <iterator>
 #include <optional>
 
 #include "biss/frame/format_text.hpp"
@@ -69,8 +68,8 @@ std::string status_counts(const decode::Statistics& statistics) {
   for (std::size_t i = 0; i < decode::cycle_status_count; ++i) {
     const auto status = static_cast<decode::CycleStatus>(i);
     if (statistics.count(status) == 0) continue;
-    fmt::format_to(std::back_inserter(text), "{}{} {}", text.empty() ? "" : ", ",
-                   statistics.count(status), name_of(status));
+    text +=
+        fmt::format("{}{} {}", text.empty() ? "" : ", ", statistics.count(status), name_of(status));
   }
   return text;
 }
@@ -195,8 +194,7 @@ void add_limits(report::Summary& summary, const decode::Statistics& statistics,
     const auto limit = static_cast<decode::Limit>(i);
     const std::uint64_t count = statistics.count(limit);
     if (count == 0) continue;
-    fmt::format_to(std::back_inserter(text), "{}{} {}", text.empty() ? "" : ", ", count,
-                   name_of(limit));
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, name_of(limit));
     if (count > statistics.count(foremost)) foremost = limit;
   }
   summary.entry("limits", text,

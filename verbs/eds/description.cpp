@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <array>
-#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
@@ -284,8 +283,7 @@ void append_fields(std::string& out, const dump::FoundPart& part, EdsPart kind) 
     const std::string given = fmt::format("{} = {}", field.symbol, text);
     std::string means = eds_meaning(field, value, linear);
     if (means == text) means.clear();
-    fmt::format_to(std::back_inserter(out), "{:<28} # {}{}{}\n", given, field.meaning,
-                   means.empty() ? "" : ": ", means);
+    out += fmt::format("{:<28} # {}{}{}\n", given, field.meaning, means.empty() ? "" : ": ", means);
   }
 }
 
@@ -299,8 +297,7 @@ void append_registers(std::string& out, const dump::RegisterDump& dump,
     auto value = dump.direct_number(field.address, field.bytes);
     if (field.address == reg::eds_bank && !value && eds_bank) value = *eds_bank;
     if (!value) continue;
-    fmt::format_to(std::back_inserter(named), "{} = 0x{:0{}X}\n", field.name, *value,
-                   2 * field.bytes);
+    named += fmt::format("{} = 0x{:0{}X}\n", field.name, *value, 2 * field.bytes);
     for (unsigned i = 0; i < field.bytes; ++i) {
       rest[field.address - dump::first_direct + i] = std::nullopt;
     }
@@ -326,7 +323,7 @@ std::string write_description(const dump::RegisterDump& dump, const dump::DataSh
   std::set<unsigned> written;
   append_registers(out, dump, sheet.eds_bank);
   const auto heading = [&out](std::string_view text) {
-    fmt::format_to(std::back_inserter(out), "{}[{}]\n", out.empty() ? "" : "\n", text);
+    out += fmt::format("{}[{}]\n", out.empty() ? "" : "\n", text);
   };
   // If the common part is not in the bank that register 0x41 names, its bytes are written.
   const auto stated = dump.direct_byte(reg::eds_bank);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <iterator>
 #include <utility>
 
 #include "biss/frame/format_text.hpp"
@@ -30,7 +29,7 @@ class Parts {
   template <class... Values>
   void add(fmt::format_string<Values...> format, Values&&... values) {
     if (!text_.empty()) text_ += "; ";
-    fmt::format_to(std::back_inserter(text_), format, std::forward<Values>(values)...);
+    text_ += fmt::format(format, std::forward<Values>(values)...);
   }
   std::string text() && { return std::move(text_); }
 

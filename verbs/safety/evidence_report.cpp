@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <numeric>
 #include <regex>
 #include <sstream>
@@ -99,7 +98,7 @@ std::string coverage_text(double missed_share) {
 
 template <class... Args>
 void add(std::string& text, fmt::format_string<Args...> what, Args&&... args) {
-  fmt::format_to(std::back_inserter(text), what, std::forward<Args>(args)...);
+  text += fmt::format(what, std::forward<Args>(args)...);
 }
 
 void add_files(std::string& text, const std::vector<EvidenceCommand>& commands) {
