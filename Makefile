@@ -107,10 +107,10 @@ report-pictures: build view  ## reports in Chromium, Firefox and on A4, to be lo
 	@cd view && BISS=../build/biss node test/report_pictures.mjs ../build/report-pictures
 
 .PHONY: python
-python:  ## the Python module: build-python/python
+python:  ## the Python module: build/python
 	@scripts/install-packages build python
-	@cmake --preset python >/dev/null
-	@cmake --build --preset python --target biss_python_module
+	@cmake --preset release -DBISS_PYTHON=ON -DPython3_EXECUTABLE=/usr/bin/python3 >/dev/null
+	@cmake --build --preset release --target biss_python_module
 
 .PHONY: test-python
 test-python: build python  ## the Python module against the command
@@ -121,8 +121,8 @@ python-speed: build python  ## 10^6 request cycles from an array, against the co
 	@python/speed
 
 .PHONY: wheel
-wheel: python  ## the Python module as a wheel: build-python/dist
-	@cd python && /usr/bin/python3 -m build --wheel --no-isolation --outdir ../build-python/dist
+wheel: python  ## the Python module as a wheel: build/dist
+	@cd python && /usr/bin/python3 -m build --wheel --no-isolation --outdir ../build/dist
 
 .PHONY: explain-matrix
 explain-matrix:  ## how often biss explain finds each cause on lines of the simulator

@@ -17,13 +17,13 @@ if(BISS_COVERAGE)
 endif()
 
 # Two measures halve the time of a build, most of which went into parsing and instantiating headers.
-# The headers below are parsed once for all rooms and once for all tests. The release build joins up
-# to ten source files of a target into one (CMAKE_UNITY_BUILD): a name that only one file uses has
-# to be unique within its target, and a test file keeps its names in a separate namespace.
+# The headers below are parsed once for all rooms of a kind and once for all tests. The release build
+# joins ten source files of a target into one (CMAKE_UNITY_BUILD), those of the verbs in four groups:
+# a name that only one file uses has to be unique within its target, and a test file keeps its names
+# in a separate namespace.
 set(biss_common_headers
     <algorithm> <array> <bit> <charconv> <cstdint> <functional> <memory> <optional> <span> <string>
-    <string_view> <utility> <variant> <vector> <fmt/format.h> <fmt/ranges.h>
-    <nlohmann/json.hpp> <tl/expected.hpp>
+    <string_view> <utility> <variant> <vector> <fmt/format.h> <fmt/ranges.h> <tl/expected.hpp>
     "${PROJECT_SOURCE_DIR}/biss/frame/decode.hpp")
 
 # biss_kind(TARGET room|small|test): TARGET uses the common headers, a test also the headers of
@@ -36,6 +36,9 @@ function(biss_kind target kind)
     target_link_libraries(biss_${kind}_headers PRIVATE biss_core biss_flags fmt::fmt
                                                        nlohmann_json::nlohmann_json)
     set(headers ${biss_common_headers})
+    if(NOT kind STREQUAL room)
+      list(APPEND headers <nlohmann/json.hpp>)
+    endif()
     if(kind STREQUAL test)
       target_link_libraries(biss_test_headers PRIVATE GTest::gtest GTest::gmock)
       list(APPEND headers <gtest/gtest.h> <gmock/gmock.h>)

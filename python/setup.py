@@ -1,4 +1,4 @@
-"""Builds the extension by CMake, with the preset `python` of the project."""
+"""Builds the extension by CMake, with the preset `release` of the project."""
 
 import pathlib
 import re
@@ -16,9 +16,9 @@ class BuildByCmake(build_ext):
     """The build folder is the same as for `make python`, so that nothing is compiled twice."""
 
     def build_extension(self, ext):
-        build = ROOT / "build-python"
-        subprocess.run(["cmake", "--preset", "python", f"-DPython3_EXECUTABLE={sys.executable}"],
-                       cwd=ROOT, check=True)
+        build = ROOT / "build"
+        subprocess.run(["cmake", "--preset", "release", "-DBISS_PYTHON=ON",
+                        f"-DPython3_EXECUTABLE={sys.executable}"], cwd=ROOT, check=True)
         subprocess.run(["cmake", "--build", build, "--target", "biss_python_module"], check=True)
         target = pathlib.Path(self.get_ext_fullpath(ext.name))
         target.parent.mkdir(parents=True, exist_ok=True)

@@ -155,7 +155,7 @@ A frame format is a list of items in line order, for example pos26,nE,nW,crc6, o
 lists, or a profile identifier such as bp3:0x621E.
 )";
 
-constexpr std::string_view rest = R"(.SH EXIT STATUS
+constexpr std::string_view page_end = R"(.SH EXIT STATUS
 .TP
 .B 0
 Success.
@@ -195,7 +195,7 @@ std::string man_page(const VerbHelp& command, std::string_view version) {
   }
   out += ".SH VERBS\n";
   for (const VerbHelp& verb : command.verbs) append_manual(out, verb);
-  out += rest;
+  out += page_end;
   return out;
 }
 

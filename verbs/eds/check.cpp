@@ -16,7 +16,7 @@
 namespace biss::verbs {
 namespace {
 
-struct CheckOptions {
+struct CheckArguments {
   EdsArguments arguments;
   EdsCheckOptions rules;
   bool strict = false;
@@ -81,7 +81,7 @@ void warn_of_power_on_delay(const EdsSource& source, Host& host) {
   }
 }
 
-ExitStatus run_check(const CheckOptions& options, Host& host) {
+ExitStatus run_check(const CheckArguments& options, Host& host) {
   const auto source = load_eds_with_part(options.arguments, host);
   if (!source) return source.error();
   EdsCheckOptions rules = options.rules;
@@ -107,7 +107,7 @@ ExitStatus run_check(const CheckOptions& options, Host& host) {
 }  // namespace
 
 Run add_eds_check(Verb verb) {
-  const auto options = std::make_shared<CheckOptions>();
+  const auto options = std::make_shared<CheckArguments>();
   add_eds_file(verb, options->arguments.file);
   add_eds_options(verb, options->arguments);
   verb.add_flag("--strict", options->strict,

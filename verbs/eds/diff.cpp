@@ -35,18 +35,18 @@ struct RowOrder {
   auto operator<=>(const RowOrder&) const = default;
 };
 
-struct Side {
+struct DiffSide {
   std::string part;
   std::string symbol;
   std::optional<std::uint64_t> value;
   std::string means;
 };
 
-using Sides = std::map<RowOrder, Side>;
+using DiffSides = std::map<RowOrder, DiffSide>;
 
 /// A value, and the bytes that it is made of.
 struct Field {
-  Side side;
+  DiffSide side;
   std::span<const std::optional<std::uint8_t>> bytes;
 
   bool partly_known() const {
@@ -98,8 +98,8 @@ Fields fields_of(const EdsSource& source) {
 }
 
 // A field that is only partly present in one of the two is compared byte by byte.
-Sides sides_of(const Fields& fields, const Fields& others) {
-  Sides sides;
+DiffSides sides_of(const Fields& fields, const Fields& others) {
+  DiffSides sides;
   for (const auto& [place, field] : fields) {
     const auto other = others.find(place);
     if (!field.partly_known() && (other == others.end() || !other->second.partly_known())) {
@@ -122,13 +122,13 @@ bool comparable(const RowOrder& place, const dump::RegisterDump& other) {
 }
 
 struct Difference {
-  const Side* a = nullptr;
-  const Side* b = nullptr;
-  const Side& any() const { return a != nullptr ? *a : *b; }
+  const DiffSide* a = nullptr;
+  const DiffSide* b = nullptr;
+  const DiffSide& any() const { return a != nullptr ? *a : *b; }
 };
 
-std::vector<Difference> differences(const EdsSource& first, const EdsSource& second, const Sides& a,
-                                    const Sides& b) {
+std::vector<Difference> differences(const EdsSource& first, const EdsSource& second, const DiffSides& a,
+                                    const DiffSides& b) {
   std::map<RowOrder, Difference> rows;
   for (const auto& [place, side] : a) rows[place].a = &side;
   for (const auto& [place, side] : b) rows[place].b = &side;
@@ -152,10 +152,10 @@ bool write_rows(const std::vector<Difference>& rows, report::Format format, Outp
                                                {.name = "means_a", .heading = "a means"},
                                                {.name = "means_b", .heading = "b means"}};
   const auto table = report::make_table_writer(format, columns, output, output.table_options());
-  const auto value = [](const Side* side) {
+  const auto value = [](const DiffSide* side) {
     return side == nullptr ? report::Cell() : report::Cell(side->value);
   };
-  const auto means = [](const Side* side) {
+  const auto means = [](const DiffSide* side) {
     return side == nullptr || side->means.empty() ? report::Cell() : report::Cell(side->means);
   };
   for (const Difference& row : rows) {
@@ -178,8 +178,8 @@ ExitStatus run_diff(const DiffOptions& options, Host& host) {
   if (!second) return second.error();
   const Fields first_fields = fields_of(*first);
   const Fields second_fields = fields_of(*second);
-  const Sides a = sides_of(first_fields, second_fields);
-  const Sides b = sides_of(second_fields, first_fields);
+  const DiffSides a = sides_of(first_fields, second_fields);
+  const DiffSides b = sides_of(second_fields, first_fields);
   const auto rows = differences(*first, *second, a, b);
   Output output(host);
   if (!output.open(options.output)) return output.status();

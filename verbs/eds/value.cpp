@@ -34,7 +34,7 @@ Value checked(const EdsField& field, std::uint64_t value) {
                   field.all_ones()));
 }
 
-Value parse_time(const EdsField& field, std::string_view text) {
+Value parse_time_field(const EdsField& field, std::string_view text) {
   const EdsScale& scale = *find_scale(field.symbol);
   const bool confirmed = text.ends_with('?');
   if (confirmed) text = dump::trimmed(text.substr(0, text.size() - 1));
@@ -76,7 +76,7 @@ tl::expected<std::uint32_t, std::string> parse_eds_value(const EdsField& field,
   const std::string_view unit = dump::trimmed(text.substr(size));
   const auto number = parse_count(text.substr(0, size));
   if (number.ok() && unit.empty()) return checked(field, *number);
-  if (field.unit == EdsUnit::time_step) return parse_time(field, text);
+  if (field.unit == EdsUnit::time_step) return parse_time_field(field, text);
   if (!number.ok()) {
     return wrong(has_table(field) ? table_error(field) : std::string("a number, decimal or 0x..."));
   }
