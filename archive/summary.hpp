@@ -112,7 +112,7 @@ tl::expected<Summary, std::string> merge(std::vector<NamedSummary> parts);
 bool write_summary(const Summary& summary, report::TextSink& sink);
 
 /// Reads the text of write_summary(). Sums are compared with the files, and files with the list.
-/// \return the summary, or the cause why the text is none
+/// \return the summary, or the cause why the text is not a summary
 tl::expected<Summary, std::string> read_summary(std::istream& text);
 
 /// The links of each group, in the order of the files.

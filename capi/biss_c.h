@@ -70,12 +70,12 @@ typedef enum biss_status BISS_INT {
   BISS_SLO_LOW,        /* begin: refused, the encoder is not ready */
   BISS_TOO_EARLY,      /* begin: refused, the device's shortest cycle has not passed, or MA was not
                           high long enough */
-  BISS_NO_READING,     /* reading: no request was made yet; or the frame is none */
+  BISS_NO_READING,     /* reading: no request was made yet, or there is no frame */
   BISS_BAD_HANDLE,     /* the handle is closed, was never open, or is of another kind */
   BISS_CHANNEL_COUNT,  /* the format has another number of channels, or no such channel */
   BISS_CLOCK_RANGE,    /* clocks of ACK or before it: more or fewer than there can be */
   BISS_NO_ROOM,        /* the buffer is too small */
-  BISS_BAD_CRC,        /* a biss_crc that is no checksum: its width is not 3 to 16, its polynomial
+  BISS_BAD_CRC,        /* a biss_crc is not a checksum: its width is not 3 to 16, its polynomial
                           not in full form, or its start wider */
   BISS_BIT_COUNT,      /* a number of bits is not 1 to 64 */
   BISS_FAULT_RULE,     /* a fault is not KIND:RATE with a rate of 0 to 1, nor KIND@CYCLE */

@@ -27,7 +27,7 @@ typedef struct biss_safety_setup {
   uint32_t spw;
   uint32_t start_frames; /* good frames in a row until one is safe, 2 to 255 */
   bool latch;            /* a fault holds until biss_safety_acknowledge() */
-  uint32_t compare_bits; /* upper singleturn bits that are compared; 0: all that both words have */
+  uint32_t compare_bits; /* upper singleturn bits that are compared; 0: all common bits */
   uint32_t tolerance_lsb;
   bool ignore_turns;
   biss_counter_mode counter;

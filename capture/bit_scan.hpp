@@ -7,7 +7,7 @@
 
 namespace biss::capture {
 
-/// A scan writes up to this many times more than it finds.
+/// A scan may write up to this number of further times after those it finds.
 inline constexpr std::size_t scan_slack = 64;
 
 /// Samples in which the changes of two lines are sought. The times go to `ma` and `slo`, which have

@@ -81,7 +81,7 @@ std::unique_ptr<ByteSource> failed_bytes(const CaptureError& error);
 std::unique_ptr<ByteSource> limited_bytes(std::unique_ptr<ByteSource> bytes, std::uint64_t most,
                                           const CaptureError& error);
 
-/// `head`, then everything of `rest`: gives back what was read to look at the beginning.
+/// `head`, then everything of `rest`: returns the bytes that were read to examine the beginning.
 std::unique_ptr<ByteSource> prefixed_bytes(std::string head, std::unique_ptr<ByteSource> rest);
 
 class ByteSink {
@@ -90,7 +90,7 @@ class ByteSink {
 
   /// Takes all of `bytes`; false when that failed, after which nothing more need be tried.
   virtual bool write(std::string_view bytes) = 0;
-  /// Hands on what the sink has held back; false when that failed.
+  /// Passes on the bytes that the sink has held back; false when that failed.
   virtual bool flush() = 0;
 };
 

@@ -168,7 +168,7 @@ class DslPieces final : public SamplePieces {
       // DSView stores whole bytes of whole words.
       if (total_samples_ - before_ < word_bits) return false;
       return failure(CaptureError{.cause = CaptureCause::truncated,
-                                  .expected = "as many samples as the header has"});
+                                  .expected = "as many samples as the header gives"});
     }
     ++block_;
     const char* const fault = find_planes();
@@ -183,7 +183,7 @@ class DslPieces final : public SamplePieces {
     if (block_ != blocks_ && samples_ != dsl_block_samples) {
       return damaged("2 MiB in every block but the last");
     }
-    if (held - samples_ >= word_bits) return damaged("no more samples than the header has");
+    if (held - samples_ >= word_bits) return damaged("no more samples than the header gives");
     return true;
   }
 

@@ -201,7 +201,7 @@ TEST(Dsl, MoreSamplesThanTheHeaderHas_AreRefused) {
       EXPECT_FALSE(read.error) << said;
     } else {
       ASSERT_EQ(read.cause(), CaptureCause::damaged) << said;
-      EXPECT_STREQ(read.error->expected, "no more samples than the header has");
+      EXPECT_STREQ(read.error->expected, "no more samples than the header gives");
     }
   }
 }

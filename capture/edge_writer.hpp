@@ -13,7 +13,7 @@
 namespace biss::capture {
 
 enum class WriteCause : std::uint8_t {
-  write_failed,      ///< the sink refused, or a temporary file
+  write_failed,      ///< the sink, or a temporary file, cannot be written
   no_such_line,      ///< an edge of a line that the writer was not given
   time_backwards,    ///< an edge before the one already written
   time_before_zero,  ///< the format cannot hold a negative time
@@ -25,7 +25,7 @@ enum class WriteCause : std::uint8_t {
 using Written = Result<std::uint64_t, WriteCause>;
 
 /// Writes one capture: any number of write(), then finish(). The sink outlives the writer. After an
-/// error what the sink has received is no capture, and every further call fails the same way.
+/// error the bytes in the sink are not a capture, and every further call fails the same way.
 class EdgeWriter {
  public:
   virtual ~EdgeWriter() = default;
@@ -49,7 +49,7 @@ class EdgeWriter {
   const std::vector<std::string>& lines() const { return lines_; }
   std::string& text() { return text_; }
   void append_number(std::uint64_t number);
-  /// Hands text() on once there is enough of it; for formats in which one change is a lot of text.
+  /// Passes text() on once there is enough of it; for formats in which one change is a lot of text.
   /// False when that failed or anything has failed before.
   bool flush_full();
   /// Fails this call and every later one with `cause`.

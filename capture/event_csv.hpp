@@ -53,8 +53,8 @@ bool looks_like_event_csv(std::string_view row);
 ///
 /// Fails with `empty`, `read_failed`, `malformed` (header, number, level, count of columns),
 /// `token_too_long` (a row of more than 64 KiB), `time_backwards`, `time_out_of_range` and
-/// `truncated`. A row counts whole or not at all. A missing line feed at the end is no fault, but a
-/// last row without one is `truncated` when columns are missing or its last cell is empty.
+/// `truncated`. A row counts whole or not at all. A missing line feed at the end is not a fault,
+/// but a last row without one is `truncated` when columns are missing or its last cell is empty.
 ///
 /// \param piece_limit the most text of a piece of pairs()
 Opened open_event_csv(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit,

@@ -9,7 +9,7 @@
 
 namespace biss::capture {
 
-/// Whether a file that begins so is an FST, plain or wrapped in gzip. It takes 33 bytes to say.
+/// Whether a file that begins in this way is an FST, plain or wrapped in gzip. 33 bytes are enough.
 bool looks_like_fst(std::string_view head);
 
 /// Opens an FST and delivers the changes of every one-bit signal, with the names and levels of the

@@ -57,7 +57,7 @@ std::uint64_t big_endian(std::span<const std::uint8_t, 8> bytes) {
   return value;
 }
 
-// The name of a variable as VCD has its words: `MA [3]` is a bit of a wider signal.
+// The name of a variable in the words of VCD: `MA [3]` is a bit of a wider signal.
 std::string name_of(std::string_view text) {
   std::vector<std::string> words(1);
   for (const char c : text) {
@@ -317,7 +317,7 @@ std::optional<CaptureError> FstFile::take_hierarchy(std::span<const std::uint8_t
       const std::string name = cursor.text();
       cursor.text();  // the component
       if (declared_.depth() == DeclaredLines::max_depth) {
-        return error_of(CaptureCause::malformed, part, "at most 256 scopes in one another");
+        return error_of(CaptureCause::malformed, part, "at most 256 nested scopes");
       }
       if (!declared_.open_scope(name_of(name))) {
         return error_of(CaptureCause::too_many_lines, nullptr, nullptr);

@@ -1,4 +1,4 @@
-// Opens a capture of any known format, and says in words what went wrong.
+// Opens a capture of any known format, and describes errors in words.
 #pragma once
 
 #include <cstddef>
@@ -34,7 +34,7 @@ struct OpenOptions {
 /// the file, without folder and extension. Fails with every CaptureCause.
 Opened open_capture(const std::string& path, const OpenOptions& options = {});
 
-/// The same for bytes from elsewhere; of `path` only the name counts.
+/// The same for bytes from elsewhere; only the name in `path` matters.
 Opened open_capture(std::unique_ptr<ByteSource> bytes, std::string_view path,
                     const OpenOptions& options = {});
 

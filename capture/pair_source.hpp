@@ -70,7 +70,7 @@ class PairSource {
   ///   other lines, were delivered to `on_edges`, and `ma` and `slo` are not valid.
   virtual bool settle(PairPiece& piece, const OnEdges& on_edges) = 0;
 
-  /// The last time that the settled pieces speak of.
+  /// The last time in the settled pieces.
   virtual Picoseconds end_time() const = 0;
   /// Why reading ended before the end of the capture, once settle() has come there: no piece after
   /// that one counts. The same error as next_block() would give.

@@ -261,7 +261,7 @@ class SampledPairs final : public PairSource {
     return false;
   }
 
-  // The whole samples of the bytes; what is left over goes to the next piece.
+  // The whole samples of the bytes; the rest goes to the next piece.
   void take_samples(SampledPiece& piece) {
     PackedSamples& packed = piece.packed;
     std::uint64_t samples = 0;

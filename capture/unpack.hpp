@@ -22,7 +22,7 @@ class Unpacker {
   Inflater inflater_;
 };
 
-/// FastLZ, levels 1 and 2, as unpack() has it.
+/// FastLZ, levels 1 and 2, for unpack().
 bool unpack_fastlz(std::span<const std::uint8_t> packed, std::span<std::uint8_t> into);
 
 }  // namespace biss::capture

@@ -127,7 +127,7 @@ class VcdQuickParser {
     return text.size() > long_enough ? VcdIds::none : pair_.signals().ids.find(text);
   }
 
-  // False for a level that arrays cannot say.
+  // False for a level that arrays cannot represent.
   bool add(VcdPair::Role role, VcdKind level) {
     if (role == VcdPair::other) return true;
     if (level == VcdKind::unknown) return false;

@@ -130,7 +130,7 @@ void ControlRules::judge_ids(const SeenAccess& access) {
   if (anybody || pattern) count(Rule::id_pattern, !pattern, access.cycle, "IDL has a gap");
   if (broken_off_ && answered_ && !control_off_) {
     count(Rule::control_reset, anybody || pattern, access.cycle,
-          "no answer after an access that was broken off");
+          "no answer after an access that was aborted");
   }
   broken_off_ = access.outcome != AccessOutcome::ok && access.kind != SeenAccess::Kind::command;
   answered_ = answered_ || anybody;
@@ -152,7 +152,7 @@ void ControlRules::judge_register(const SeenAccess& access) {
           "a read is refused with W = 0");
   }
   const bool pattern = outcome == AccessOutcome::rw_pattern;
-  count(Rule::rw_pattern, !pattern, at, "R and W as no slave sends them");
+  count(Rule::rw_pattern, !pattern, at, "R and W with levels that no slave sends");
   judge_manufacturer(access);
   if (refused || pattern) return;
   if (outcome == AccessOutcome::ok || outcome == AccessOutcome::data_crc ||
@@ -182,7 +182,7 @@ void ControlRules::judge_write(const SeenAccess& access) {
   }
 }
 
-// P = 0 has said that the next register can be accessed in the same way.
+// P = 0 announced that the next register can be accessed in the same way.
 void ControlRules::judge_next(const SeenAccess& access) {
   const AccessOutcome outcome = access.outcome;
   const bool announced = announced_ && announced_->id == access.id &&

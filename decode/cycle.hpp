@@ -1,4 +1,4 @@
-// A request cycle: the answer to one request on MA, or the one cause why it is no frame.
+// A request cycle: the answer to one request on MA, or the one cause why it is not a frame.
 #pragma once
 
 #include <array>

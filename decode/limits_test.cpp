@@ -157,7 +157,7 @@ TEST(Limits, FrameLongerThanTheTimeOfItsCycle_HasNoRelease) {
   }
 }
 
-// A pulse in the timeout is no end of it.
+// A pulse in the timeout is not an end of it.
 TEST(Limits, PulseAfterTheFrame_IsNoRelease) {
   const test::Shape shape{.period = nanoseconds(100)};
   test::TestLine line = line_of(shape, cycle_time, microseconds(40));

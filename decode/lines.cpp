@@ -322,7 +322,7 @@ Choice by_behaviour(const Names& names, Edges edges, std::span<const Named> mas,
   const auto found = lines_of(plausible(pairs, edges, reader));
   if (found.empty()) return tl::unexpected(LineError{LineProblem::nothing_behaves, {}});
   for (const Lines& a : found) {
-    // Whose answer is it?
+    // Pairs that share SLO do not show whose answer it is.
     const bool shared = std::any_of(found.begin(), found.end(), [&](const Lines& b) {
       return a.ma != b.ma && (a.slo == b.slo || a.slo == b.ma);
     });

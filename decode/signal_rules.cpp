@@ -36,7 +36,7 @@ SignalRules::SignalRules(const Setup& setup, Tallies& tallies) : setup_(setup), 
 
 void SignalRules::push(std::uint64_t number, const Cycle& cycle) {
   if (cycle.status == CycleStatus::ma_glitch) {
-    tallies_.count(Rule::glitch_ma, false, number, "a pulse on MA is no request");
+    tallies_.count(Rule::glitch_ma, false, number, "a pulse on MA is not a request");
   }
   if (!cycle.period || cycle.status == CycleStatus::unknown_level) return;
   if (cycle.signal) {

@@ -53,7 +53,7 @@ class Axis {
     std::size_t first = 0;
     std::size_t last = 0;
   };
-  // The longest request has some 700 clocks.
+  // The longest request has about 700 clocks.
   static constexpr std::int64_t clocks_max = 1365;
 
   std::int64_t ticks_of(Picoseconds from, Picoseconds to) const;

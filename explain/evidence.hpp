@@ -22,7 +22,7 @@ namespace biss::explain {
 /// The smallest step of all edge times, if the capture has sampled the lines.
 ///
 /// A file of changes does not give its sample period. If all gaps between edges are whole multiples
-/// of the smallest one, and one level of MA lasts a step more at times, that gap is the sample
+/// of the smallest one, and one level of MA sometimes lasts a step longer, that gap is the sample
 /// period. (High and low alone may differ by a step: an uneven duty does that.)
 class SampleGrid {
  public:

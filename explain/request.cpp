@@ -96,7 +96,7 @@ std::optional<Picoseconds> find_groups(std::span<const Cycle> cycles, Picosecond
   if (3 * std::count_if(cycles.begin(), cycles.end(), is_word) < std::ssize(cycles)) {
     return std::nullopt;
   }
-  // First in a group, and not: all, and those that are answered.
+  // Requests that are first in a group, and all others: their number, and how many are answered.
   std::array<std::size_t, 2> all{};
   std::array<std::size_t, 2> answered{};
   for (std::size_t i = 0; i < rests.size(); ++i) {
@@ -136,7 +136,7 @@ std::string_view text_of(RequestKind kind) {
       "MA stops in ACK",
       "START comes too late for the clocks of the master",
       "MA stops before the last bit of the frame",
-      "MA stops before the last bit of the frame, and goes on soon",
+      "MA stops before the last bit of the frame, and continues soon after",
       "MA stops within a request and stays low, or the request before or after it is missing",
       "SLO stays high from a bit on to STOP",
       "SLO stays low from a bit on to STOP",
@@ -144,9 +144,9 @@ std::string_view text_of(RequestKind kind) {
       "a pulse on MA",
       "SLO changes far from its place in a bit",
       "the line delay changes",
-      "SLO comes clocks later than usual",
+      "SLO comes one or more clocks later than usual",
       "STOP is 1 after right checksums",
-      "CDS is 1 where the format says 0",
+      "CDS is 1, but the format requires 0",
       "START is outside the encoder's bounds",
       "the checksum is right by another rule",
       "each clock is a bit of a number",
@@ -195,8 +195,8 @@ Usual usual_of(std::span<const Cycle> cycles, const std::optional<FrameFormat>& 
   if (format) {
     usual.payload_bits = format->payload_bits();
   } else if (!ends.empty()) {
-    // The last 1 of a frame is a bit before STOP, or further up: the last place that is not of a few
-    // damaged frames.
+    // The last 1 of a frame is directly before STOP, or earlier: the last place that more than a
+    // few damaged frames have.
     std::sort(ends.begin(), ends.end());
     auto high = ends.size() > 1 ? ends.end() - 2 : ends.begin();
     const auto least = std::max<std::ptrdiff_t>(2, std::ssize(ends) / 12);
@@ -356,7 +356,7 @@ void Pricer::look(const CycleEdges& edges, Picoseconds delay) {
   }
 }
 
-// The shortest level first: what it interrupts is whole again then.
+// The shortest level first: the level that it interrupts is then whole again.
 void Pricer::remove_pulses(std::vector<LevelChange>& ma) {
   constexpr unsigned most_pulses = 64;
   while (view_.ma_pulses < most_pulses) {
@@ -613,15 +613,15 @@ void Pricer::price_good(const Frame& frame, float base, Prices& prices) {
   }
 }
 
-// All bits are there and something about them is wrong.
+// All bits are present, and some are wrong.
 void Pricer::price_wrong(FrameError error, float base, float after, Prices& prices) {
   const auto payload = static_cast<float>(usual_.payload_bits);
   const auto pulses = static_cast<float>(view_.ma_pulses);
   const float off = view_.off_grid;
-  // A pulse on MA is no work of SLO.
+  // Pulses on MA are not explained by a fault of SLO.
   const float edges = flip_edge_price * off + 10 * pulses + after;
   const float ack = ack_price(view_.ack_clocks());
-  // By the whole payload as the last one that was refused.
+  // The price of a payload that repeats the last refused one.
   const float refused = std::min(payload + 1, frame_change(refused_.view(), usual_.payload_bits));
   if (error == FrameError::stop_bit) {
     // Another channel follows.
@@ -669,7 +669,8 @@ void Pricer::price_checksum(float price, Prices& prices) {
   remember();
 }
 
-// A weak one fits after a change at one of the places by chance, and the position then looks likely.
+// A weak checksum fits after a change at one of the places by chance, and the position then looks
+// likely.
 bool Pricer::has_strong_checksum() const {
   return codec_->format().channel_list[0].crc.width_bits >= 6;
 }
@@ -699,7 +700,7 @@ float Pricer::slip_price() const {
   const std::size_t end = begin + usual_.payload_bits;
   float best = impossible;
   for (std::size_t at = begin; at < end; ++at) {
-    // A clock too many: the bit that was not seen is either.
+    // A clock too many: the bit that was not seen may be 0 or 1.
     for (const bool level : {false, true}) {
       Bits longer;
       longer.append(bits.first(at));
@@ -833,7 +834,7 @@ void Pricer::price_moved(const CycleEdges& edges, Prices& prices) {
       if (periods > -0.9 && whole >= 0.1) set(prices, RequestKind::delay_part, base + 7);
       if (half) set(prices, RequestKind::half_early, base + 2);
     } else if (periods > 0.8 && whole < 0.2) {
-      // Late by clocks: the last bits are missing.
+      // Late by whole clocks: the last bits are missing.
       set(prices, RequestKind::delay_clocks, base + 9);
     }
   } else if (periods > 0.8) {

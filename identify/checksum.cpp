@@ -68,7 +68,7 @@ double channel_cost(const ChannelLayout& channel) {
          (channel.crc.deviates() ? 12 : 0);
 }
 
-// The cost of one channel more.
+// The cost of one further channel.
 double further_channel_cost(std::size_t channels) {
   constexpr std::array<double, 4> costs{0.3, 2.7, 4, 3};
   return costs[std::min(channels, costs.size() - 1)];
@@ -458,7 +458,7 @@ class LayoutSearch {
       right.push_back(known && check.is_right(sample, before));
       count += right[i] ? 1 : 0;
       usual_count += known && usual_check.is_right(sample, nullptr) ? 1 : 0;
-      // Most are wrong soon.
+      // Most fail early.
       if (i == 64 && count < 12) return;
     }
     if (count < least_share * all_ || count < 2 || usual_count >= count) return;

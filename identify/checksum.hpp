@@ -58,7 +58,7 @@ struct Layout {
   /// The prior bits of the layout, and the bits for what its channels do not explain: frames with
   /// another checksum, and bits after the frame.
   double cost = 0;
-  /// How much likelier than this layout one is whose checksums are not among those that were tried.
+  /// How much likelier than this layout a layout is whose checksums were not tried.
   double unknown = 0;
   /// The bits by which the checksums are better than chance.
   double score = 0;

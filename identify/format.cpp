@@ -59,7 +59,7 @@ struct Hypothesis {
   double cost = 0;
 };
 
-// Each channel has its most likely meaning, but one, which has another.
+// Each channel has its most likely meaning, except one.
 void add_hypotheses(std::size_t layout, double cost, const std::vector<std::vector<Fields>>& all,
                     std::vector<Hypothesis>& hypotheses) {
   Hypothesis best{layout, {}, cost};
@@ -90,7 +90,7 @@ std::uint64_t position_of(const ChannelFormat& channel) {
   return mask_of(channel.position) | mask_of(channel.multiturn) | mask_of(channel.singleturn);
 }
 
-// Both read these frames alike; a bit that has not moved may have another meaning.
+// Both read these frames in the same way; a bit that has not moved may have another meaning.
 bool fits(const ChannelFormat& known, const Fields& seen) {
   const auto same_flag = [&](const FlagField& a, const FlagField& b) {
     return ((mask_of(a) | mask_of(b)) & seen.moved) == 0 || a == b;
@@ -186,7 +186,7 @@ bool reads(const FrameCodec<>& codec, const Sample& sample) {
   return decode_payload(raw.view(), FrameStart{0, 1, 1}, codec).ok();
 }
 
-// The format is sure, and reads more than half of these frames.
+// The format is certain, and reads more than half of these frames.
 bool reads_most(const FormatFinding& finding, std::span<const Sample> samples) {
   if (finding.sure() == nullptr) return false;
   const FrameCodec<> codec(finding.sure()->format);

@@ -51,7 +51,7 @@ class CampaignFrame {
   using Plan = SafetyPlan<>;
 
   /// A counter whose range the monitor would have to learn is taken as 1…63.
-  /// \return nothing if the format and the setup are no such pair or cannot be monitored
+  /// \return nothing if the format and the setup are not such a pair or cannot be monitored
   static std::optional<CampaignFrame> make(const FrameFormat& format, SafetySetup setup);
 
   const Plan& plan() const { return *plan_; }

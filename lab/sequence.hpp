@@ -81,7 +81,7 @@ struct SequenceRow {
   std::string_view name() const;
   /// The motion, or the variant of the error; `all` for a sum of variants.
   std::string_view variant_name() const;
-  /// \pre task is `fault`, and the row is no sum
+  /// \pre task is `fault`, and the row is not a sum
   const SequenceVariant& injection() const { return variants_of(kind)[variant]; }
   bool is_constant() const { return task == SequenceTask::fault && injection().inject == nullptr; }
   /// The seed of the row's random numbers. It depends on everything but `size`, and not on other

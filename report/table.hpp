@@ -173,7 +173,7 @@ std::optional<Format> format_by_name(std::string_view name);
 
 /// All of these are for `table` only.
 struct TableOptions {
-  bool colour = false;               ///< the terminal shows colour and wants it
+  bool colour = false;               ///< the terminal shows colour, and NO_COLOR is not set
   std::size_t rows_measured = 1000;  ///< rows held back to find the widths
   /// Columns of the terminal; 0: any number. Columns of the table that do not fit are left out:
   /// first columns that are empty in all measured rows, then bits, then the last ones. The first

@@ -64,7 +64,7 @@ struct CatalogueEntry {
     return !doubts(doubt::clock) && !doubts(doubt::clock_configured);
   }
 
-  /// A type of this family. An empty text is as in the family.
+  /// A type of this family. An empty text means the same as in the family.
   constexpr CatalogueEntry type(std::string_view its_name, std::string_view its_format,
                                 std::string_view its_resolution = {},
                                 std::string_view its_product = {}) const {

@@ -290,8 +290,8 @@ class ChannelReader {
     return used;
   }
 
-  // The CRC that the data sheet states: an overridden CPOLY_i, then the profile's part. Without one
-  // that is usable the profile's.
+  // The CRC that the data sheet states: an overridden CPOLY_i, then the profile's part. Without a
+  // usable one, the CRC of the profile.
   constexpr CrcSpec stated_crc(ProfileIdentifier id, bool same_layout) const {
     CrcSpec crc = raw_ ? raw_crc(id) : same_layout ? part_crc(id.crc_is_data()) : CrcSpec{};
     if (common_ && common_overrides(3)) {

@@ -48,7 +48,7 @@ enum class EdsProblem : std::uint8_t {
   polynomial_differs,    ///< CPOLY_i is not the profile's CPOLY
 };
 
-/// How a problem is called, and the message for a user, without a full stop.
+/// The name of a problem, and the message for a user, without a full stop.
 struct EdsProblemWords {
   std::string_view name;
   std::string_view text;

@@ -507,7 +507,7 @@ template <class Codec, class Accepts>
 }  // namespace frame_detail
 
 /// Decodes CDS, the channels and STOP after a START that was found.
-/// \return the frame, or truncated, cds, crc, stop_bit. Bits that end before STOP are no error.
+/// \return the frame, or truncated, cds, crc, stop_bit. Bits that end before STOP are not an error.
 template <class Codec>
 constexpr Result<typename Codec::Frame, FrameFault> decode_payload(const BitView& bits,
                                                                    const FrameStart& start,

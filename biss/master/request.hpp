@@ -605,7 +605,7 @@ class RequestCycle {
     if (kind_ == RequestKind::frame ? !reading_.frame.ok() : sampler_.cause().has_value()) return;
     phase_ = Phase::settling;
     quiet_ = now;
-    // Such a device takes a request that ends early for a reset, for any SLO.
+    // Such a device treats a request that ends early as a reset, for any SLO.
     if (kind_ != RequestKind::frame && setup_.timing.timeout.rule == TimeoutRule::cycle) {
       earliest_ = limit_;
     }

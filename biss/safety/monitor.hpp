@@ -327,7 +327,7 @@ class SafetyMonitor {
   /// The counter's range, from the setup or learned; none while it is being learned.
   constexpr std::optional<CounterMode> counter_mode() const { return memory_.first.counter_mode(); }
 
-  /// Gives every check a frame that it must refuse, and good frames. Takes as long as some hundred
+  /// Gives every check a frame that it must refuse, and good frames. Takes as long as a few hundred
   /// frames. At power-up it leads from `untested` to `starting`. In any other state it changes
   /// nothing if it passes, and clears no fault; if it fails, the state is `failed`.
   /// \param expected the fingerprint of the format and the setup, from a constant. The plan in

@@ -50,7 +50,7 @@ enum class MultiturnRule : std::uint8_t {
 /// The permitted difference of the two positions.
 struct SafetyComparison {
   /// The number of upper bits of the singleturn value (or of the whole position, if there are no
-  /// turns) that are compared: ACC_MIN of the Safety Concept. 0: all that both words have.
+  /// turns) that are compared: ACC_MIN of the Safety Concept. 0: all bits that both words have.
   std::uint8_t compare_bits = 0;
   /// In counts of the lowest bit compared (Safety Concept A5: 1). The difference is measured in the
   /// shorter direction, across the wrap-around if need be.
@@ -92,7 +92,7 @@ struct SafetyBudget {
 
 inline constexpr std::uint8_t max_tolerated_faults = 4;
 
-/// Far above any clock of MA; times 2^32 bits it is a number of picoseconds.
+/// Far above any period of MA, and 2^32 bits of it still fit into Picoseconds.
 inline constexpr Picoseconds max_bit_period = milliseconds(1);
 
 /// The measures against a wrong time base.

@@ -67,7 +67,7 @@ enum class SafetyVerdict : std::uint16_t {
 
 inline constexpr std::size_t safety_verdict_count = 23;
 
-/// The number of a verdict, 0 for `safe`; safety_verdict_count for a value that is no verdict.
+/// The number of a verdict, 0 for `safe`; safety_verdict_count for a value that is not a verdict.
 constexpr std::size_t index_of(SafetyVerdict verdict) {
   const auto word = static_cast<std::uint16_t>(verdict);
   const unsigned number = word >> 5U;
@@ -81,7 +81,7 @@ constexpr SafetyVerdict verdict_of(std::size_t index) {
   return static_cast<SafetyVerdict>(safety_detail::code_word(static_cast<unsigned>(index) + 1U));
 }
 
-/// The name users see, the same as the enumerator's; "invalid" for a value that is no verdict.
+/// The name users see, the same as the enumerator's; "invalid" for a value that is not a verdict.
 constexpr std::string_view name_of(SafetyVerdict verdict) {
   constexpr std::array<std::string_view, safety_verdict_count + 1> names{"safe",
                                                                          "starting",
@@ -320,7 +320,7 @@ class GuardedPosition {
   constexpr const SafePosition* operator->() const { return &position_; }
 
  private:
-  // Not 0 for a position of zeros, so that a memory of zeros is no position.
+  // Not 0 for a position of zeros, so that a memory of zeros is not a position.
   static constexpr std::uint32_t check_of(const SafePosition& position) {
     safety_detail::Check check;
     for (const std::uint64_t word :

@@ -93,7 +93,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void take(error_code problem) {
     if (problem.category() == http::make_error_code(http::error::bad_target).category() &&
         problem != http::error::end_of_stream && problem != http::error::partial_message) {
-      send({400, "This is no request of HTTP.\n"}, false, false);
+      send({400, "This is not an HTTP request.\n"}, false, false);
       return;
     }
     if (problem) return;
@@ -214,7 +214,7 @@ class Server {
     });
   }
 
-  // Such as no descriptor left.
+  // For example, no descriptor is left.
   void accept_later() {
     timer_.expires_after(pause_after_failure);
     timer_.async_wait([this](error_code problem) {

@@ -96,7 +96,7 @@ void check_extrapolated(const control_loop::AxisPosition& latest) {
   // The speed changed once more for each cycle since it was measured, over up to trip_after cycles
   // before that.
   const std::int64_t most = Axis::acceleration * n * (n + limits.trip_after);
-  expect(error <= most && error >= -most, "the extrapolation is farther off than it can be");
+  expect(error <= most && error >= -most, "the extrapolation has a larger error than possible");
 }
 
 void check_period(biss::Picoseconds now) {

@@ -205,7 +205,7 @@ void preset() {
       ((line.board.sensor(line.board.time) + line.board.stored_offset) & 0xFF'FFFFU) - 0x123456U <
           20'000U,
       "the position is not the preset's");
-  expect(write(address::command, std::array<std::uint8_t, 1>{0x77}), "a command that is none");
+  expect(write(address::command, std::array<std::uint8_t, 1>{0x77}), "an unknown command");
   std::array<std::uint8_t, 2> status{};
   expect(read(address::status, status) && status[0] == 1, "the status does not show the refusal");
   expect(status[1] == 63, "23 °C");

@@ -20,10 +20,10 @@ _WITHOUT_MASK = frozenset((np.interp, np.median, np.percentile, np.quantile, np.
 
 
 class MaskedColumn(_ma.MaskedArray):  # type: ignore[misc]
-    """A masked array that refuses to make positions of what was not received.
+    """A masked array that refuses to use empty cells as positions.
 
-    Functions of NumPy that drop the mask see NaN below it, in integers a number as far from all
-    others as there is: 2**63 in uint64, -2**63 in int64, 255 in flags.
+    Functions of NumPy that drop the mask see NaN below it, in integers the number that is farthest
+    from all others: 2**63 in uint64, -2**63 in int64, 255 in flags.
     """
 
     def __array_function__(self, func: Any, types: Any, args: Any, kwargs: Any) -> Any:

@@ -15,7 +15,7 @@ from ._options import bits_of, given_of, number_of
 class Field(NamedTuple):
     """A stretch of a request cycle on the line.
 
-    The times are those at which SLO is sampled, half a period to each side.
+    The times are the sampling times of SLO, with half a period on each side.
     """
 
     begin_ps: int

@@ -94,7 +94,7 @@ tl::expected<std::vector<std::string>, std::string> read_list(const std::string&
   if (file.bad()) return tl::unexpected(fmt::format("{}: cannot read it", path));
   if (!file.eof()) {
     return tl::unexpected(
-        fmt::format("{}: line {} has more than {} bytes, as no path has; write "
+        fmt::format("{}: line {} has more than {} bytes, more than any path has; write "
                     "one path a line",
                     path, number, PATH_MAX));
   }
@@ -132,7 +132,7 @@ ExitStatus run_read(const ArchiveOptions& options, Host& host) {
   };
   if (names_stdin(paths) || names_stdin(listed)) {
     return host.fail(ExitStatus::usage,
-                     "standard input is no folder; for a file of that name give ./-");
+                     "standard input is not a folder; for a file of that name give ./-");
   }
   // The options are wrong for each file, or for none.
   CaptureArguments checked = options.capture;

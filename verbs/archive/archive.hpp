@@ -32,8 +32,8 @@ struct ArchiveTask {
   std::string journal;
 };
 
-/// Reads the files of the shard that the journal does not know. Prints why it cannot: nothing that
-/// is wrong with a file, but with the journal.
+/// Reads the files of the shard that the journal does not know. Prints the reason if the journal
+/// fails; the failure of a file is in its entry.
 /// \param files all files, as list_files() gives them
 ExitStatus read_archive(const ArchiveTask& task, const std::vector<archive::ListedFile>& files,
                         archive::Summary& summary, Host& host);

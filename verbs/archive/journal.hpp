@@ -16,7 +16,7 @@ namespace biss::verbs {
 /// end at most. One process at a time.
 class Journal {
  public:
-  /// True: the entry is used. Any other is of no use any more.
+  /// True: the entry is used. Any other entry is no longer of use.
   using OnEntry = std::function<bool(archive::StampedEntry entry)>;
 
   explicit Journal(Host& host) : host_(host) {}

@@ -165,12 +165,12 @@ class DecodedCapture {
   /// structure alone.
   const std::optional<FrameFormat>& format() const { return format_; }
   /// The format that the frames of this capture show; null if not requested. If no format was
-  /// given, format() is the first candidate if it is sure.
+  /// given, format() is the first candidate if it is certain.
   const identify::FormatFinding* finding() const { return finding_ ? &*finding_ : nullptr; }
   /// If the frames change their length: each format, and its cycles; otherwise empty.
   const std::string& format_parts() const { return format_parts_; }
-  /// The format that is sure; null if its checksums have the same verdicts as the checksums of the
-  /// given format.
+  /// The format that is certain; null if its checksums have the same verdicts as the checksums of
+  /// the given format.
   const identify::FormatCandidate* better_format() const;
   /// Does not use the format that was identified.
   void judge_structure() { format_.reset(); }
@@ -199,7 +199,7 @@ class DecodedCapture {
   Picoseconds interval();
 
  private:
-  // Hands the cycle out if it is wanted. False: no further cycle is wanted.
+  // Delivers the cycle if it is wanted. False: no further cycle is wanted.
   bool hand_out(std::uint64_t number, const decode::Cycle& cycle, const OnCycle& on_cycle);
   void count(const decode::Cycle& cycle);
   bool open_next();

@@ -19,8 +19,8 @@ std::size_t terminal_columns(int descriptor);
 ///     Progress progress(host);
 ///     while (…) if (progress.due()) progress.show(fmt::format("{} of {} blocks", done, all));
 ///
-/// Nothing is shown when stderr is no terminal, nor in the first second. One thread at a time. The
-/// destructor removes the line.
+/// Nothing is shown when stderr is not a terminal, nor in the first second. One thread at a time.
+/// The destructor removes the line.
 class Progress {
  public:
   explicit Progress(Host& host);

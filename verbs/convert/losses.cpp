@@ -105,7 +105,7 @@ void Losses::report_names(report::Summary& summary, std::string_view path) const
     const std::string_view file = path.substr(path.rfind('/') + 1);
     if (!file.starts_with(names_.front() + '.')) {
       summary.entry("not in it", fmt::format("name '{}'", names_.front()),
-                    "the line is called as the file");
+                    "the line has the name of the file");
     }
   }
 }

@@ -150,7 +150,7 @@ void add_marginal(report::Summary& summary, const decode::Statistics& statistics
                   "SLO changes within 5 % of a period of the sampling point");
   } else if (margin.resolution.count != 0 && statistics.line_delay().count() != 0) {
     summary.entry("marginal", "not known",
-                  fmt::format("edges are known to {}, 5 % of a period is {}",
+                  fmt::format("edges are accurate to {}, 5 % of a period is {}",
                               time_text(margin.resolution.count),
                               time_text(statistics.period().median() / 20)));
   }
@@ -179,7 +179,7 @@ std::string limit_hint(decode::Limit limit, const DeviceTiming& timing) {
                          text_of(timing.cycle_min));
     case decode::Limit::release:
       return fmt::format(
-          "SLO does not keep the timeout {}: does -f name this encoder? else --timeout",
+          "SLO does not keep the timeout {}: does -f name this encoder? else give --timeout",
           text_of(timing.timeout));
   }
   return "";

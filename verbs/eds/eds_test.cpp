@@ -79,7 +79,7 @@ TEST_F(Eds, Build_WritesEveryFormat_AndAllReadBackToTheSame) {
 
 TEST_F(Eds, FileOfAnotherKind_IsNamedWithTheKnownKinds) {
   std::string page = "# biss\n\nAn open toolkit for the BiSS C encoder interface.\n";
-  while (page.size() < 3 * 4096) page += "One more line of text that is no dump.\n";
+  while (page.size() < 3 * 4096) page += "One more line of text that is not a dump.\n";
   write("README.md", page);
   const Ran text = eds({"show", path("README.md")});
   EXPECT_EQ(text.status, ExitStatus::io);
@@ -139,7 +139,7 @@ TEST_F(Eds, BuildOfPartsToWhichNoRegisterLeads_ChecksThem) {
   EXPECT_THAT(last.err, HasSubstr("common: CHKSUM: "));
   const Ran none = built("[registers]\nEDS_BANK = 0\n[common]\nTMA = 100ns\n" + part);
   EXPECT_EQ(none.status, ExitStatus::io);
-  EXPECT_THAT(none.err, HasSubstr("EDS_BANK = 0 says that there is no data sheet"));
+  EXPECT_THAT(none.err, HasSubstr("EDS_BANK = 0 means that there is no data sheet"));
 }
 
 TEST_F(Eds, ShowAsJsonLines_HasAnObjectAPart) {

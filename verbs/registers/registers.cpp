@@ -122,7 +122,7 @@ class RegistersRun {
       out.entry("CDS", fmt::format("{} cycles with CDS = 1 and no access", listener.stray_cds()));
     }
     if (listener.stray_cdm() != 0) {
-      out.entry("CDM", fmt::format("{} cycles with CDM = 1 less than {} zeros after another",
+      out.entry("CDM", fmt::format("{} cycles with CDM = 1 after fewer than {} zeros",
                                    listener.stray_cdm(), control_reset_zeros));
     }
     if (accesses_ == 0) {

@@ -186,8 +186,8 @@ class PartMaker final : private ChangeWatcher {
           excerpt_->lost()));
     }
     if (accesses_ > accesses_max) {
-      notes.push_back(fmt::format("Of {} accesses to registers the first {} are in it.", accesses_,
-                                  accesses_max));
+      notes.push_back(fmt::format("The first {1} of {0} accesses to registers are in it.",
+                                  accesses_, accesses_max));
     }
     notes.emplace_back(
         "Plots, causes, summary, identify, check, explain and accesses to registers cover "

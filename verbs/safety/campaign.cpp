@@ -334,7 +334,7 @@ Run add_safety_campaign(Verb verb) {
   verb.add_flag("--no-importance", options->plain,
                 "Omit the rows by importance sampling, which are for rare events");
   add_count_option(verb, "--replay", into(options->replay),
-                   "Show one frame of a single --fault, for example a missed one",
+                   "Show one frame of a single --fault, for example one listed as missed",
                    lab::max_campaign_frames - 1);
   Verb merge = verb.add_verb(
       {.name = "merge", .purpose = "Add up the states of several shards", .examples = {}});

@@ -55,7 +55,7 @@ tl::expected<EvidenceSubject, std::string> choose_evidence(const EvidenceOptions
 struct EvidenceCommand {
   std::string file;
   std::vector<std::string> arguments;
-  /// Exit status 0: everything is as theory says.
+  /// Exit status 0: everything agrees with the theory.
   int status = 0;
 };
 

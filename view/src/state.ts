@@ -61,7 +61,7 @@ export const about = signal<About | undefined>(undefined);
 export const progress = signal<Progress>({ state: 'none', done: 0 });
 export const columns = signal<readonly Column[]>([]);
 export const rowCount = signal(0);
-/** Counts the sessions opened: whoever keeps rows or drawings drops them when it changes. */
+/** Counts the sessions opened: code that keeps rows or drawings drops them when it changes. */
 export const generation = signal(0);
 /** Messages of the command on stderr, and errors of the page itself. */
 export const messages = signal('');
@@ -82,7 +82,7 @@ export const panel = signal<Panel>('cycle');
 export const theme = signal<Theme>('system');
 export const systemIsDark = signal(false);
 
-/** A part is read as the whole capture was, so that what is known of that one holds. */
+/** A part is read in the same way as the whole capture, so that the results of the whole capture hold. */
 export const isWhole = computed(() => {
   const whole = report.value?.settings;
   const keys = Object.keys(defaultSettings) as (keyof Settings)[];

@@ -1,4 +1,4 @@
-// Finds rows by time, in the worker, and keeps what is computed of blocks of rows.
+// Finds rows by time, in the worker, and keeps the results of blocks of rows.
 import type { Session } from 'biss';
 import { firstWhere } from '../core/first_where';
 

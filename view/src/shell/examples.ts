@@ -1,4 +1,4 @@
-// Captures that the page simulates: examples, and what the dialog asks for.
+// Captures that the page simulates: examples, and the requests of the dialog.
 import { splitArguments } from '../core/arguments';
 import { CoreError } from '../core/client';
 import { openFiles } from '../core/reading';

@@ -1,4 +1,4 @@
-// The rows that the table shows: which ones, and their cells as far as they have come.
+// The rows that the table shows, and their cells as far as they have arrived.
 import { effect, signal } from '@preact/signals';
 import { Superseded } from '../core/client';
 import { core } from '../core/core';
@@ -40,7 +40,7 @@ export function cellsOf(row: number): string[] | undefined {
   return kept.get(row);
 }
 
-/** Has the cells of these places brought, and some around them. */
+/** Requests the cells of these places, and some around them. */
 export async function want(first: number, last: number): Promise<void> {
   const missing: number[] = [];
   for (let place = first; place < last; place += 1) {

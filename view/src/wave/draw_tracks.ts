@@ -99,7 +99,7 @@ export class TrackPainter {
       else context.arc(x, y, 3, 0, 2 * Math.PI);
       context.fill();
       if (clock >= 12) this.#bit(lane, x, clock, sample.name, sample.level, bad);
-      const note = sample.wrong ? ', not as the data need' : sample.mends ? ', its flip mends the checksum' : '';
+      const note = sample.wrong ? ', wrong for these data' : sample.mends ? ', its flip corrects the checksum' : '';
       this.#hit(lane, x - clock / 2, x + clock / 2, `${sample.name}=${sample.level ?? '?'}${note}`, row);
     }
   }
