@@ -1,4 +1,4 @@
-/* The encoder's and the master's side of a BiSS C line for C and for whatever calls C: simulators,
+/* The encoder's and the master's side of a BiSS C line for C and for all that calls C: simulators,
  * Verilator and VPI/DPI, bindings of other languages. biss_c_frame.h has frames, SPI buffers and
  * checksums; biss_c_control.h registers, commands and data sheets; biss_c_safety.h the monitor for
  * BiSS Safety; biss_c_sim.h faults, cables and VCD files. Encoder and master are steppers: nothing
@@ -72,7 +72,7 @@ typedef enum biss_status BISS_INT {
                           high long enough */
   BISS_NO_READING,     /* reading: no request was made yet, or there is no frame */
   BISS_BAD_HANDLE,     /* the handle is closed, was never open, or is of another kind */
-  BISS_CHANNEL_COUNT,  /* the format has another number of channels, or no such channel */
+  BISS_CHANNEL_COUNT,  /* the format has a different number of channels, or no such channel */
   BISS_CLOCK_RANGE,    /* clocks of ACK or before it: more or fewer than there can be */
   BISS_NO_ROOM,        /* the buffer is too small */
   BISS_BAD_CRC,        /* a biss_crc is not a checksum: its width is not 3 to 16, its polynomial

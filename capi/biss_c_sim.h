@@ -39,7 +39,7 @@ typedef struct biss_line_setup {
    * An edge never comes before the previous one. */
   int64_t ma_jitter_ps;
   int64_t slo_jitter_ps;
-  /* ACK to the answer: each request has another time, from the first to the second. Limited to
+  /* ACK to the answer: each request has a different time between these two. Limited to
    * ack_max_ps. */
   int64_t ready_min_ps;
   int64_t ready_max_ps;

@@ -42,7 +42,7 @@ class ByteSource {
   virtual int regular_file() const { return -1; }
 };
 
-/// Calls this function of a C library for what a unique_ptr owns.
+/// Calls this function of a C library for the object that a unique_ptr owns.
 template <auto release>
 struct Released {
   template <class T>

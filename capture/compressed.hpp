@@ -24,8 +24,8 @@ std::string_view without_compression(std::string_view path);
 /// 32 KiB for gzip and at most 128 MiB for zstd. Checksums are verified.
 ///
 /// Everything before a fault is delivered first. Then every read fails with `truncated` (the
-/// compressed data ends in the middle), `damaged` (it is not what its format allows, or has the
-/// wrong checksum), or with the cause of `bytes`.
+/// compressed data ends in the middle), `damaged` (its format does not allow it, or has the wrong
+/// checksum), or with the cause of `bytes`.
 /// \pre compression is not none
 std::unique_ptr<ByteSource> decompressed(std::unique_ptr<ByteSource> bytes,
                                          Compression compression);

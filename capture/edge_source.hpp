@@ -32,7 +32,7 @@ enum class CaptureCause : std::uint8_t {
   read_failed,        ///< the system could not read further
   empty,              ///< no byte, or only white space
   unknown_format,     ///< neither the extension nor the content is known
-  compression,        ///< compressed in a way that is not read
+  compression,        ///< a compression that is not supported
   malformed,          ///< a token, number or header that the format does not allow
   token_too_long,     ///< a token (or CSV line) longer than any valid one
   too_many_lines,     ///< more signals than a capture may have
@@ -40,7 +40,7 @@ enum class CaptureCause : std::uint8_t {
   time_backwards,     ///< a time before the previous one
   time_out_of_range,  ///< a time beyond what 64-bit picoseconds hold
   damaged,            ///< an archive or its compressed data is not whole
-  too_large,          ///< a compressed archive beyond what is copied to a temporary file
+  too_large,          ///< a compressed archive that is too large for a temporary file
   layout_missing,     ///< raw samples, and no layout given for them
   bad_layout,         ///< the layout given for raw samples is not possible
   no_two_levels,      ///< no analog channel has two levels, so there is no threshold

@@ -1,4 +1,4 @@
-// A stream of edges to a file: what the writers of every format share.
+// A stream of edges to a file: the shared part of the writers of all formats.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ enum class WriteCause : std::uint8_t {
   time_backwards,    ///< an edge before the one already written
   time_before_zero,  ///< the format cannot hold a negative time
   too_many_lines,    ///< more lines than the format holds
-  too_large,         ///< beyond what the format can address
+  too_large,         ///< beyond the address range of the format
 };
 
 /// Number of changes written; edges that change nothing are left out and not counted.
@@ -32,8 +32,8 @@ class EdgeWriter {
 
   /// Appends edges in time order; levels as in EdgeSource.
   Written write(std::span<const wire::Edge> edges);
-  /// Writes what is held back, and that the capture lasts until `end_time` if that is later than
-  /// the last edge. Returns the number of changes in the whole capture.
+  /// Writes the changes that are held back, and the end of the capture at `end_time` if that is
+  /// later than the last edge. Returns the number of changes in the whole capture.
   Written finish(Picoseconds end_time);
 
  protected:

@@ -42,7 +42,7 @@ struct EventCsvRows {
 /// Whether the row begins like the header of an event CSV: with a cell that begins with `time`.
 bool looks_like_event_csv(std::string_view row);
 
-/// Opens an event CSV: reads its header, then delivers what each row changes.
+/// Opens an event CSV: reads its header, then delivers the changes of each row.
 ///
 /// The header is `time` with its unit and a name a line; see event_csv_header.hpp. A row holds a
 /// time and the levels from then on: 0, 1, x, z or nan (all Level::unknown), or nothing if a level

@@ -239,7 +239,7 @@ constexpr auto causes = std::to_array<CauseWords>({
     {"read_failed", "cannot be read further", "check the disk or the device and try again"},
     {"empty", "is empty", export_again},
     {"unknown_format", "is not a capture of a known format", "export it as VCD, .sr or event CSV"},
-    {"compression", "is compressed in a way that is not read", "decompress it first"},
+    {"compression", "has a compression that is not supported", "decompress it first"},
     {"malformed", "does not follow the format", "correct this place or export the capture again"},
     {"token_too_long", "a word or a row of more than 64 KiB", export_again},
     {"too_many_lines", "more signals than a capture may have (65536 of one bit)",

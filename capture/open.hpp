@@ -17,7 +17,7 @@ namespace biss::capture {
 
 /// Settings that the capture itself does not contain.
 struct OpenOptions {
-  /// Raw samples: a file `.bin` or `.raw` whatever its content, but not the binary export of Saleae
+  /// Raw samples: a file `.bin` or `.raw` with any content, but not the binary export of Saleae
   /// Logic; and any file that is known neither by its content nor by its extension.
   std::optional<RawLayout> raw = {};
   /// Do not verify the checksums of compressed samples.

@@ -68,7 +68,7 @@ struct SampledCsvLayout {
 tl::expected<SampledCsvLayout, const char*> parse_sampled_csv_layout(
     const std::vector<std::string_view>& rows);
 
-/// Opens a CSV of samples. Values become levels as AnalogOptions say.
+/// Opens a CSV of samples. Values become levels by AnalogOptions.
 ///
 /// Cells of samples are decimal numbers, with a decimal comma if the separator is `;` or a tab; an
 /// empty cell is not a sample; `nan` is an unknown level; `inf` and the sign for infinity are

@@ -12,7 +12,7 @@
 namespace biss::capture {
 namespace {
 
-// Fits into the nearest cache: the scan finds there what the checksum has read.
+// Fits into the nearest cache: the scan finds there the bytes that the checksum has read.
 constexpr std::size_t checksum_bytes = 32'768;
 
 // The checksum of samples, part by part on their way to the scan.

@@ -72,7 +72,7 @@ class SampleClock {
   /// \pre no sample is 4096 or more after `first`, or after last_index()
   void times_after(std::uint64_t first, std::span<std::int64_t> samples) const;
 
-  /// The first sample that sees what happens at `time`: its own time is `time` or later.
+  /// The first sample that shows a change at `time`: its own time is `time` or later.
   /// \pre time is not negative
   constexpr std::uint64_t first_at_or_after(Picoseconds time) const {
     const auto wanted = static_cast<std::uint64_t>(time.count);
@@ -172,7 +172,7 @@ class SamplePieces {
 Opened open_samples(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces,
                     const SampleReading& reading = {}, bool is_raw = false);
 
-/// Opens raw samples laid out as `layout` says. Fails with `bad_layout`, `empty`, `read_failed`,
+/// Opens raw samples with this layout. Fails with `bad_layout`, `empty`, `read_failed`,
 /// `time_out_of_range`, and with `truncated` when the last sample is not whole.
 Opened open_raw(std::unique_ptr<ByteSource> bytes, const RawLayout& layout,
                 const SampleReading& reading = {});

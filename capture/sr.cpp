@@ -185,7 +185,8 @@ class SrPieces final : public SamplePieces {
   Fetched read_compressed(const ZipMember& member, Buffer& into) {
     // Data that does not shrink is a little longer deflated; much longer data is not read as a
     // whole.
-    if (member.compressed_bytes > 2 * most_at_once) return damaged("data that compression shrank");
+    if (member.compressed_bytes > 2 * most_at_once)
+      return damaged("data that is smaller after compression");
     const auto compressed = into.take(static_cast<std::size_t>(member.compressed_bytes));
     if (!archive_->read_compressed(member, compressed)) return damaged("data that can be read");
     return true;

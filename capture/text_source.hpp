@@ -100,7 +100,7 @@ class ChangeBatch {
     level_ = level;
   }
   bool full() const { return count_ == size; }
-  /// Moves what was collected to the end of `changes`, each time as `convert` gives it.
+  /// Moves the collected changes to the end of `changes`, each time as `convert` gives it.
   template <class Convert>
   void take(LineChanges& changes, Convert convert) {
     for (std::size_t i = 0; i < count_; ++i) times_[i] = convert(times_[i]);
@@ -153,7 +153,7 @@ class TextCutter {
   State state_ = State::reading;
   CaptureError error_;
   bool leaving_out_ = false;  // until the end of an overlong word
-  std::vector<char> carry_;   // comes before what the source gives
+  std::vector<char> carry_;   // comes before the text of the source
 };
 
 /// The stretch of a text that is being read, and its place in the capture.

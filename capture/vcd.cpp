@@ -380,7 +380,7 @@ class VcdReader final : public TextSource {
     const char* const end = end_of_word(p);
     const std::string_view word = text_between(p, end);
     if (std::find(dump_words.begin(), dump_words.end(), word) != dump_words.end()) {
-      // Nothing is recorded from here to $dumpon, whether or not the file says x for every signal.
+      // Nothing is recorded from here to $dumpon, whether or not the file has x for every signal.
       if (word == "$dumpoff") signals_.driven.lose_levels(end_time_, block_);
       return end;
     }

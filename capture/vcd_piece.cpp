@@ -73,7 +73,7 @@ class VcdQuickParser {
     return in_order;
   }
 
-  // A time of another length than the one before.
+  // A time of a different length than the one before.
   const char* read_time(const char* p, FixedDigits& digits) {
     const Digits read = read_digits(p + 1);
     const auto count = static_cast<std::size_t>(read.end - (p + 1));

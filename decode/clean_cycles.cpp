@@ -11,7 +11,7 @@ namespace biss::decode {
 
 namespace {
 
-// The next falling edge at or after `from` that comes after a rest of more than the next two
+// The next falling edge at or after `from` that comes after an idle time of more than the next two
 // periods.
 std::size_t next_request(const LineRun& ma, std::size_t from) {
   const auto& times = ma.times;

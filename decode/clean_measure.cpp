@@ -411,7 +411,7 @@ struct Delay {
   std::int32_t spread = 0;
 };
 
-// From an edge of the clock to SLO's change, averaged over the cycle. `keep` gets what was found for
+// From an edge of the clock to SLO's change, averaged over the cycle. `keep` gets the result for
 // each vector of changes.
 template <class Rises, class Keep>
 HWY_INLINE bool delay_from(const Rises& rises, std::int32_t second, const CleanMeasure& m,

@@ -80,7 +80,7 @@ void ControlRules::watch_silence(std::uint64_t number, const Cycle& cycle) {
   }
 }
 
-// Only after 14 zeros of CDM it is certain that no access is running.
+// An access may still be running until 14 zeros of CDM have come.
 void ControlRules::watch_stray(std::uint64_t number, const Cycle& cycle) {
   const std::uint64_t cds_before = listener_.stray_cds();
   const std::uint64_t cdm_before = listener_.stray_cdm();
@@ -178,7 +178,7 @@ void ControlRules::judge_write(const SeenAccess& access) {
   }
   if (outcome == AccessOutcome::ok || outcome == AccessOutcome::echo) {
     count(Rule::write_echo, outcome == AccessOutcome::ok, access.cycle,
-          "the echo is not what was sent");
+          "the echo differs from the bits sent");
   }
 }
 

@@ -64,7 +64,7 @@ class Decoder {
   /// The same for the part of a run that contains the clean cycles.
   void push(const PairRun& run, RunPlace from, RunPlace to, std::span<const CleanCycle> clean);
 
-  /// The capture ends at this time, which is not before its last edge; reads what is left.
+  /// The capture ends at this time, which is not before its last edge; reads the rest.
   void finish(Picoseconds end_time);
 
  private:

@@ -289,8 +289,8 @@ class Diagnosis {
     if (evidence_.count(flip) + evidence_.count(slo_pulse) != 0) {
       at(notes_, of_cable ? noise_on_slo : clock_too_fast_for_cable) += of_cable ? 25 : 80;
     }
-    // A capture is BiSS C if it is coarse or its format is identified, and if a master with SPI
-    // gets a few answers.
+    // A capture is BiSS C if its frames pass, if it is coarse or its format is identified, or if a
+    // master with SPI gets a few answers.
     const bool coarse = samples_per_period() < coarse_samples;
     const bool shows_frames = (coarse || context_.identified) && !other_is_clear();
     const bool may_be_spi = other_is_weak() && share(evidence_.answered) > 0.1;
@@ -331,7 +331,8 @@ class Diagnosis {
     } else if (evidence_.usual.no_checksum_fits && has_checksum()) {
       at(notes_, wrong_format) -= 12;
     }
-    // A frame of another length has STOP; one that the master cuts ends with a bit of either level.
+    // A frame of a different length has STOP; one that the master cuts ends with a bit of either
+    // level.
     const auto other = static_cast<double>(evidence_.count(other_length));
     const auto high = static_cast<double>(evidence_.truncated - evidence_.truncated_low);
     if (other == 0) at(notes_, format_changes) += never;

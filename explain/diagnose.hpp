@@ -1,4 +1,4 @@
-// From what a capture shows to the likely causes.
+// From the evidence in a capture to the likely causes.
 #pragma once
 
 #include <optional>

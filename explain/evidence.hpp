@@ -79,7 +79,7 @@ struct Evidence {
   std::array<std::uint64_t, decode::cycle_status_count> statuses{};
   /// A format was given, so that checksums are judged.
   bool has_format = false;
-  /// Cycles with ACK in time and START, and those with a good frame among them.
+  /// Cycles with ACK in time and START, and how many of them have a good frame.
   std::uint64_t answered = 0;
   std::uint64_t passed = 0;
   /// Frames with a wrong checksum: their number, those with the last CRC bit 0, with STOP 1, and

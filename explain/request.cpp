@@ -121,7 +121,7 @@ std::string_view text_of(RequestKind kind) {
       "the sign of life of a good frame is not one more than before",
       "a good frame has a position that no axis can have",
       "a frame for control communication alone",
-      "the frame has another number of bits",
+      "the frame has a different number of bits",
       "MA pauses within a good frame",
       "the checksum is wrong",
       "the format does not fit",
@@ -865,7 +865,7 @@ std::optional<std::size_t> Pricer::bits_before_checksum() const {
   return std::nullopt;
 }
 
-// A whole frame of another length: STOP is 0, whatever came before it.
+// A whole frame of a different length: STOP is 0, whatever came before it.
 void Pricer::price_length(Prices& prices) {
   const std::size_t start = view_.start;
   const std::size_t size = view_.clocks();

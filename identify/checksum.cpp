@@ -357,7 +357,8 @@ class LayoutSearch {
     }
   }
 
-  // The common divisor of a few differences is the generator, times what has not moved.
+  // The common divisor of a few differences is the generator, times a factor of the bits that have
+  // not moved.
   void draw_generators(unsigned begin, unsigned end) {
     constexpr std::size_t draws = 16;
     constexpr std::size_t frames_a_draw = 10;

@@ -23,7 +23,7 @@ constexpr std::size_t most_coded = 4;
 // two codings is chance.
 constexpr double least_difference = 0.10;
 
-// ---- Choices, and what they cost in bits
+// ---- Choices, and their cost in bits
 
 struct FlagKind {
   double cost;

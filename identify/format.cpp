@@ -285,7 +285,7 @@ std::vector<FormatPart> find_parts(std::span<const Sample> samples) {
     if (runs.empty() || bits_of(runs.back()) != bits) runs.push_back({i, i});
     runs.back().last = i;
   }
-  // A few frames of another length are damaged ones.
+  // A few frames of a different length are damaged ones.
   std::size_t stray = 0;
   std::vector<Run> long_runs;
   for (const Run& run : runs) {

@@ -323,8 +323,8 @@ EndatFit fit_endat(const Pair& pair, bool inverted, double phase) {
   return best;
 }
 
-// Data rests at the level at which the clock does not, and returns there from the other one a fixed
-// time after the last clock: the recovery time of 1.25 us to 3.75 us, or of 10 us to 30 us.
+// Data rests at the opposite of the clock's level, and returns to it a fixed time after the last
+// clock: the recovery time of 1.25 us to 3.75 us, or of 10 us to 30 us.
 bool has_recovery(const Pair& pair) {
   std::vector<double> times;
   for (const Transfer& transfer : pair.transfers) {

@@ -38,8 +38,8 @@ struct FrameOutcome {
   bool cpw = false;      ///< the control word is wrong, and its CRC is good
   bool spw = false;      ///< the safety word is wrong, and its CRC is good
   bool both = false;     ///< either word is wrong, and both CRCs are good
-  bool monitor = false;  ///< the monitor says `safe`
-  bool wrong = false;    ///< the monitor says `safe` with a position that was not sent
+  bool monitor = false;  ///< the verdict is `safe`
+  bool wrong = false;    ///< the verdict is `safe` with a position that was not sent
 
   bool operator==(const FrameOutcome&) const = default;
 };

@@ -1,5 +1,5 @@
-// The two words of BiSS Safety together: how often both are accepted although the position is wrong.
-// A model of a channel, not a certificate; docs/safety-experiments.md lists what it assumes.
+// The two words of BiSS Safety together: how often both are accepted although the position is
+// wrong. A model of a channel, not a certificate; docs/safety-experiments.md lists its assumptions.
 #pragma once
 
 #include <cstdint>

@@ -28,7 +28,7 @@ constexpr std::size_t most_frame_bytes = 65'536;
 
 // In the order of EncodeError.
 constexpr auto encode_texts = std::to_array<const char*>(
-    {"the format has another number of channels", "position: does not fit its channel",
+    {"the format has a different number of channels", "position: does not fit its channel",
      "life_counter: does not fit its channel", "ack_clocks: from 1 to 400",
      "lead_clocks: from 0 to 402", "the CRC belongs to the frame before (:previous)"});
 

@@ -28,7 +28,7 @@ class FileSink {
 
   /// False if the bytes were not written; the owner of the sink has the cause.
   virtual bool write_at(std::uint64_t offset, std::span<const std::byte> bytes) = 0;
-  /// Reads what was written before; zeros past the end of the file.
+  /// Reads bytes that were written before; zeros past the end of the file.
   virtual bool read_at(std::uint64_t offset, std::span<std::byte> bytes) = 0;
   /// Fails with a cause of the writer.
   virtual void fail(std::string_view cause) = 0;

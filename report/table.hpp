@@ -149,7 +149,7 @@ class TableWriter {
   /// \pre a cell is absent or of its column's kind; a column of text takes cells of any kind
   virtual bool row(std::span<const Cell> cells) = 0;
 
-  /// Writes what is held back. False when any of the text did not reach the sink.
+  /// Writes the rows that are held back. False when any of the text did not reach the sink.
   virtual bool finish() = 0;
 };
 

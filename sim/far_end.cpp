@@ -130,8 +130,8 @@ bool FarEnd::begins_request() const {
   return !on_its_way && answered && slave_.state() == SlaveState::idle;
 }
 
-// The rest of MA that ends a frame. With the rule `cycle` a frame may last longer; a request in it
-// is one that the encoder ignores.
+// The idle time of MA that ends a frame. With the rule `cycle` a frame may last longer; a request
+// in it is one that the encoder ignores.
 Picoseconds FarEnd::timeout() const {
   const Timeout& timeout = slave_.timing().timeout;
   const Picoseconds static_timeout = slave_.timing().static_timeout;

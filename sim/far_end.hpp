@@ -26,7 +26,8 @@ struct FarEndSetup {
   /// As for Line, with one encoder. Faults are placed by its clock and interval; its other values
   /// of the master have no effect.
   LineSetup line;
-  /// The longest processing time: each request has another one, from line.processing up to this.
+  /// The longest processing time: each request has a different one, from line.processing up to
+  /// this.
   Picoseconds processing_max{};
   /// A pulse of MA shorter than this does not reach the encoder; every other edge is delayed by it.
   Picoseconds ma_filter{};

@@ -28,7 +28,7 @@ namespace biss {
 /// then from `select_bank` to `restore_bank` once for each slave that holds an EDS.
 enum class ConfigureStep : std::uint8_t {
   channels_off,   ///< broadcast: deactivate the data channels
-  init,           ///< INIT, with a rest before and after it
+  init,           ///< INIT, with idle time before and after it
   identity,       ///< registers 0x78 to 0x7F, and how many slaves there are
   profile,        ///< registers 0x42 and 0x43
   serial,         ///< registers 0x44 to 0x47

@@ -13,7 +13,7 @@ namespace biss {
 
 /// Why values do not fit a format.
 enum class EncodeError : std::uint8_t {
-  channel_count,       ///< the frame has another number of channels than the format
+  channel_count,       ///< the frame has a different number of channels than the format
   position_too_large,  ///< a position does not fit its channel
   life_counter_too_large,
   ack_range,       ///< ACK of 0 clocks, or more than 40 µs at 10 MHz hold

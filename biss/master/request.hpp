@@ -354,7 +354,7 @@ class BitSampler {
 
 // ---- The end of a request
 
-/// Fills in what a sampler that has stopped received.
+/// Fills in the data that a stopped sampler received.
 template <class Sampler, class Codec>
 constexpr void judge(const Sampler& sampler, RequestKind kind, const Codec& codec,
                      BasicReading<typename Codec::Frame>& reading) {
@@ -535,7 +535,7 @@ class RequestCycle {
 
   constexpr void schedule() { due_ = std::min(std::min(clock_.next(), sampler_.next()), limit_); }
 
-  // Does what is due, in order of time.
+  // Does everything that is due, in order of time.
   constexpr void happen(Picoseconds now) {
     if (sampler_.next() < clock_.next()) take_samples(now);
     if (clock_.next() <= now) edge(now);
@@ -594,7 +594,7 @@ class RequestCycle {
     settle(now);
   }
 
-  // Evaluates what was read, once MA has stopped.
+  // Evaluates the received bits, once MA has stopped.
   constexpr void settle(Picoseconds now) {
     if (clock_.running()) return;
     reading_.clocks = clock_.rises();

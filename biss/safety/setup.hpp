@@ -238,7 +238,7 @@ enum class SafetySetupError : std::uint8_t {
   frame_gap,     ///< not 0 <= min < max <= max_frame_gap, cycle_min out of range, or
                  ///< may_lose_period()
   clocks,        ///< tolerance not from 0 to below frame_gap_max, or bit_period not from 0 to 1 ms
-  bounds,        ///< no frame is within them: a minimum above its maximum, or above what can be;
+  bounds,        ///< no frame is within them: a minimum above its maximum or its possible range;
                  ///< a clock above the encoder's limit
   checksum,      ///< the CPW's CRC is not 0x43, or the SPW's is not 0x190D9, or not as in BiSS
   weak_comparison,  ///< fewer than 9 bits compared, or a tolerance above 1

@@ -241,7 +241,7 @@ inline constexpr std::array<SafetyMeasure, transmission_error_count> safety_meas
 namespace safety_detail {
 
 // A checksum of words in memory. Each step is reversible, so a change within one word always
-// changes the checksum; of all other changes, one in 2^32 does not. The rotation spreads the
+// changes the checksum; one in 2^32 of all other changes does not. The rotation spreads the
 // uppermost bit, too: in a product this bit changes no other bit.
 class Check {
  public:

@@ -14,7 +14,7 @@ MaskedArray = np.ma.MaskedArray[Any, Any]
 # Has no types.
 _ma: Any = np.ma
 
-# They ignore the mask, and what is below it gets into results that look like others.
+# They ignore the mask, so the values below it get into results that look normal.
 _WITHOUT_MASK = frozenset((np.interp, np.median, np.percentile, np.quantile, np.nanmedian,
                            np.nanpercentile, np.nanquantile))
 

@@ -35,7 +35,7 @@ struct ArchiveOptions {
   std::optional<Verb> merge;
 };
 
-// The options that decide what is read in a file, in the order of their names.
+// The options that decide how a file is read, in the order of their names.
 std::vector<std::string> settings_of(const Verb& verb) {
   std::vector<std::string> settings;
   for (const Option& option : verb.given_options()) {
@@ -208,9 +208,10 @@ void add_archive(Command& command) {
   add_count_option(own, "--threads", into(options->threads),
                    "Worker threads; by default one per core. The summary does not depend on it",
                    1024);
-  add_output_option(verb, options->summary.output,
-                    "The summary as JSON. FILE.journal keeps what is read: after an interruption "
-                    "the same command continues");
+  add_output_option(
+      verb, options->summary.output,
+      "The summary as JSON. FILE.journal keeps the results so far: after an interruption "
+      "the same command continues");
   add_summary_options(verb, options->summary);
   Verb merge =
       verb.add_verb({.name = "merge",

@@ -52,7 +52,7 @@ struct ArchiveProgress {
 };
 
 /// `312 of 1000 files, 1.2 of 4.5 GB, 85.3 files/s, 210.00 MB/s, 0:12 left`.
-/// \param before what was done when the time began
+/// \param before the work that was done when the time began
 std::string progress_text(const ArchiveProgress& now, const ArchiveProgress& before,
                           double seconds);
 

@@ -77,7 +77,7 @@ class CaptureInput {
  public:
   explicit CaptureInput(Host& host) : host_(&host) {}
 
-  /// Opens what is not open yet. Prints why it cannot be read.
+  /// Opens the files that are not open yet. Prints why it cannot be read.
   ExitStatus open(std::vector<CaptureFile> files, const InputArguments& arguments);
   /// Opens the capture again from its beginning. Prints why it cannot.
   ExitStatus reopen(const InputArguments& arguments);

@@ -150,8 +150,8 @@ class DecodedCapture {
   decode::CycleReader reader() const {
     return decode::CycleReader(format_, reading_timing(), margin_);
   }
-  /// The timing by which cycles are read: if no format was given, with the timeout that the capture
-  /// shows if the master pauses its clock.
+  /// The timing by which cycles are read. If no format was given and the master pauses its clock,
+  /// it has the timeout that the capture shows.
   DeviceTiming reading_timing() const;
   /// The protocol of the lines at the beginning of the capture. \pre next() was true and read() has
   /// not been called since

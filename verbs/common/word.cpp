@@ -328,7 +328,7 @@ void add_word_options(Verb given, WordReading& reading, const Option& of) {
                    "Number of clocks, from the first bit on; all bits by default", 65'535)
       .needs(of);
   verb.add_flag("--payload", reading.payload,
-                "The last bits (with --bits: of these) are the frame after CDS up to its CRC, "
+                "The word (or the bits of --bits) ends with the frame after CDS up to its CRC, "
                 "without ACK and START")
       .needs(of);
   verb.after_parsing([&reading] {

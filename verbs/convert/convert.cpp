@@ -160,7 +160,7 @@ class ConvertRun {
     if (cutter_->is_before(input_.end_time())) {
       output.abandon();
       return host_.fail(ExitStatus::data_failed,
-                        fmt::format("--since: {} ends before, at {}; nothing to convert",
+                        fmt::format("--since: {} ends earlier, at {}; nothing to convert",
                                     input_.name(), text_of(input_.end_time())));
     }
     if (!any_ && cutter_->past_end()) {

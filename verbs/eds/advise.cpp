@@ -157,7 +157,8 @@ std::string description_of(const Advice& advice) {
 // No lengths, neither in the options nor in the file.
 std::string nothing_to_advise(const std::string& file) {
   if (file.empty()) {
-    return "give what the encoder sends, --resolution and --turns in bits, or a FILE with its BP3 "
+    return "give the lengths that the encoder sends, --resolution and --turns in bits, or a FILE "
+           "with its BP3 "
            "part; for example: biss eds advise --resolution 18 --turns 12";
   }
   return fmt::format(

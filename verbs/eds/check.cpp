@@ -40,7 +40,8 @@ void add_missing(std::vector<EdsFindingRow>& rows, const dump::DataSheet& sheet,
     row.symbol = find_field(common_fields, fmt::format("BANK_{}", i))->symbol;
     row.problem = "incomplete";
     row.value = bank;
-    row.text = fmt::format("the bank of channel {} is not in the dump, the part is not judged", i);
+    row.text =
+        fmt::format("the bank of channel {} is not in the dump, so the part is not judged", i);
   }
 }
 

@@ -219,7 +219,7 @@ class DescriptionReader {
     return {};
   }
 
-  // Derives what was left out, and puts the parts into their banks.
+  // Derives the fields that were left out, and puts the parts into their banks.
   Done place_parts() {
     if (const auto bank = dump_.direct_byte(reg::eds_bank)) draft_.eds_bank = *bank;
     if (draft_.common && draft_.eds_bank == 0) {

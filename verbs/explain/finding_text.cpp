@@ -278,7 +278,7 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
     case Cause::master_pauses_clock:
       if (evidence.usual.rest_in_group) {
         parts.add(
-            "the requests come in groups, with rests of {} between them; each group begins with "
+            "the requests come in groups, with pauses of {} between them; each group begins with "
             "ACK, as one request with pauses does",
             time_words(evidence.usual.rest_in_group->count));
       }

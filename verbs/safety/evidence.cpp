@@ -284,7 +284,7 @@ ExitStatus run_check(const VerbOptions& options, Host& host) {
       host.warn(file.name + ": from another build of the program");
     } else {
       differs = true;
-      host.warn(file.name + (before != nullptr ? ": differs from what its command prints now"
+      host.warn(file.name + (before != nullptr ? ": differs from the present output of its command"
                                                : ": missing, this program writes it"));
     }
   }

@@ -43,7 +43,7 @@ void add_evidence_options(Verb verb, EvidenceOptions& options);
 struct EvidenceSubject {
   EvidenceOptions options;
   SafetyFormat monitored;
-  /// A name of configurations.hpp, or a text that says that there is none.
+  /// A name of configurations.hpp, or a text that states that there is none.
   std::string configuration;
   Hertz rate;
 };
@@ -51,7 +51,7 @@ struct EvidenceSubject {
 /// The subject, or one line of text with the error (usage: exit status 2).
 tl::expected<EvidenceSubject, std::string> choose_evidence(const EvidenceOptions& options);
 
-/// A command line of the bundle and the file that holds what it prints.
+/// A command line of the bundle and the file that holds its output.
 struct EvidenceCommand {
   std::string file;
   std::vector<std::string> arguments;

@@ -37,7 +37,7 @@ struct ExperimentOptions {
 void add_seed_option(Verb verb, std::uint64_t& seed);
 void add_threads_option(Verb verb, unsigned& threads);
 
-/// Prints a line of usage: what is wrong with `-f`.
+/// Prints a line of usage: the mistake in `-f`.
 ExitStatus fail_format(const std::string& format, Host& host);
 
 /// Writes a table to the output that the options name.
@@ -82,7 +82,7 @@ tl::expected<lab::CampaignState, std::string> run_usual_campaign(const lab::Camp
                                                                  const ExperimentOptions& options,
                                                                  Host& host);
 
-/// A fault of a campaign, and what was measured.
+/// A fault of a campaign, and its measurements.
 struct CampaignRow {
   lab::FaultChoice fault;
   /// The counts of the fault in the state.

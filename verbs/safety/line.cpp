@@ -117,7 +117,8 @@ class FaultWatch {
     open_->reaction = now_.number - open_->begin;
   }
 
-  // A frozen encoder sends what it means to send, but the position of an earlier cycle.
+  // A frozen encoder sends the frame that it means to send, but with the position of an earlier
+  // cycle.
   bool is_wrong(const Frame& frame) const {
     if (kind_ == sim::FaultKind::frozen && now_.faulty) return true;
     return frame.channel_list[cpw_].position != now_.position;

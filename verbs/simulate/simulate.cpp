@@ -325,7 +325,7 @@ void add_output_options(Verb verb, WriteOptions& write, LineOptions& line) {
       "that is at least eight times the clock");
   verb.add_flag("--at-slave", line.at_slave, "Also record MA and SLO at the encoder");
   verb.add_option("--truth", write.truth,
-                  "Write what the encoder meant to send, and the faults, as CSV")
+                  "Write the values that the encoder meant to send, and the faults, as CSV")
       .type_name("FILE")
       .file(FileUse::write);
 }

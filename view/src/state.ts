@@ -55,7 +55,7 @@ export const defaultSettings: Settings = {
   further: '',
 };
 
-// The capture and what has been read of it; only src/core/reading.ts sets these.
+// The capture and the data read from it; only src/core/reading.ts sets these.
 export const file = signal<OpenFile | undefined>(undefined);
 export const about = signal<About | undefined>(undefined);
 export const progress = signal<Progress>({ state: 'none', done: 0 });
@@ -95,7 +95,7 @@ export const shownTheme = computed<'light' | 'dark'>(() => {
   return systemIsDark.value ? 'dark' : 'light';
 });
 
-/** The end of what has been read so far. */
+/** The end of the data read so far. */
 export const endTime = computed(() => BigInt(about.value?.endTime ?? '0'));
 
 /** The first change of a line, which can be before 0. */

@@ -2,7 +2,7 @@
 import type { Session } from 'biss';
 import { firstWhere } from '../core/first_where';
 
-/** Rows of a block; whatever is kept of all rows is kept by block. */
+/** Rows of a block; the data about all rows are kept by block. */
 export const blockRows = 64;
 /** Rows that are read at once. */
 export const stretch = 65_536;

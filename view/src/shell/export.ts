@@ -1,4 +1,4 @@
-// Export of what is seen: rows as CSV, lines as VCD, the waveform as PNG.
+// Export of the present view: rows as CSV, lines as VCD, the waveform as PNG.
 import { verbFurther } from '../core/arguments';
 import { core } from '../core/core';
 import { fileNames } from '../core/reading';

@@ -10,7 +10,7 @@ import * as state from '../state';
 export const filtered = signal<Int32Array | undefined>(undefined);
 /** The problem with the filter. */
 export const filterError = signal('');
-/** Counts what has come, so that the table draws again. */
+/** Counts the data that have come, so that the table draws again. */
 export const arrived = signal(0);
 
 // The maximum number of rows in a filtered table, so that memory does not grow with the capture.

@@ -37,7 +37,7 @@ export class TrackPainter {
     return this.pen.left + this.pen.scale.x(time);
   }
 
-  // Within what is shown.
+  // Within the range shown.
   #bounds(from: bigint, to: bigint): [number, number] {
     const right = this.pen.left + this.pen.scale.width;
     return [Math.max(this.pen.left, this.#x(from)), Math.min(right, this.#x(to))];

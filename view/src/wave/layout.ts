@@ -17,7 +17,7 @@ export interface Sample {
   at: bigint;
   level: 0 | 1 | undefined;
   name: string;
-  /** It differs from what the data received need. */
+  /** It differs from the value that the received data need. */
   wrong: boolean;
   /** A flip of this bit alone would make the checksum right. */
   mends: boolean;

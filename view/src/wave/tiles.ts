@@ -23,7 +23,7 @@ export interface Shown extends Range {
 }
 
 /**
- * The end of what has been read, in steps of a few percent while it grows, so that a view of the
+ * The end of the data read so far, in steps of a few percent while it grows, so that a view of the
  * whole capture is not counted again with every row.
  */
 export function steadyEnd(): bigint {
@@ -162,7 +162,7 @@ export class Cycles {
     return this.#kept.get(row);
   }
 
-  /** Asks for what is missing of these rows. */
+  /** Requests the missing cycles of these rows. */
   want(rows: readonly number[]): void {
     const generation = state.generation.value;
     if (generation !== this.#generation) {
