@@ -66,8 +66,8 @@ struct FileEntry {
   std::vector<LinkEntry> links;
 
   bool operator==(const FileEntry&) const = default;
-  /// Something is wrong with the file or its links that makes it a capture to look at. Files that
-  /// hold no BiSS C at all have no finding.
+  /// A fault of the file or its links makes it a capture to examine. Files that hold no BiSS C at
+  /// all have no finding.
   bool has_finding() const;
 };
 

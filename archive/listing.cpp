@@ -79,7 +79,7 @@ std::string name_of_path(const std::string& path) {
   return path.substr(path.rfind('/') + 1);  // npos + 1 is 0
 }
 
-// The names in a folder, sorted; all of them unless there is a cause.
+// The names in a folder, sorted; all of them unless reading fails.
 std::vector<std::string> names_in(const std::string& folder, std::error_code& cause) {
   std::vector<std::string> names;
   for (std::filesystem::directory_iterator at(folder, cause), end; !cause && at != end;

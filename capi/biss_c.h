@@ -73,7 +73,7 @@ typedef enum biss_status BISS_INT {
   BISS_NO_READING,     /* reading: no request was made yet, or there is no frame */
   BISS_BAD_HANDLE,     /* the handle is closed, was never open, or is of another kind */
   BISS_CHANNEL_COUNT,  /* the format has a different number of channels, or no such channel */
-  BISS_CLOCK_RANGE,    /* clocks of ACK or before it: more or fewer than there can be */
+  BISS_CLOCK_RANGE,    /* clocks of ACK or before it: more or fewer than possible */
   BISS_NO_ROOM,        /* the buffer is too small */
   BISS_BAD_CRC,        /* a biss_crc is not a checksum: its width is not 3 to 16, its polynomial
                           not in full form, or its start wider */

@@ -107,14 +107,15 @@ typedef struct biss_fault_place {
   uint64_t thousandths; /* of a bit or a clock */
 } biss_fault_place;
 
-/* The last request that began, as far as it has come. A request begins when MA falls after a rest
- * as long as the encoder's timeout, or while the encoder is idle after an answer. A shorter rest is
- * part of the request: a gap between the bytes of an SPI master. */
+/* The last request that began, as far as it has come. A request begins when MA falls after an idle
+ * time as long as the encoder's timeout, or while the encoder is idle after an answer. A shorter
+ * idle time is part of the request: a gap between the bytes of an SPI master. */
 typedef struct biss_line_request {
   uint64_t number;  /* counts from 0 */
   int64_t begin_ps; /* MA fell at the master */
   /* The encoder took a position; if not, all members from here on are 0 or 1. If it took several
-   * after a fault: the first one that it sent whole, else began to send, else took. */
+   * after a fault: the first one that it sent completely, else the first one that it began to send,
+   * else the first one. */
   bool sampled;
   int64_t sampled_ps;
   uint32_t channel_count;

@@ -55,7 +55,7 @@ struct AnalogChannel {
   bool logic = false;
 };
 
-/// Samples of all channels at each of some times: row by row, `channels` values in a row.
+/// Samples of all channels at successive times: row by row, `channels` values in a row.
 struct SampleRows {
   std::vector<Picoseconds> times;
   std::vector<Nanovolts> values;

@@ -393,7 +393,7 @@ class FstReader final : public StepSource {
     return good || damaged("changes that unpack to their size");
   }
 
-  // Puts the next change of a chain among those to come.
+  // Puts the next change of a chain among the changes to come.
   bool push_chain(FstChain chain, std::size_t number) {
     bool is_damaged = false;
     const bool more = chain.next(is_damaged);

@@ -108,7 +108,7 @@ Format format_of_extension(std::string_view path) {
   return Format::other;
 }
 
-// Text whose lines end in CR, or in CR and LF, with LF.
+// Text with LF in place of CR, or of CR and LF.
 class LineFeeds final : public ByteSource {
  public:
   explicit LineFeeds(std::unique_ptr<ByteSource> bytes) : bytes_(std::move(bytes)) {}

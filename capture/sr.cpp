@@ -234,7 +234,7 @@ class SrPieces final : public SamplePieces {
   std::string capture_file_;
   bool verify_;
   std::uint64_t chunks_ = 0;  // in the archive
-  std::uint64_t chunk_ = 0;   // last asked for
+  std::uint64_t chunk_ = 0;   // last requested
   bool whole_ = false;
   bool streaming_ = false;
   std::uint64_t stream_left_ = 0;

@@ -71,8 +71,8 @@ class ZipArchive;
 
 using OpenedZip = tl::expected<std::unique_ptr<ZipArchive>, CaptureError>;
 
-/// Finds members and gives their bytes. One thread at a time; what read_compressed() has given may
-/// be inflated by others meanwhile.
+/// Finds members and gives their bytes. One thread at a time; the data from read_compressed() may
+/// be inflated by other threads meanwhile.
 class ZipArchive {
  public:
   /// Opens the archive in `bytes`. A regular file is read directly; anything else goes into memory

@@ -505,7 +505,7 @@ HWY_INLINE bool measure_delay(const Clock& clock, const Measured& rises, float p
   return true;
 }
 
-// The sample that each change of SLO is the first to precede, and the first sample that is close.
+// For each change of SLO the first sample after it, and the first sample that is close.
 HWY_INLINE bool place_samples(const Measured& rises, float per_period, std::int32_t margin,
                               CleanScratch& scratch, CleanMeasure& m) {
   const D d;
@@ -721,7 +721,7 @@ HWY_INLINE bool take_changes(const CleanLines& lines, CleanScratch& scratch, Cle
     found = static_cast<std::size_t>(std::lower_bound(begin, lines.slo.end(), next) - begin);
   }
   if (found > count || (found == count && count == CleanScratch::max_edges)) return false;
-  // Which of two edges at one time comes first would matter.
+  // The order of two edges at one time would matter.
   if (found < lines.slo.size() && lines.slo[found] == next) return false;
   m.changes = static_cast<std::uint32_t>(found);
   hn::StoreU(hn::Zero(d), d, scratch.changes.data() + found);

@@ -75,7 +75,7 @@ void SignalRules::judge_ma(std::uint64_t number, const Cycle& cycle) {
 
 void SignalRules::judge_pulses(std::uint64_t number, const Cycle& cycle) {
   const LineSignal& signal = *cycle.signal;
-  // The shortest pulse that the capture shows for certain is of its resolution.
+  // The shortest pulse that the capture shows for certain is as long as its resolution.
   const bool coarse = 2 * tallies_.resolution() > signal.pulse_max;
   const auto judge = [&](Rule rule, std::uint32_t pulses, std::string_view note) {
     if (coarse) return tallies_.too_coarse(rule, signal.pulse_max / 2);

@@ -18,8 +18,8 @@ struct Cut {
   std::size_t clocks = 0;
 };
 
-/// The stretches of a drawing that can be left out: a long ACK, extra clocks, a long timeout. Some
-/// periods before and after each change stay, and around the times in `kept`.
+/// The stretches of a drawing that can be left out: a long ACK, extra clocks, a long timeout. A few
+/// periods before and after each change stay, and a few around the times in `kept`.
 std::vector<Cut> cuts_of(const CycleDrawing& drawing, std::span<const Picoseconds> kept = {});
 
 /// The places of times, in ticks from the left. Only integers, so that every machine has the same

@@ -40,8 +40,9 @@ constexpr int rounds = 8;
 constexpr double apart = 3.5;
 // A cause that would explain some requests, but not many, counts as this much longer.
 constexpr double also_apart = 12;
-// A cause whose account is `b` bits longer than the shortest one weighs
-// (1 + b / weight_scale)^-weight_power: rounded from what tests/explain/fit.py printed for development seeds.
+// A cause whose account is `b` bits longer than the shortest one weighs (1 + b /
+// weight_scale)^-weight_power: rounded from the output of tests/explain/fit.py for development
+// seeds.
 constexpr double weight_scale = 1.2;
 constexpr double weight_power = 1.5;
 // Less likely causes are not listed.
@@ -214,7 +215,7 @@ class Diagnosis {
       length_of_other = std::min(length_of_other, best + also_apart);
     }
     if (!saves) return;
-    // The one that explains more requests comes first.
+    // The cause that explains more requests comes first.
     const bool more = explained(*second) > explained(model);
     at(bits, first) = best + (more ? apart : 0);
     at(bits, second->cause) = best + (more ? 0 : apart);

@@ -73,7 +73,7 @@ struct Evidence {
   std::uint64_t late_turns = 0;
   Sightings steps;
   std::vector<Exceeded> limits;
-  /// Frames with the sign of life 0 after its last value.
+  /// Frames with the sign of life 0 after its highest value.
   std::uint64_t life_zeros = 0;
   /// Cycles by status.
   std::array<std::uint64_t, decode::cycle_status_count> statuses{};
@@ -141,7 +141,7 @@ struct ObserverSetup {
 /// unusual requests only.
 class Observer {
  public:
-  /// \param beginning edges from the beginning of the capture; they come again
+  /// \param beginning edges from the beginning of the capture; they will be given again
   Observer(const ObserverSetup& setup, std::span<const wire::Edge> beginning);
   // The rules refer to this object.
   Observer(const Observer&) = delete;

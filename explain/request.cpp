@@ -22,8 +22,8 @@ Picoseconds tolerance_of_grid(Picoseconds period, Picoseconds resolution) {
   return period * 16 / 100 + resolution * 16 / 10;
 }
 
-// A level of SLO shorter than a period over this is a pulse, and one of MA shorter than this share of
-// its usual length, in per cent.
+// A level of SLO is a pulse if it is shorter than a period divided by this; a level of MA, if it is
+// shorter than this share of its usual length, in per cent.
 constexpr std::int64_t pulse_share = 5;
 constexpr std::int64_t pulse_percent = 60;
 // Clocks further apart than this, in per cent of a period, have a pause between them.
@@ -40,7 +40,7 @@ constexpr std::size_t least_length = 9;
 float bits_of(double number) { return static_cast<float>(std::log2(std::max(number, 1.0))); }
 float count_price(std::size_t number) { return bits_of(static_cast<double>(number)); }
 
-// A number of `bits` bits, by its change.
+// The price of a number of `bits` bits, by its change.
 float change_price(std::uint64_t before, std::uint64_t now, unsigned bits) {
   const std::uint64_t change =
       std::min((now - before) & low_mask(bits), (before - now) & low_mask(bits));
@@ -66,8 +66,8 @@ std::size_t tail_of(BitView bits, bool level) {
   return tail;
 }
 
-// Parts of requests, between which MA pauses for longer than the decoder waits: most rests are
-// alike and short, the part after a longer rest begins with ACK at the same line delay, and hardly
+// Parts of requests, between which MA pauses for longer than the decoder waits: most pauses are
+// equal and short, the part after a longer pause begins with ACK at the same line delay, and hardly
 // any other part has ACK and START there.
 std::optional<Picoseconds> find_groups(std::span<const Cycle> cycles, Picoseconds period) {
   std::vector<Picoseconds> rests;
@@ -309,7 +309,7 @@ void Pricer::learn(const Cycle& cycle) {
   ++acks_[std::min<std::size_t>(ack, acks_.size() - 1)];
 }
 
-// The position of this frame is a likely one.
+// The position of this frame is plausible.
 void Pricer::remember() {
   data_time_ = view_.time;
   for (std::size_t k = 0; k < channels_.size(); ++k) {
@@ -474,7 +474,7 @@ void Pricer::price_low(const CycleEdges& edges, Prices& prices) const {
   } else {
     if (edges.slo.size() == 1) set(prices, RequestKind::busy, soon ? 10 : 4);
     if (hurried) set(prices, RequestKind::hurried, (soon ? 1.0F : 4.0F) + 2 * (more - 1));
-    // The rest of a request that MA has left before.
+    // The rest of a request in which MA stopped before.
     if (soon && was_part_) set(prices, RequestKind::restart, 1 + 2 * (more - 1));
   }
   // ACK is high, and SLO goes back to the level at which it rests.
@@ -767,7 +767,7 @@ void Pricer::price_cut(const CycleEdges& edges, Prices& prices) const {
   set(prices, RequestKind::cut_late, late ? price : price + (longest_ack_ == 0 ? 0.01F : 8.0F));
   set(prices, RequestKind::cut_in_data, late ? price + 3 : price);
   if (codec_) {
-    // A shorter frame has its STOP, and mostly a usual checksum.
+    // A shorter frame has its STOP, and in most cases a usual checksum.
     const float whole = tail_of(view_.frame(), true) != 0 ? 12.0F
                         : bits_before_checksum()          ? -1.0F
                                                           : 3.0F;
@@ -786,7 +786,7 @@ bool Pricer::shows_error() const {
   });
 }
 
-// SLO does not change any more from a bit on.
+// SLO no longer changes from a bit on.
 void Pricer::price_tails(Prices& prices) const {
   const float where = count_price(view_.clocks());
   const float off = edge_price * view_.off_grid;

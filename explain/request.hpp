@@ -77,8 +77,8 @@ struct Usual {
   std::optional<ChecksumVariant> checksum;
   /// Almost no frame has the right checksum, and no rule fits.
   bool no_checksum_fits = false;
-  /// If requests come in groups, each of which begins like a request of BiSS C: the usual rest in a
-  /// group.
+  /// If requests come in groups, each of which begins like a request of BiSS C: the usual pause in
+  /// a group.
   std::optional<Picoseconds> rest_in_group;
 };
 /// \param cycles from the beginning of the capture

@@ -330,7 +330,7 @@ class LayoutSearch {
     candidates_[begin].push_back(candidate);
   }
 
-  // Any generator of up to 16 bits, from what differences have in common: only for ends of the
+  // Any generator of up to 16 bits, from the common factor of differences: only for ends of the
   // frame, and of channels before another one.
   void find_wide() {
     constexpr double strong = 15;
@@ -508,7 +508,7 @@ class LayoutSearch {
     layout.cost += tail_cost(layout);
   }
 
-  // Which bits differ from a frame that is right, or all of them.
+  // The bits that differ from the bits of a correct frame, or all bits.
   static double damage_cost(const Sample& sample, const Sample* near, unsigned bits) {
     if (near == nullptr) return bits;
     double wrong = 0;
@@ -572,8 +572,8 @@ class LayoutSearch {
   std::minstd_rand random_{1};
 };
 
-// The longest that a fifth of the frames have; frames that are too short for a position count only
-// among themselves.
+// The greatest length that a fifth of the frames reach; frames that are too short for a position
+// count only among themselves.
 unsigned length_of(std::span<const Sample> samples) {
   constexpr std::size_t short_bits = 9;
   constexpr std::size_t few = 8;

@@ -298,7 +298,7 @@ double padding_cost(std::span<const std::uint8_t> bits) {
 }
 
 double counter_cost(std::span<const CounterValue> values, unsigned bits) {
-  // A frame that is lost or comes again costs fewer bits than any value.
+  // A frame that is lost or repeated costs fewer bits than any value.
   constexpr std::uint64_t few = 4;
   constexpr unsigned near_bits = 3;
   const auto count = static_cast<double>(values.size() - 1);

@@ -252,7 +252,8 @@ class FieldSearch {
     return layout_.crc.width_bits == 16 && life.bits == safety_counter_bits;
   }
 
-  // It counts on in most frames; with the checksum of a safety word, some may be lost or come again.
+  // It increases by 1 in most frames; with the checksum of a safety word, some may be lost or
+  // repeated.
   bool counts(const Field& life) const {
     double seen = 0;
     double follow = 0;

@@ -104,15 +104,15 @@ bool fits(const ChannelFormat& known, const Fields& seen) {
          same_flag(known.warning, seen.channel.warning);
 }
 
-// The same, and they read later flags alike too.
+// The same, and they read later flags in the same way too.
 bool is_alike(const ChannelFormat& known, const Fields& seen) {
   return fits(known, seen) && known.error == seen.channel.error &&
          known.warning == seen.channel.warning && known.life_counter == seen.channel.life_counter &&
          std::countr_zero(position_of(known)) == std::countr_zero(position_of(seen.channel));
 }
 
-// The encoder answers on CDS. It does so only if the master asks, and then with two ones or more;
-// other ones are damage, as long as they are rare.
+// The encoder answers on CDS. It does so only if the master requests it, and then with two ones or
+// more; other ones are damage, as long as they are rare.
 bool answers_on_cds(const FrameSet& frames, const Layout& layout) {
   constexpr double most_damage = 0.1;
   std::size_t ones = 0;
@@ -126,8 +126,8 @@ bool answers_on_cds(const FrameSet& frames, const Layout& layout) {
          static_cast<double>(ones) > most_damage * static_cast<double>(frames.samples.size());
 }
 
-// Adds the names of the encoders. If an encoder reads the frames alike, its format gives the names
-// of the bits.
+// Adds the names of the encoders. If an encoder reads the frames in the same way, its format gives
+// the names of the bits.
 void compare_with_catalogue(FormatCandidate& candidate, bool cds) {
   struct Known {
     FrameFormat format;

@@ -189,7 +189,7 @@ void try_ssi(const Pair& pair, const BissTrial& biss, Guesses& guesses) {
   });
   if (behaved < 0.8) return;
   double confidence = 0.9 * behaved;
-  // Also if the word seems to come again: one of BiSS C at rest may look so.
+  // Also if the word seems to be repeated: a word of BiSS C at rest may look like this.
   if (pulses > longest) confidence = std::min(confidence, 0.75);
   if (!biss.repeats) {
     if (pulses % 8 == 0) confidence = std::min(confidence, 0.55);

@@ -24,8 +24,8 @@ enum class SequenceTask : std::uint8_t {
   fault,         ///< a transmission error, injected again and again into a safe sequence
 };
 
-/// How an undamaged encoder moves. Every 512 frames it is put to another place, every second time
-/// so that it passes zero; it moves 256 frames in one direction and 256 back.
+/// How an undamaged encoder moves. Every 512 frames it moves to another place, every second time to
+/// one from which it passes zero; it moves 256 frames in one direction and 256 back.
 enum class SequenceMotion : std::uint8_t {
   max,    ///< full speed: just below half a turn from frame to frame
   steps,  ///< every speed from one count to half the range, each magnitude equally often
@@ -52,7 +52,7 @@ struct SequenceVariant {
   TransmissionError error{};
   /// The name that users see; a fault that parse_fault() takes if bits are corrupted.
   std::string_view name;
-  /// Injects one event. Null for `constant`: there the fault exists since power-up.
+  /// Injects one event. Null for `constant`: there the fault has existed since power-up.
   void (*inject)(FaultRun& run) = nullptr;
   /// Null: 0.
   SequenceTheory* theory = nullptr;

@@ -169,7 +169,7 @@ class SpiObject {
     const bool gaps =
         array.size() != 0 && array.ndim() == 2 && array.shape(1) > 1 && array.strides(1) != 1;
     if (array.ndim() != 2 || gaps) {
-      throw UsageError("an array with a buffer in each row is needed, its bytes contiguous");
+      throw UsageError("an array with a buffer of contiguous bytes in each row is needed");
     }
     const auto rows = static_cast<std::size_t>(array.shape(0));
     const auto width = static_cast<std::size_t>(array.shape(1));

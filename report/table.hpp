@@ -28,7 +28,7 @@ enum class Kind : std::uint8_t {
   unsigned_integer,  ///< up to 2^64 - 1; decimal
   signed_integer,    ///< decimal
   nanoseconds,       ///< a Picoseconds, written as nanoseconds with up to three places, exact
-  real,              ///< a double: as few digits as give the same one again; not finite: absent
+  real,              ///< a double: the fewest digits that give the same double; not finite: absent
   text,              ///< any bytes; UTF-8 if users read it
   bits,              ///< a bit string, written as one hexadecimal number (see append_hex)
   flag,              ///< 0 or 1

@@ -43,7 +43,7 @@ struct FarEndOutput {
   Picoseconds deadline{};  ///< when step() is due again if no input changes before
 };
 
-/// The current request so far. It begins when MA falls after a rest as long as the encoder's
+/// The current request so far. It begins when MA falls after an idle time as long as the encoder's
 /// timeout, or while the encoder is idle after an answer; see also FarEndSetup::foreign_encoder.
 struct FarEndCycle {
   std::uint64_t number = 0;  ///< counts from 0

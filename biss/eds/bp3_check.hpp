@@ -1,4 +1,4 @@
-// Checks a BP3 part, alone and against what else is known about its channel.
+// Checks a BP3 part, alone and against the other facts about its channel.
 #pragma once
 
 #include <cstddef>
@@ -179,8 +179,8 @@ class Bp3Check : PartCheck<Sink> {
            1);
   }
 
-  // With the other type everything fits, including the checksum, and no count with one byte changed
-  // fits as well.
+  // Everything fits the other type, including the checksum, and no count would fit with one changed
+  // byte.
   constexpr bool type_is_wrong() const {
     EdsBank other = bank_;
     other[0x08] ^= 1U;

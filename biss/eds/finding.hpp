@@ -14,7 +14,7 @@ namespace biss {
 
 /// The faults that a data sheet can have.
 enum class EdsProblem : std::uint8_t {
-  all_zero,              ///< an empty bank, whose checksum is even right
+  all_zero,              ///< an empty bank, although its checksum is right
   all_ones,              ///< erased memory
   checksum,              ///< not the sum of the bytes
   out_of_range,          ///< outside the document's range, not marked as absent either
@@ -32,7 +32,7 @@ enum class EdsProblem : std::uint8_t {
   length_reading,        ///< C = 1: they add up to DL in the other reading, with or without CRC
   count_above_length,    ///< more counts than its length in bits can represent
   alignment,             ///< zeros at the wrong end of MT or of the singleturn value
-  encoder_type,          ///< rotary or linear, but counts, lengths and checksum fit the other
+  encoder_type,          ///< rotary or linear, but counts, lengths and checksum fit the other type
   crc_bit,               ///< C = 0 in a safety encoder, C = 1 in a standard encoder
   identifier,            ///< differs from registers 0x42 and 0x43
   channel_count,         ///< DC_NUM is not the number of channels that are filled in

@@ -151,7 +151,7 @@ constexpr bool is_ack(const FrameBounds& bounds, std::size_t ack) {
 
 // FrameBounds for the zeros of BitView::head().
 struct QuickBounds {
-  // The zeros, as ones, are a number from `least` to below `end`: the first one ends the leading
+  // The inverted zeros are a number from `least` to below `end`: the first of them ends the leading
   // ones.
   std::uint64_t least;
   std::uint64_t end;

@@ -379,11 +379,11 @@ constexpr Picoseconds full_request_cycle(const MasterSetup& setup, unsigned payl
   return budget.total - budget.idle;
 }
 
-/// The end of MA's rest after a failed request. Renishaw's data sheet asks for MA high "for the
-/// remaining duration of the full request cycle, including timeout", and SLO may have any level
-/// until then. Other devices end an incomplete frame one timeout after the last edge (D2). The
-/// master does not know which edge they saw last, so it also waits one timeout after its own last
-/// edge.
+/// The end of the idle time of MA after a failed request. Renishaw's data sheet asks for MA high
+/// "for the remaining duration of the full request cycle, including timeout", and SLO may have any
+/// level until then. Other devices end an incomplete frame one timeout after the last edge (D2).
+/// The last edge that they received is unknown, so the master also waits one timeout after its own
+/// last edge.
 /// \param cycle_end of the full request cycle
 /// \param last_edge of MA
 /// \param travel    from the master to the device and back, and a period

@@ -19,7 +19,7 @@ enum class LineDelayError : std::uint8_t {
   before_request,  ///< SLO fell before the second rising edge of MA: it was not idle, or wires are
                    ///< swapped
   too_long,        ///< more than the 40 µs that BiSS C allows (D2, row 7)
-  too_few,         ///< fewer measurements than asked for
+  too_few,         ///< fewer measurements than requested
   jitter,          ///< a measurement is more than a quarter of a period from the mean (D2, row 8)
 };
 

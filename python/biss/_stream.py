@@ -68,10 +68,10 @@ class Decoder:
     ``options`` are the options of ``biss decode`` with underscores: ``safety="rsm"``,
     ``invert_slo=True``, ``only_errors=True``, ``resolution="10ns"``.
 
-    The rows are the same as from ``biss decode`` on the same capture. The first ones come when
-    ``beginning`` edges are there, because polarity, format and the rate of requests are measured in
-    them; the command takes as many as the default. A smaller number gives rows sooner and measures
-    in less.
+    The rows are the same as from ``biss decode`` on the same capture. The first ones come after
+    ``beginning`` edges, because polarity, format and the rate of requests are measured in them; the
+    command takes as many as the default. A smaller number gives rows sooner and measures with fewer
+    edges.
 
     Several threads may use a decoder; it does the work of one at a time.
 

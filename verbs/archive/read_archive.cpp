@@ -108,7 +108,7 @@ class ArchiveRun {
     return status_;
   }
 
-  // A file that one thread would still read when the others have read the rest.
+  // A file so long that one thread would still read it when the others have read the rest.
   static bool is_for_all_threads(const ListedFile& file, std::uint64_t left, unsigned threads) {
     constexpr std::uint64_t worth_threads = std::uint64_t{1} << 20U;
     return file.stamp.bytes >= worth_threads && file.stamp.bytes > left / threads;

@@ -131,7 +131,7 @@ std::string what_to_try(CycleStatus status, const decode::Statistics& statistics
   return usual_hint(status, statistics);
 }
 
-// The most frequent cause that something can be done about.
+// The most frequent cause that has a remedy.
 std::optional<CycleStatus> foremost_cause(const decode::Statistics& statistics) {
   std::optional<CycleStatus> foremost;
   for (std::size_t i = 0; i < decode::cycle_status_count; ++i) {

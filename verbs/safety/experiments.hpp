@@ -1,5 +1,5 @@
-// The experiments of `biss safety` as functions: the request, the result, its table, and whether it is
-// as it must be. A verb prints one experiment; evidence puts all of them into a folder.
+// The experiments of `biss safety` as functions: the request, the result, its table, and whether it
+// is as expected. A verb prints one experiment; evidence puts all of them into a folder.
 #pragma once
 
 #include <array>

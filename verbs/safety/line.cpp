@@ -90,9 +90,9 @@ class FaultWatch {
     if (now_.faulty) begin_or_extend();
   }
 
-  // Only a fault that finds the monitor safe counts: it can do harm, and it is the cause of the
-  // next verdicts. A fault that begins before the monitor is safe again belongs to the one before;
-  // so does a fault in the next cycle if nothing shows that it is another one.
+  // Only a fault that begins while the monitor is safe counts: it can do harm, and it is the cause
+  // of the next verdicts. A fault that begins before the monitor is safe again belongs to the one
+  // before; so does a fault in the next cycle if nothing shows that it is another one.
   void begin_or_extend() {
     if (open_ && now_.begins && is_over(*open_)) close();
     if (!open_) open_ = Open{.begin = now_.number, .counts = safe_};

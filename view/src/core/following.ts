@@ -6,7 +6,7 @@ import type { ServedFile } from './source';
 
 const pauseMilliseconds = 500;
 
-/** The page reads the file on as it grows. */
+/** The page continues to read the file as it grows. */
 export const isFollowing = signal(false);
 
 /**

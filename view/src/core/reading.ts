@@ -176,7 +176,7 @@ async function open(name: 'open' | 'openBehind'): Promise<Opened | undefined> {
   for (const args of all) {
     try {
       const opened = await core().ask(name, { args, anyLines: false, isWhole });
-      // A scale was asked for; the velocity is an extra.
+      // The user requested a scale; the velocity is an extra.
       const refused = all.length > 2 && errors.length > 0 ? messageOf(errors[0]) : '';
       return withWarning(opened, refused);
     } catch (error) {

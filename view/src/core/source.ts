@@ -3,7 +3,7 @@ import type { ByteSource } from 'biss';
 
 /** A source that records how far it has been read. */
 export interface MeasuredSource extends ByteSource {
-  /** The end of the last bytes that were asked for. */
+  /** The end of the last requested bytes. */
   readonly reached: number;
   /** Fetches the bytes that will be read next, if they are known. A promise: wait, they are needed soon. */
   prefetch?(): Promise<void> | undefined;

@@ -61,7 +61,7 @@ export function rowFrom(session: Session, least: bigint, column = 'time_ns'): nu
     BigInt(session.column(column, row, row + 1).values[0] ?? 0) >= least);
 }
 
-/** Rows that are seen from `from` to `to`: the one that has begun before included. */
+/** Rows visible from `from` to `to`, including the row that began before. */
 export function rowsIn(session: Session, from: bigint, to: bigint): { first: number; end: number } {
   const first = Math.max(0, rowFrom(session, from + 1n) - 1);
   return { first, end: Math.max(first, rowFrom(session, to)) };

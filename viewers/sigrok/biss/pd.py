@@ -184,7 +184,7 @@ class Decoder(srd.Decoder):
 
     def show_error(self, error):
         self.put(0, self.end, self.out_ann, [CLASS['cause'], [str(error), 'not decoded']])
-        # sigrok-cli shows only the outputs that were asked for, and ends with 0.
+        # sigrok-cli shows only the requested outputs, and ends with 0.
         self.tell(error)
 
     @staticmethod
