@@ -75,7 +75,7 @@ struct SampleSteps {
   bool constant = false;
 };
 
-/// \param digit the value of the last digit of a time: steps of rounded times differ by it
+/// \param digit the value of the last digit of a time: steps of rounded times differ by this value
 SampleSteps steps_of(std::span<const Picoseconds> times, Picoseconds digit);
 
 /// A capture of samples, read once from front to back.

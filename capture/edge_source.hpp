@@ -39,7 +39,7 @@ enum class CaptureCause : std::uint8_t {
   block_too_large,    ///< a part that has to be in memory at once takes more than 256 MiB
   time_backwards,     ///< a time before the previous one
   time_out_of_range,  ///< a time beyond what 64-bit picoseconds hold
-  damaged,            ///< an archive or its compressed data is not whole
+  damaged,            ///< an archive or its compressed data is incomplete or damaged
   too_large,          ///< a compressed archive that is too large for a temporary file
   layout_missing,     ///< raw samples, and no layout given for them
   bad_layout,         ///< the layout given for raw samples is not possible

@@ -71,10 +71,10 @@ enum class CsvDialect : std::uint8_t {
 };
 
 /// Writes `time_ns,<names>` and a row a time at which something changes: nanoseconds with three
-/// decimals, then every line's level as 0, 1 or x, empty before its first. Edges of one time share
-/// a row as long as their lines come in order, so that reading gives the same edges in the same
-/// order; or the same in the dialect of Saleae Logic 2. Names are quoted if necessary; line ends in
-/// them become `_`.
+/// decimals, then every line's level as 0, 1 or x, empty before its first. Edges with the same time
+/// share a row as long as their lines come in order, so that reading gives the same edges in the
+/// same order; or the same in the dialect of Saleae Logic 2. Names are quoted if necessary; line
+/// ends in them become `_`.
 class EventCsvWriter final : public EdgeWriter {
  public:
   EventCsvWriter(std::vector<std::string> lines, ByteSink& sink,

@@ -16,8 +16,8 @@ bool looks_like_fst(std::string_view head);
 /// same dump as VCD.
 ///
 /// Vectors of several bits, integers, reals, strings and events are skipped. An FST keeps no order
-/// among the changes of one time: they come in the order of their declaration. While dumping was
-/// off all levels are unknown.
+/// among the changes with the same time: they come in the order of their declaration. While dumping
+/// was off all levels are unknown.
 ///
 /// The names of signals are at the end of the file, so the file is read at any place: anything but
 /// a regular file is copied, see gather(). The chains of changes of one block, of the one-bit

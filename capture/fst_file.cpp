@@ -337,7 +337,7 @@ std::optional<CaptureError> FstFile::take_hierarchy(std::span<const std::uint8_t
     } else if (tag != tag_attribute_end) {
       return error_of(CaptureCause::malformed, part, "a scope, an attribute or a variable");
     }
-    if (cursor.failed()) return error_of(CaptureCause::damaged, part, "entries that are whole");
+    if (cursor.failed()) return error_of(CaptureCause::damaged, part, "complete entries");
   }
   return std::nullopt;
 }
@@ -350,7 +350,7 @@ std::optional<CaptureError> FstFile::take_variable(std::uint8_t type, FstCursor&
   const std::uint64_t length = cursor.varint();
   const std::uint64_t alias = cursor.varint();
   if (cursor.failed() || length > UINT32_MAX) {
-    return error_of(CaptureCause::damaged, "the hierarchy", "entries that are whole");
+    return error_of(CaptureCause::damaged, "the hierarchy", "complete entries");
   }
   if (alias == 0) {
     if (handles == max_variables) return error_of(CaptureCause::too_many_lines, nullptr, nullptr);

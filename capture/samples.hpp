@@ -173,7 +173,7 @@ Opened open_samples(const RawLayout& layout, std::unique_ptr<SamplePieces> piece
                     const SampleReading& reading = {}, bool is_raw = false);
 
 /// Opens raw samples with this layout. Fails with `bad_layout`, `empty`, `read_failed`,
-/// `time_out_of_range`, and with `truncated` when the last sample is not whole.
+/// `time_out_of_range`, and with `truncated` when the last sample is incomplete.
 Opened open_raw(std::unique_ptr<ByteSource> bytes, const RawLayout& layout,
                 const SampleReading& reading = {});
 

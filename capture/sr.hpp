@@ -35,9 +35,9 @@ std::string sr_metadata_text(const RawLayout& layout);
 ///
 /// Fails with `read_failed`, `unknown_format` (another kind of archive), `damaged` (no directory,
 /// members that overlap, data that does not inflate to the size and checksum the directory has, a
-/// chunk that is missing between others), `malformed` (metadata; a member that begins with the name of
-/// the capture and is not a chunk; two members of one name), `empty`, `truncated` (the last
-/// sample is not whole) and `time_out_of_range`.
+/// chunk that is missing between others), `malformed` (metadata; a member that begins with the name
+/// of the capture and is not a chunk; two members of one name), `empty`, `truncated` (the last
+/// sample is incomplete) and `time_out_of_range`.
 Opened open_sr(std::unique_ptr<ByteSource> bytes, const SampleReading& reading = {});
 Opened open_sr(std::unique_ptr<ZipArchive> archive, const SampleReading& reading = {});
 

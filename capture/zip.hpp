@@ -28,7 +28,8 @@ class Inflater {
  public:
   Inflater();
 
-  /// Whether `deflated` is whole and makes exactly `into.size()` bytes, which are then in `into`.
+  /// Whether `deflated` is complete and makes exactly `into.size()` bytes, which are then in
+  /// `into`.
   bool inflate(std::span<const std::uint8_t> deflated, std::span<std::uint8_t> into,
                DeflateFrame frame = DeflateFrame::none);
 

@@ -721,7 +721,7 @@ HWY_INLINE bool take_changes(const CleanLines& lines, CleanScratch& scratch, Cle
     found = static_cast<std::size_t>(std::lower_bound(begin, lines.slo.end(), next) - begin);
   }
   if (found > count || (found == count && count == CleanScratch::max_edges)) return false;
-  // The order of two edges at one time would matter.
+  // The order of two edges with the same time would matter.
   if (found < lines.slo.size() && lines.slo[found] == next) return false;
   m.changes = static_cast<std::uint32_t>(found);
   hn::StoreU(hn::Zero(d), d, scratch.changes.data() + found);

@@ -431,7 +431,7 @@ std::size_t count_before(const std::vector<Picoseconds>& begins, Picoseconds tim
                                                 [&](Picoseconds begin) { return begin <= time; }));
 }
 
-// The capture ends with edge `cut`: all cycles but the last that began are whole.
+// The capture ends with edge `cut`: all cycles but the last one are complete.
 void expect_whole_before(const Edges& all, std::size_t cut,
                          const std::vector<Picoseconds>& begins) {
   const Picoseconds at = all[cut].time;
@@ -448,7 +448,8 @@ void expect_whole_before(const Edges& all, std::size_t cut,
   }
 }
 
-// The capture begins at edge `cut` with both lines' levels: every cycle that begins later is whole.
+// The capture begins at edge `cut` with both lines' levels: every cycle that begins later is
+// complete.
 void expect_whole_behind(const Edges& all, std::size_t cut, const std::vector<Picoseconds>& begins,
                          Picoseconds idle) {
   const Picoseconds at = all[cut].time;

@@ -741,8 +741,8 @@ bool Pricer::is_held(const CycleEdges& edges) const {
          (last_request_ && decode::elapsed(*last_request_, edges.cycle.time) > long_time);
 }
 
-// START, CDS and STOP: a frame without a channel. If ACK is one clock, or other frames are whole, a
-// master that compensates the line delay also sends the clocks of the delay.
+// START, CDS and STOP: a frame without a channel. If ACK is one clock, or other frames are
+// complete, a master that compensates the line delay also sends the clocks of the delay.
 bool Pricer::is_brief() const {
   const std::size_t start = view_.start;
   const std::int64_t period = std::max<std::int64_t>(view_.period.count, 1);

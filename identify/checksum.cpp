@@ -305,7 +305,7 @@ class LayoutSearch {
     return basis.rank();
   }
 
-  // With the remainder that most frames have, or with the usual one, which needs no motion.
+  // With the most frequent remainder, or with the usual one: this needs no motion of the encoder.
   void add_candidate(unsigned begin, unsigned end, std::uint32_t generator, bool agree) {
     const auto width = static_cast<unsigned>(degree(generator));
     const unsigned rank = rank_of_pairs(begin, end, width);

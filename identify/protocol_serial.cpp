@@ -36,7 +36,7 @@ Grid grid_of(const std::vector<double>& intervals) {
     }
     bit = bits == 0 ? 0 : time / bits;
   }
-  // There is no grid if all edges are at one time.
+  // There is no grid if all edges have the same time.
   if (!(bit > 0)) return {};
   double off = 0;
   double measured = 0;

@@ -27,7 +27,7 @@ enum class Kind : std::uint8_t {
   absent,            ///< cells only: no value; empty in CSV, null in JSON, `-` for eyes
   unsigned_integer,  ///< up to 2^64 - 1; decimal
   signed_integer,    ///< decimal
-  nanoseconds,       ///< a Picoseconds, written as nanoseconds with up to three places, exact
+  nanoseconds,       ///< a Picoseconds, written as nanoseconds with up to three decimals, exact
   real,              ///< a double: the fewest digits that give the same double; not finite: absent
   text,              ///< any bytes; UTF-8 if users read it
   bits,              ///< a bit string, written as one hexadecimal number (see append_hex)

@@ -195,7 +195,7 @@ TEST(FarEnd, GivenPositions_AreSentOrMeanNoData) {
   EXPECT_EQ(text_of(bench.request(microseconds(210), microseconds(300))), "1 W 0;15");
 }
 
-// A master with another clock than the setup says, and requests that do not reach the encoder.
+// A master whose clock is not the clock of the setup, and requests that do not reach the encoder.
 TEST(FarEnd, RequestsAtAnotherClock_AreCounted) {
   LineSetup setup = line_setup();
   setup.faults = {parse_fault("no_answer@4").value(), parse_fault("cut@6").value()};

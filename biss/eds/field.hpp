@@ -74,7 +74,7 @@ enum class EdsKind : std::uint8_t {
   alignment,       ///< table F: 0 right, 1 left
   // The others are not numbers: people see them in hexadecimal.
   identifier,      ///< the profile identifier, registers 0x42 and 0x43
-  polynomial,      ///< without its lowest bit, which is always 1: 0x21 is 0x43
+  polynomial,      ///< without its lowest bit, which is always 1: 0x21 means 0x43
   channel_format,  ///< FORMAT_i's bits
   bus_coupler,     ///< bit 4: there is one, bits 3…0: its slave
   checksum,

@@ -419,11 +419,12 @@ constexpr bool released_by_time(const MasterSetup& setup, Picoseconds begin,
 ///   }
 ///   use(master.reading());
 ///
-/// Every request ends for any SLO. After a good frame, MA rests at the level of CDM (0: high, 1:
-/// low) until SLO rises, which means ready. After any other, SLO has no meaning and MA rests until
-/// the full request cycle would have ended: high, unless all bits came and CDM is 1. A request that
-/// ends with CDS ends like a good frame, or like a failed one if SLO stays at a 1 of a channel;
-/// with TimeoutRule::cycle the next one is refused until the full cycle has ended.
+/// Every request ends, with any levels of SLO. After a good frame, MA rests at the level of CDM (0:
+/// high, 1: low) until SLO rises, which means ready. After any other, SLO has no meaning and MA
+/// rests until the full request cycle would have ended: high, unless all bits were received and CDM
+/// is 1. A request that ends after CDS ends like a good frame, or like a failed one if SLO stays at
+/// 1 for a bit of a channel; with TimeoutRule::cycle the next request is refused until the full
+/// cycle has ended.
 ///
 /// With MasterSetup::trust_cycle_time, waiting after a good frame ends when the encoder is known to
 /// be ready: by TimeoutRule::cycle, a fixed time after the request began. SLO rises a line delay

@@ -129,7 +129,7 @@ struct BasicReading {
   ///   truncated       control_only, reduced: everything that was requested came
   Result<Frame, FrameFault> frame = failure(FrameFault{FrameError::no_response});
   Refusal refusal = Refusal::none;
-  /// CDS as received, also in a bad frame; empty if it did not come.
+  /// CDS as received, also in a bad frame; empty if it was not received.
   std::optional<bool> cds{};
   /// The first falling edge of MA, or the time of the refusal.
   Picoseconds begin{};

@@ -27,7 +27,7 @@ std::string file_of_line(const std::string& text) {
 
 constexpr std::uint64_t least_contradiction = 20;
 
-// The frame is whole, and not one of the format.
+// The frame is complete, but not a frame of the format.
 bool contradicts(decode::CycleStatus status) {
   using enum decode::CycleStatus;
   return status == crc || status == stop_bit || status == truncated || status == cds;

@@ -216,7 +216,7 @@ Run add_eds_advise(Verb verb) {
   bits("--resolution-field", options->resolution_field, "Width of the field of the resolution");
   bits("--turns-field", options->turns_field, "Width of the field of the turns");
   verb.add_flag("--safety", options->safety,
-                "Word of a safety encoder: C = 1, its CRC stays with the data");
+                "Word of a safety encoder: C = 1, its CRC counts as data");
   add_rate_option(verb, "--rate", into(options->rate), "Required requests per second");
   add_rate_option(verb, "--clock", into(options->clock),
                   "Frequency of MA; the highest of the encoder by default");

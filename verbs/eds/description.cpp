@@ -289,7 +289,7 @@ void append_fields(std::string& out, const dump::FoundPart& part, EdsPart kind) 
   }
 }
 
-// Fields that are whole by their name, the rest byte by byte.
+// Complete fields by their name, the rest byte by byte.
 void append_registers(std::string& out, const dump::RegisterDump& dump,
                       std::optional<std::uint8_t> eds_bank) {
   dump::DumpedBytes rest = dump.direct();

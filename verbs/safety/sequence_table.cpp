@@ -77,7 +77,7 @@ std::string failure_of(const SequenceResult& result) {
     text += fmt::format(" {} accepted are {:+.1f} standard deviations from the theory,",
                         counts.accepted, *result.sigma);
   } else if (result.theory && *result.theory == 0 && counts.accepted != 0) {
-    text += fmt::format(" {} accepted that must be 0,", counts.accepted);
+    text += fmt::format(" {} accepted instead of 0,", counts.accepted);
   }
   text.back() = ';';
   return text + fmt::format(" the first at {}", fmt::join(counts.odd, ", "));

@@ -183,9 +183,9 @@ void add_line_options(Verb all, LineOptions& line) {
   add_length_option(verb, "--cable", into(line.cable),
                     "Cable length; 10 ns of line delay per metre");
   add_duration_option(verb, "--ma-delay", into(line.ma_delay),
-                      "Delay of MA to the encoder; half of the cable's by default");
+                      "Delay of MA to the encoder; half of the delay of the cable by default");
   add_duration_option(verb, "--slo-delay", into(line.slo_delay),
-                      "Delay of SLO to the master; half of the cable's by default");
+                      "Delay of SLO to the master; half of the delay of the cable by default");
   add_duration_option(
       verb, "--internal-delay", into(line.internal_delay),
       "Delay from MA to SLO in the encoder; by default the longest of this encoder");

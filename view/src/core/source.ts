@@ -166,7 +166,7 @@ class ServedSource implements MeasuredSource {
     request.send();
     const bytes = new Uint8Array((request.response as ArrayBuffer | null) ?? new ArrayBuffer(0));
     if (request.status !== 206 || bytes.length === 0 || bytes.length > length) {
-      throw new Error(`${this.file.address}: bytes ${offset} to ${offset + length} did not come`);
+      throw new Error(`${this.file.address}: bytes ${offset} to ${offset + length} did not arrive`);
     }
     this.reached = offset + bytes.length;
     return bytes;
