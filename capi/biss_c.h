@@ -1,4 +1,4 @@
-/* The encoder's and the master's side of a BiSS C line for C and for all that calls C: simulators,
+/* Both sides of a BiSS C line, encoder and master, for C and for all that calls C: simulators,
  * Verilator and VPI/DPI, bindings of other languages. biss_c_frame.h has frames, SPI buffers and
  * checksums; biss_c_control.h registers, commands and data sheets; biss_c_safety.h the monitor for
  * BiSS Safety; biss_c_sim.h faults, cables and VCD files. Encoder and master are steppers: nothing

@@ -88,7 +88,7 @@ class ByteSink {
  public:
   virtual ~ByteSink() = default;
 
-  /// Takes all of `bytes`; false when that failed, after which nothing more need be tried.
+  /// Takes all of `bytes`; false when that failed, after which no further call is necessary.
   virtual bool write(std::string_view bytes) = 0;
   /// Passes on the bytes that the sink has held back; false when that failed.
   virtual bool flush() = 0;

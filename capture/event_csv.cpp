@@ -113,7 +113,7 @@ class EventCsvShape {
     row_bytes_ = known ? static_cast<std::size_t>(end + 1 - row) : 0;
   }
 
-  /// Reads the row at `row` when the text up to `end` holds one of this shape; else false.
+  /// Reads the row at `row`. False if the text up to `end` does not begin with a row of this shape.
   bool read(const char* row, const char* end, EventCsvRow& out) {
     if (row_bytes_ == 0 || static_cast<std::size_t>(end - row) < row_bytes_) return false;
     std::uint64_t whole = 0;

@@ -17,7 +17,7 @@
 
 namespace biss::capture {
 
-/// The scale of a time column by its name, upper and lower case alike: `time` (seconds), `time_ns`,
+/// The scale of a time column by its name, in upper or lower case: `time` (seconds), `time_ns`,
 /// `time [us]`, `Time (ms)`. Nothing for any other name.
 std::optional<int> event_csv_time_scale(std::string_view name);
 
@@ -47,9 +47,9 @@ bool looks_like_event_csv(std::string_view row);
 /// The header is `time` with its unit and a name a line; see event_csv_header.hpp. A row holds a
 /// time and the levels from then on: 0, 1, x, z or nan (all Level::unknown), or nothing if a level
 /// does not change. Levels may be written as other numbers that are 0 and 1, or as the two numbers
-/// of `rows`. In a hole between samples every level is unknown. Times are decimal numbers, with an
-/// exponent if need be, rounded exactly to the picosecond; they may be negative and never fall. A
-/// byte order mark, CRLF, blanks around cells, blank rows and rows that begin with `#` are allowed.
+/// of `rows`. In a hole between samples every level is unknown. Times are decimal numbers, with or
+/// without exponent, rounded exactly to the picosecond; they may be negative and never fall. A byte
+/// order mark, CRLF, blanks around cells, blank rows and rows that begin with `#` are allowed.
 ///
 /// Fails with `empty`, `read_failed`, `malformed` (header, number, level, count of columns),
 /// `token_too_long` (a row of more than 64 KiB), `time_backwards`, `time_out_of_range` and

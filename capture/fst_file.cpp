@@ -109,7 +109,7 @@ tl::expected<FstFile, CaptureError> FstFile::open(std::unique_ptr<ByteSource> by
   return file;
 }
 
-// A file as a whole in gzip, if this is one.
+// Decompresses the file if gzip has compressed it as a whole.
 std::optional<CaptureError> FstFile::unwrap() {
   std::array<std::uint8_t, wrapper_head_bytes> head{};
   if (bytes_.size() < head.size() || !bytes_.read(0, head) || head[0] != wrapper) {

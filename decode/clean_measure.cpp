@@ -536,8 +536,9 @@ HWY_INLINE bool place_samples(const Measured& rises, float per_period, std::int3
   return true;
 }
 
-// Gaps that are a little longer than those at the beginning, in their order: may the encoder have gone
-// idle in one? The last change of SLO in it would be a rise, and SLO high at the next falling edge.
+// Gaps that are a little longer than those at the beginning, in their order: may the encoder have
+// become idle in one? Then the last change of SLO in it would be a rise, and SLO would be high at
+// the next falling edge.
 class Pauses {
  public:
   Pauses(const CleanScratch& scratch, const CleanMeasure& m, std::int32_t moved)
@@ -775,7 +776,7 @@ bool measure(const CleanLines& lines, const CleanSetup& setup, CleanScratch& scr
   if (last_rise + m.delay + half >= m.limit) return false;
   const auto margin = static_cast<std::int32_t>(m.period / margin_share - setup.margin_doubt);
   if (!place_samples(rises, per_period, margin, scratch, m)) return false;
-  // ACK alone moves SLO before its own sample.
+  // Only ACK may move SLO before its own sample.
   if (scratch.samples[0] != 1 || scratch.samples[1] < 2) return false;
   collect_bits(scratch, m);
   return true;

@@ -170,7 +170,7 @@ TEST(DecoderDamage, LostLowPulseOfMa_GivesMaClockAndTheNextCycleIsRight) {
         const auto cycles = decode(line);
         expect_no_wrong_position(cycles);
         EXPECT_GE(count_of(cycles, CycleStatus::ok), 2U);
-        // The first two are before SLO falls, the last is STOP's.
+        // The first two are before SLO falls, the last one is the edge of STOP.
         if (clock < 2 || clock == clocks - 1) continue;
         // Two consecutive halves look like two cycles as long as no other cycle was seen.
         const bool tight = shape.timeout < 4 * shape.period;

@@ -39,7 +39,7 @@ enum class Cause : std::uint8_t {
 
 inline constexpr std::size_t cause_count = 23;
 
-/// The name that users see, the same as the enumerator's.
+/// The name that users see: the enumerator's name.
 std::string_view name_of(Cause cause);
 
 /// The remedy, in one or two sentences of plain text.

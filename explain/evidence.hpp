@@ -42,7 +42,7 @@ class SampleGrid {
   std::size_t slo_edges_ = 0;
 };
 
-/// A request, or several that are alike.
+/// A request, or several equal ones.
 struct Row {
   /// 2^-price of each kind, less the lowest price.
   std::array<float, kind_count> likely{};

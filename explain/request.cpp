@@ -66,9 +66,9 @@ std::size_t tail_of(BitView bits, bool level) {
   return tail;
 }
 
-// Parts of requests, between which MA pauses for longer than the decoder waits: most pauses are
-// equal and short, the part after a longer pause begins with ACK at the same line delay, and hardly
-// any other part has ACK and START there.
+// Parts of requests: MA pauses between them for longer than the decoder waits. Most pauses are
+// equal and short. The part after a longer pause begins with ACK at the same line delay; hardly any
+// other part has ACK and START there.
 std::optional<Picoseconds> find_groups(std::span<const Cycle> cycles, Picoseconds period) {
   std::vector<Picoseconds> rests;
   decode::Distribution seen;

@@ -208,7 +208,7 @@ class LayoutSearch {
     double rating = 0;
   };
 
-  // Half of the frames by their number, half by their patterns. If most frames are alike, few of
+  // Half of the frames by their number, half by their patterns. If most frames are equal, few of
   // the frames differ; if many are damaged, few of the patterns are right.
   std::size_t draw_pattern(std::size_t draw) {
     return draw % 2 == 0 ? random_() % patterns_.size()

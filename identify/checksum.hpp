@@ -32,7 +32,7 @@ struct ChannelLayout {
   Span all() const { return {begin, end()}; }
 };
 
-/// Frames of one length, and which of them are alike.
+/// Frames of one length, and which of them are equal.
 struct FrameSet {
   struct Pattern {
     const Sample* sample = nullptr;

@@ -68,9 +68,9 @@ struct SequenceRow {
   /// For a fault: the error, and which of its variants.
   TransmissionError kind{};
   unsigned variant = 0;
-  /// The monitor's.
+  /// The counter mode of the monitor.
   CounterMode counter = CounterMode::count_1_63;
-  /// The encoder's; not `learned`.
+  /// The counter mode of the encoder; not `learned`.
   CounterMode encoder_counter = CounterMode::count_1_63;
   SequenceMotion motion = SequenceMotion::max;
   /// Undamaged frames, else events.
@@ -111,7 +111,7 @@ struct SequenceCounts {
   std::uint64_t events = 0;
   /// Events with a frame that was safe and must not be; see SequenceResult::theory.
   std::uint64_t accepted = 0;
-  /// Accepted events with another position than the encoder's.
+  /// Accepted events whose position is not the position of the encoder.
   std::uint64_t wrong = 0;
   /// Events that were neither accepted nor detected within the bound.
   std::uint64_t late = 0;

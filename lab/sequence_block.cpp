@@ -115,7 +115,7 @@ class SequenceRig {
     note(logged("silence", {}, &meant, monitor_.step(OneClock{now_}, BitView())), &meant);
   }
 
-  // Counts the event. `allowed` returns whether a first verdict is one of the error's.
+  // Counts the event. `allowed` returns whether a first verdict belongs to the error.
   template <class Allowed>
   void close_event(std::uint64_t bound_cycles, const Allowed& allowed) {
     ++counts_.events;

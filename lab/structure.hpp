@@ -49,8 +49,9 @@ struct PassedShares {
 PassedShares passed_shares(const FrameFormat& format, FaultKind fault, unsigned place,
                            const StructureModel& model);
 
-/// The shares of frames with a fault that one word's checksum, the other's, both checksums and the
-/// monitor accept, and the shares with a wrong position: in the order of Acceptance.
+/// The shares of frames with a fault that the checksum of one word, the checksum of the other, both
+/// checksums and the monitor accept, and the shares with a wrong position: in the order of
+/// Acceptance.
 using AcceptedShares = std::array<long double, 5>;
 
 /// A fault of a campaign other than flips, at its place or at any place with the same probability.

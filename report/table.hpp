@@ -24,7 +24,7 @@ namespace biss::report {
 
 /// The kind of value in a column or cell.
 enum class Kind : std::uint8_t {
-  absent,            ///< cells only: no value; empty in CSV, null in JSON, `-` for eyes
+  absent,            ///< cells only: no value; empty in CSV, null in JSON, `-` for people
   unsigned_integer,  ///< up to 2^64 - 1; decimal
   signed_integer,    ///< decimal
   nanoseconds,       ///< a Picoseconds, written as nanoseconds with up to three decimals, exact

@@ -313,7 +313,7 @@ TEST(FarEnd, LateSteps_CatchUpWithWhatWasDue) {
   EXPECT_EQ(out.deadline, never);
 }
 
-// An encoder of the caller, here the core's, on the same cable.
+// An encoder of the caller (here the encoder of the core) on the same cable.
 TEST(FarEnd, ForeignEncoder_IsReadThroughTheCableAndItsFaults) {
   LineSetup setup = line_setup();
   setup.faults = {parse_fault("cut@1").value(), parse_fault("swap_slo@3").value()};

@@ -18,7 +18,7 @@ namespace biss::wasm {
 
 template <class T>
 using Blocks = std::deque<T>;
-/// They grow without a copy of all.
+/// A deque grows without copying all rows.
 using Rows = report::RowStore<Blocks>;
 
 /// A capture as `biss decode` reads it. Messages are the same as on the command's stderr.

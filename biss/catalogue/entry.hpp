@@ -59,7 +59,7 @@ struct CatalogueEntry {
     }
     return false;
   }
-  /// The highest clock is the device's, not only the highest that BiSS C allows.
+  /// The highest clock is a limit of the device, not only the highest that BiSS C allows.
   constexpr bool clock_known() const {
     return !doubts(doubt::clock) && !doubts(doubt::clock_configured);
   }

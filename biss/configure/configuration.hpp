@@ -44,7 +44,7 @@ enum class ConfigureStep : std::uint8_t {
 
 inline constexpr std::size_t configure_step_count = 13;
 
-/// The name users see, the same as the enumerator's.
+/// The name that users see: the enumerator's name.
 constexpr std::string_view name_of(ConfigureStep step) {
   constexpr std::array<std::string_view, configure_step_count> names{
       "channels_off", "init",        "identity",    "profile",       "serial",
@@ -77,7 +77,7 @@ enum class ConfigureError : std::uint8_t {
 
 inline constexpr std::size_t configure_error_count = 14;
 
-/// The name users see, the same as the enumerator's.
+/// The name that users see: the enumerator's name.
 constexpr std::string_view name_of(ConfigureError error) {
   constexpr std::array<std::string_view, configure_error_count> names{
       "no_encoder",        "no_control",        "line_lost",       "too_many_slaves",

@@ -54,7 +54,7 @@ enum class ControlError : std::uint8_t {
 
 inline constexpr std::size_t control_error_count = 17;
 
-/// The name that users and scripts see, the same as the enumerator's.
+/// The name that users and scripts see: the enumerator's name.
 constexpr std::string_view name_of(ControlError error) {
   constexpr std::array<std::string_view, control_error_count> names{"bad_request",
                                                                     "no_answer",

@@ -47,8 +47,8 @@ enum class EdsRemarkKind : std::uint8_t {
   overridden,     ///< `used` instead of the value in the bank
   disagrees,      ///< another source has another value, which is used: `used`
   repaired,       ///< a common mistake, corrected: `used`
-  not_usable,     ///< not a valid value; the profile's or the widest value is used
-  not_given,      ///< nothing is stored; the profile's or the widest value is used
+  not_usable,     ///< not a valid value; the value of the profile or the widest value is used
+  not_given,      ///< nothing is stored; the value of the profile or the widest value is used
   undivided,      ///< the lengths do not fit DL: the position is not divided into turns
   other_reading,  ///< C = 1: the lengths fit DL only in the other reading, which is used
   hypothesis,     ///< used in a unit or a layout that no source confirms
@@ -72,7 +72,7 @@ constexpr std::string_view text_of(EdsRemarkKind kind) {
   return texts[static_cast<std::size_t>(kind)];
 }
 
-/// A remark. Text is static, except for the symbol of an override, which is the caller's.
+/// A remark. Text is static, except for the symbol of an override, which belongs to the caller.
 struct EdsRemark {
   EdsPart part = EdsPart::common;
   std::uint8_t channel = 0;

@@ -26,7 +26,7 @@ enum class EdsProblem : std::uint8_t {
   unnamed_not_zero,      ///< a byte or bit that no source names (only when asked)
   little_endian,         ///< lowest byte first: the other order makes sense
   polynomial_full_form,  ///< with its lowest bit, which must be left out
-  polynomial,            ///< not the profile's, or no CRC of 3 to 16 bits
+  polynomial,            ///< not the polynomial of the profile, or no CRC of 3 to 16 bits
   min_above_max,         ///< a shortest, lowest, first above its longest, highest, last
   lengths,               ///< MT_LEN, CO_LEN, FI_LEN, flags (and CRC with C = 1) do not add up to DL
   length_reading,        ///< C = 1: they add up to DL in the other reading, with or without CRC
@@ -93,7 +93,7 @@ inline constexpr EdsProblemWords eds_problems[] = {
     {"polynomial_differs", "not the polynomial of the profile's part"},
 };
 
-/// The name that scripts see, the same as the enumerator's.
+/// The name that scripts see: the enumerator's name.
 constexpr std::string_view name_of(EdsProblem problem) {
   return eds_problems[static_cast<std::size_t>(problem)].name;
 }

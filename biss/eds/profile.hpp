@@ -132,7 +132,7 @@ struct ProfileOptions {
   /// C = 1: whether DL counts the CRC's bits. BP3's table 5 says that they are added to the data
   /// length, and 63 is 57 plus 6; table 6 says "data length without CRC". Assumed for BP3S, too.
   bool length_counts_crc = true;
-  /// The CRC if another source than the identifier states it; without one the profile's.
+  /// The CRC, if a source other than the identifier states it; otherwise the CRC of the profile.
   CrcSpec crc{};
 };
 

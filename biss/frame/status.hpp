@@ -81,7 +81,7 @@ constexpr std::size_t index_of(FrameError error) {
   return index < frame_error_count ? index : frame_error_count;
 }
 
-/// The name users see, the same as the enumerator's.
+/// The name that users see: the enumerator's name.
 constexpr std::string_view name_of(FrameError error) { return name_of(status_of(error)); }
 
 }  // namespace biss

@@ -127,8 +127,8 @@ enum class SampleEvent : std::uint8_t {
   failed,  ///< no further samples follow: cause() is the reason
 };
 
-/// Samples SLO once for each rising edge of MA, from ACK's to STOP's. Sample k belongs to edge k
-/// whenever it is taken, so the line delay may be any number of periods.
+/// Samples SLO once for each rising edge of MA, from the edge of ACK to the edge of STOP. Sample k
+/// belongs to edge k whenever it is taken, so the line delay may be any number of periods.
 template <std::size_t CapacityBits>
 class BitSampler {
  public:

@@ -53,7 +53,7 @@ struct SafetyComparison {
   /// turns) that are compared: ACC_MIN of the Safety Concept. 0: all bits that both words have.
   std::uint8_t compare_bits = 0;
   /// In counts of the lowest bit compared (Safety Concept A5: 1). The difference is measured in the
-  /// shorter direction, across the wrap-around if need be.
+  /// shorter direction, across the wrap-around if necessary.
   std::uint8_t tolerance_lsb = 1;
   MultiturnRule multiturn = MultiturnRule::with_carry;
 
@@ -250,7 +250,7 @@ inline constexpr std::size_t safety_setup_error_count = 18;
 static_assert(static_cast<std::size_t>(SafetySetupError::residual) + 1U ==
               safety_setup_error_count);
 
-/// The name users see, the same as the enumerator's.
+/// The name that users see: the enumerator's name.
 constexpr std::string_view name_of(SafetySetupError error) {
   constexpr std::array<std::string_view, safety_setup_error_count> names{
       "channels",     "no_crc",    "no_error_bit", "no_position",     "gray",    "no_counter",

@@ -98,7 +98,7 @@ inline constexpr std::array<std::string_view, safety_event_count> safety_event_n
     "unlatched_fault",  "receiver_fault",   "acknowledged",
     "encoder_restarted"};
 
-/// The name users see, the same as the enumerator's; "invalid" for a value that is not a state.
+/// The name that users see: the enumerator's name; "invalid" for a value that is not a state.
 constexpr std::string_view name_of(SafetyState state) {
   constexpr std::array<std::string_view, safety_state_count + 1> names{
       "untested", "starting", "safe", "latched", "failed", "invalid"};

@@ -81,7 +81,7 @@ constexpr SafetyVerdict verdict_of(std::size_t index) {
   return static_cast<SafetyVerdict>(safety_detail::code_word(static_cast<unsigned>(index) + 1U));
 }
 
-/// The name users see, the same as the enumerator's; "invalid" for a value that is not a verdict.
+/// The name that users see: the enumerator's name; "invalid" for a value that is not a verdict.
 constexpr std::string_view name_of(SafetyVerdict verdict) {
   constexpr std::array<std::string_view, safety_verdict_count + 1> names{"safe",
                                                                          "starting",
@@ -175,7 +175,7 @@ enum class TransmissionError : std::uint8_t {
 
 inline constexpr std::size_t transmission_error_count = 8;
 
-/// The name users see, the same as the enumerator's.
+/// The name that users see: the enumerator's name.
 constexpr std::string_view name_of(TransmissionError error) {
   constexpr std::array<std::string_view, transmission_error_count> names{
       "corruption", "repetition", "sequence",   "loss",
@@ -265,7 +265,7 @@ struct SafetyFinding {
   /// type.
   std::int32_t difference_lsb = 0;
   std::uint8_t life_counter = 0;
-  /// Low-active; bit 1: the CPW's nW, bit 0: the SPW's.
+  /// Low-active; bit 1: nW of the CPW, bit 0: nW of the SPW.
   std::uint8_t nW = 3;
   /// no_frame … comparison, or safe.
   SafetyVerdict cause = SafetyVerdict::no_frame;

@@ -85,7 +85,7 @@ enum class SlaveState : std::uint8_t {
 
 inline constexpr std::size_t slave_state_count = 9;
 
-/// The name users see, the same as the enumerator's.
+/// The name that users see: the enumerator's name.
 constexpr std::string_view name_of(SlaveState state) {
   constexpr std::array<std::string_view, slave_state_count> names{
       "idle", "requested", "latched",       "ack",       "start",

@@ -25,7 +25,7 @@ enum class LineDelayError : std::uint8_t {
 
 inline constexpr std::size_t line_delay_error_count = 4;
 
-/// The name users see, the same as the enumerator's.
+/// The name that users see: the enumerator's name.
 constexpr std::string_view name_of(LineDelayError error) {
   constexpr std::array<std::string_view, line_delay_error_count> names{"before_request", "too_long",
                                                                        "too_few", "jitter"};

@@ -83,8 +83,8 @@ void expect(bool right, const char* what) {
 void check_measured(const control_loop::AxisPosition& latest, biss::Picoseconds now) {
   ++loop.summary.measured;
   expect(loop.bad_in_a_row == 0, "a damaged frame was taken");
-  expect(latest.output.position == loop.truth.position, "the position is not the axis's");
-  expect(loop.axis.turns().turns() == loop.truth.position >> 26, "the turns are not the axis's");
+  expect(latest.output.position == loop.truth.position, "the position differs from the axis");
+  expect(loop.axis.turns().turns() == loop.truth.position >> 26, "the turns differ from the axis");
   // Half a clock to the first rising edge, 3.25 µs to the sampling moment.
   expect(latest.age(now) == tick * ticks_a_period - biss::nanoseconds(50 + 3'250), "age");
 }

@@ -11,7 +11,8 @@ namespace biss::verbs {
 
 class Host;
 
-/// Columns of the terminal that `descriptor` is; 0 if it is not a terminal, or its width is unknown.
+/// The width of the terminal `descriptor` in columns; 0 if it is not a terminal, or its width is
+/// unknown.
 std::size_t terminal_columns(int descriptor);
 
 /// One line on stderr that a long run replaces while it runs:

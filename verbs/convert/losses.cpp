@@ -119,7 +119,8 @@ void Losses::report(report::Summary& summary, const CaptureClock& input,
   }
   const bool unknown_at_end = std::find(unknown_.begin(), unknown_.end(), true) != unknown_.end();
   if (format_ == CaptureFormat::saleae_binary && unknown_at_end) {
-    summary.entry("lost", "unknown level at the end", "the file ends where it begins");
+    summary.entry("lost", "unknown level at the end",
+                  "the file ends at the beginning of this level");
   }
   report_names(summary, path);
   if (input.period > Picoseconds{} && !is_sampled(format_) &&

@@ -179,7 +179,7 @@ std::string limit_hint(decode::Limit limit, const DeviceTiming& timing) {
                          text_of(timing.cycle_min));
     case decode::Limit::release:
       return fmt::format(
-          "SLO does not keep the timeout {}: does -f name this encoder? else give --timeout",
+          "SLO contradicts the timeout {}: does -f name this encoder? else give --timeout",
           text_of(timing.timeout));
   }
   return "";

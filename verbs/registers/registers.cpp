@@ -44,7 +44,7 @@ class Dumps {
     slaves_.try_emplace(access.id, bank_).first->second.take(access);
   }
   std::size_t slaves() const { return slaves_.size(); }
-  /// That slave's, or the only one's.
+  /// The registers of that slave, or of the only one.
   const dump::RegisterDump* find(std::optional<std::uint64_t> id) const {
     if (!id) return slaves_.size() == 1 ? &slaves_.begin()->second.registers() : nullptr;
     const auto at = slaves_.find(static_cast<unsigned>(*id));

@@ -242,8 +242,9 @@ ExitStatus run_merge(const CampaignOptions& options, Host& host) {
     if (!part) return host.fail(ExitStatus::io, part.error());
     const auto frame = frame_of(part->plan.format);
     if (!frame || rules_of(*frame) != part->plan.rules) {
-      return host.fail(ExitStatus::io,
-                       fmt::format("{}: made with other monitor rules than this program's", path));
+      return host.fail(
+          ExitStatus::io,
+          fmt::format("{}: made with monitor rules that this program does not have", path));
     }
     if (!fits(*frame, *part)) return host.fail(ExitStatus::io, too_many_bits(path));
     if (!sum) {

@@ -339,7 +339,7 @@ TEST(EvidenceReadme, BothFiguresAndTheRating_AreThoseOfTheConfiguration) {
   EXPECT_THAT(wide, HasSubstr("returns `weak_comparison`"));
 }
 
-// The ratings count errors of the CPW; the safe position is the SPW's.
+// The ratings count errors of the CPW; the safe position is the position of the SPW.
 TEST(EvidenceResidual, SafePositionOfEveryConfiguration_IsWithinItsLimitCountedByEitherWord) {
   for (const SafetyConfiguration& each : safety_configurations) {
     const auto shares = lab::undetected_shares(each.frame_format(), each.setup.comparison);

@@ -143,10 +143,9 @@ ExitStatus run_safety_sequences(const SequenceOptions& options, Host& host) {
   if (!known) return fail_format(options.format, host);
   const lab::SequencePlan plan = plan_of(options, *known);
   if (plan.rows.empty()) {
-    return host.fail(
-        ExitStatus::usage,
-        "nothing to run: the --kind has no such --variant, or the monitor expects another "
-        "counter than the encoder's");
+    return host.fail(ExitStatus::usage,
+                     "nothing to run: the --kind has no such --variant, or the counters of monitor "
+                     "and encoder differ");
   }
   if (options.replay) return run_replay(plan, options, host);
   const auto results = run_sequence_plan(plan, options.threads, host);

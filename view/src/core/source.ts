@@ -49,7 +49,7 @@ class BytesSource implements MeasuredSource {
 // meanwhile.
 const aheadBytes = 16 << 20;
 const aheadBlocks = 2;
-// More than a slice of reading takes.
+// More bytes than one slice of the reading uses.
 const soonBytes = 10 << 20;
 
 interface Ahead {
