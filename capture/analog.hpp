@@ -90,7 +90,7 @@ class AnalogSamples {
   virtual std::optional<CaptureError> next(SampleRows& rows) = 0;
   /// The time between two samples; 0 if the file does not give it.
   virtual Picoseconds sample_period() const { return {}; }
-  /// As EdgeSource::sample_rate().
+  /// The same as EdgeSource::sample_rate().
   virtual Hertz sample_rate() const { return {}; }
   /// The value of one unit in the last digit of a time, in the rows so far; nothing if no row can
   /// be missing.

@@ -231,7 +231,7 @@ bool CleanCycleFinder::measure_signal(const CleanLines& lines, std::int64_t high
   return true;
 }
 
-// As decode::measure_changes(), without pulses.
+// The same as decode::measure_changes(), but without pulses.
 LineSignal::Changes CleanCycleFinder::measure_changes(const CleanLines& lines,
                                                       std::size_t rises) const {
   const auto rise_at = [&](std::size_t rise) { return lines.ma[2 * rise + 1] - lines.ma[0]; };

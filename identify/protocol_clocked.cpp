@@ -236,9 +236,10 @@ void try_alone(const ClockShape& clock, const std::vector<Pair>& pairs, Guesses&
   const double rate = 1e9 / clock.period;
   guesses.push_back(
       {Protocol::clock_alone, answers < 0.02 ? 0.93 : 0.6,
-       clock.pauses ? fmt::format("{} bursts of a clock of {:.0f} kHz, nothing answers",
-                                  clock.bursts.size(), rate)
-                    : fmt::format("a clock of {:.0f} kHz without a pause, nothing answers", rate)});
+       clock.pauses
+           ? fmt::format("{} bursts of a clock of {:.0f} kHz without an answer",
+                         clock.bursts.size(), rate)
+           : fmt::format("a clock of {:.0f} kHz without a pause and without an answer", rate)});
 }
 
 // ---- EnDat 2.1 and 2.2: mode commands of the master, then words with a CRC of 5 bits

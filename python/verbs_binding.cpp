@@ -110,7 +110,7 @@ bool goes_on() {
 py::list messages_of(const VerbResult& result) {
   py::list messages;
   for (const std::string& message : result.messages) {
-    // As the command prints it: an exception of it may be shown on a terminal.
+    // The text that the command prints: a terminal may show it in an exception.
     std::string printable;
     report::append_printable(printable, message);
     messages.append(text_object(printable));

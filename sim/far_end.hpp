@@ -23,8 +23,8 @@
 namespace biss::sim {
 
 struct FarEndSetup {
-  /// As for Line, with one encoder. Faults are placed by its clock and interval; its other values
-  /// of the master have no effect.
+  /// The same as for Line, with one encoder. Faults are placed by its clock and interval; its other
+  /// values of the master have no effect.
   LineSetup line;
   /// The longest processing time: each request has a different one, from line.processing up to
   /// this.

@@ -244,13 +244,13 @@ class SpiReader {
     if (std::is_constant_evaluated() && error_) spi_detail::stop_the_build(*error_);
   }
 
-  /// As check_spi(); nothing if the reader can be used.
+  /// The result of check_spi(): nothing if the reader can be used.
   constexpr const std::optional<SpiSetupError>& error() const { return error_; }
   constexpr const Codec& codec() const { return codec_; }
   constexpr const FrameBounds& bounds() const { return bounds_; }
-  /// As spi_clocks().
+  /// The same as spi_clocks().
   constexpr std::size_t clocks() const { return clocks_; }
-  /// As spi_bytes().
+  /// The same as spi_bytes().
   constexpr std::size_t bytes() const { return (first_bit_ + clocks_ + 7U) / 8U; }
 
   /// Finds and decodes the frame.

@@ -150,7 +150,7 @@ std::string ServedCapture::wrong_kind() const {
   return {};
 }
 
-// As much of the file as can be read: whole samples or lines.
+// The part of the file that can be read: complete samples or lines.
 std::uint64_t ServedCapture::whole_size(std::uint64_t available) const {
   if (!growth_) return available;
   if (growth_->sample_bytes) return available - available % *growth_->sample_bytes;

@@ -115,7 +115,7 @@ class Decoder:
         return self._rows(self._stream.edges(*_arrays(times_ps, "times_ps", ma, slo)))
 
     def changes(self, numbers: Any, ma: Any, slo: Any) -> list[Row]:
-        """As edges(), at the samples of these numbers; the decoder needs ``sample_rate``."""
+        """The same as edges(), at samples with these numbers; the decoder needs ``sample_rate``."""
         return self._rows(self._stream.changes(*_arrays(numbers, "numbers", ma, slo)))
 
     def samples(self, samples: Any, *, ma: int = 0, slo: int = 1) -> list[Row]:

@@ -578,7 +578,7 @@ TEST_F(Archive, ChangedByteOfASummary_IsRefused) {
   }
   EXPECT_EQ(refused, tried);
   EXPECT_GT(tried, 40);
-  // As an older version wrote it.
+  // The text of an older version.
   std::string old = text;
   old.replace(old.find(",\n\"checksum\""), std::string::npos, "}\n");
   EXPECT_THAT(merge({folder_.file("old.json", old)}),

@@ -144,7 +144,7 @@ class DecodedCapture {
   /// Reads the edges alone, in place of read(), until `on_edges` returns false.
   /// \return as read()
   bool read_edges(const std::function<bool(std::span<const wire::Edge>)>& on_edges);
-  /// As CaptureInput::beginning(). \pre next() was true and nothing has been read since
+  /// The same as CaptureInput::beginning(). \pre next() was true and nothing has been read since
   std::span<const wire::Edge> beginning() { return input_.beginning(); }
   /// A reader of cycles as read() uses it.
   decode::CycleReader reader() const {
@@ -188,7 +188,8 @@ class DecodedCapture {
   const WordArguments* words() const { return words_ ? &*words_ : nullptr; }
   /// The cycle that was read last has a time.
   bool timed() const { return timed_; }
-  /// As verbs::fitting_options(), if at most half of the words are good frames; else empty.
+  /// The result of verbs::fitting_options(), if at most half of the words are good frames; else
+  /// empty.
   std::string fitting_options() const;
   bool has_lines() const { return !pairs_.empty(); }
   const decode::FoundLines& lines() const { return pairs_[pair_]; }

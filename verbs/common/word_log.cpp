@@ -80,7 +80,7 @@ tl::expected<std::vector<LoggedWord>, std::string> read_word_log(const WordArgum
     lines.push_back(line_of(number, row));
     const auto is_control = [](char c) { return static_cast<unsigned char>(c) < ' ' && c != '\t'; };
     if (std::any_of(row.begin(), row.end(), is_control)) {
-      return wrong(lines.back(), "no plain text (compressed, UTF-16?); save the log as text");
+      return wrong(lines.back(), "not plain text (compressed, UTF-16?); save the log as text");
     }
   }
   if (lines.empty()) return tl::unexpected(name + ": has no word; write one word a line");

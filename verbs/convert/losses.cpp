@@ -16,7 +16,7 @@ bool is_blank_or_control(char c) {
   return code <= ' ' || code == 0x7F;
 }
 
-// As an option takes it.
+// The text for an option.
 template <class Quantity>
 std::string option_text(Quantity quantity) {
   std::string text = text_of(quantity);

@@ -147,8 +147,8 @@ void add_limits(const Evidence& evidence, Parts& parts) {
 void add_plausibility(const Evidence& evidence, Parts& parts) {
   if (evidence.late_turns != 0) {
     parts.add(
-        "the turns do not follow the zero of the singleturn: at it the position is wrong by "
-        "one turn for up to {} frame{}",
+        "the turns change before or after the zero of the singleturn: in between the position is "
+        "wrong by one turn for up to {} frame{}",
         evidence.late_turns, evidence.late_turns == 1 ? "" : "s");
   }
   if (evidence.steps.count != 0) {

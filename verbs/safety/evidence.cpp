@@ -131,7 +131,7 @@ class Experiments {
  private:
   static constexpr auto csv = report::Format::csv;
 
-  // As a command reads its -f.
+  // The format that a command gets from this -f.
   static SafetyFormat monitored_by(const EvidenceSubject& subject) {
     const std::string text = format_argument(subject);
     return text == configuration_name ? subject.monitored : *parse_safety_format(text);

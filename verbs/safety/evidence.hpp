@@ -86,7 +86,7 @@ struct CoverageRow {
 std::vector<CoverageRow> coverage_of(const SafetyFormat& monitored, const LineResult& line,
                                      std::span<const CampaignRow> campaign,
                                      std::span<const lab::SequenceResult> sequences);
-/// Sets share and limits (Wilson's, 95 %) from the counts.
+/// Sets share and limits (Wilson limits, 95 %) from the counts.
 void set_share(CoverageRow& row);
 
 EvidenceFile coverage_file(const std::vector<CoverageRow>& rows);

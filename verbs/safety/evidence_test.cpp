@@ -158,7 +158,7 @@ TEST(EvidenceSubject, FormatsText_IsMonitoredByItsWidths) {
   EXPECT_EQ(subject_of(options).monitored.setup, SafetySetup{});
   options.setup.configuration = "rsh";
   EXPECT_EQ(subject_of(options).monitored.setup, rsh->setup);
-  // As the campaign takes each -f.
+  // The format that the campaign gets from each -f.
   for (const char* name :
        {"rsh", "fs-36-28", "fortis-fs-36-28", "mt12,st24,nE,nW,crc6+mt12,st16,nE,nW,lc6,crc16"}) {
     options = {};

@@ -108,7 +108,7 @@ std::string sigma_text(long double sigma);
 /// counter ranges; the eight errors with the setup's counter (1…63 if it is learned).
 lab::SequencePlan usual_sequences(const SafetyFormat& monitored, std::uint64_t frames,
                                   std::uint64_t faults, std::uint64_t seed);
-/// As lab::run_sequences(), with the progress on a terminal.
+/// The same as lab::run_sequences(), with the progress on a terminal.
 std::optional<std::vector<lab::SequenceResult>> run_sequence_plan(const lab::SequencePlan& plan,
                                                                   unsigned threads, Host& host);
 /// The sum of an error's rows follows them.

@@ -32,7 +32,7 @@ export interface Settings {
 }
 
 export interface OpenFile {
-  /** As messages and verbs name it. */
+  /** The name in messages and verbs. */
   name: string;
   bytes: number;
   /** A capture that the page made or contains; a link to the state can name it. */
