@@ -163,7 +163,7 @@ typedef struct biss_slave biss_slave;
 typedef struct biss_slave_setup {
   const char* format;
   const biss_timing* timing; /* null: biss_timing_of(format) */
-  int64_t ready_ps;          /* ACK to the answer, limited to ack_max_ps */
+  int64_t ready_ps;          /* from ACK to the answer, limited to ack_max_ps */
   bool chained;              /* SLI comes from another slave; false: SLI is ignored */
   void* user;                /* passed to the callbacks; may be null */
   /* Called once per frame, at the sampling moment, by biss_slave_step(): sets channels[0] to

@@ -39,8 +39,8 @@ typedef struct biss_line_setup {
    * An edge never comes before the previous one. */
   int64_t ma_jitter_ps;
   int64_t slo_jitter_ps;
-  /* ACK to the answer: each request has a different time between these two. Limited to
-   * ack_max_ps. */
+  /* The time from ACK to the answer: each request has a random time from `ready_min_ps` to
+   * `ready_max_ps`, limited to ack_max_ps. */
   int64_t ready_min_ps;
   int64_t ready_max_ps;
   /* "constant", "ramp", "sine", "random", "max", as `biss simulate --motion`; null: "ramp". */

@@ -219,7 +219,7 @@ Run add_eds_advise(Verb verb) {
                 "Word of a safety encoder: C = 1, its CRC counts as data");
   add_rate_option(verb, "--rate", into(options->rate), "Required requests per second");
   add_rate_option(verb, "--clock", into(options->clock),
-                  "Frequency of MA; the highest of the encoder by default");
+                  "Frequency of MA; by default the highest of the encoder");
   add_length_option(verb, "--cable", into(options->cable), "Cable length from master to encoder");
   add_timing_options(verb, options->timing);
   add_eds_options(verb, options->arguments);

@@ -439,7 +439,7 @@ void add_evidence_options(Verb verb, EvidenceOptions& options) {
   add_count_option(verb, "--budget", into(options.budget),
                    "Faults that are tolerated within --budget-window; 0 by default", 255);
   add_duration_option(verb, "--budget-window", into(options.budget_window),
-                      "Time window of --budget; 64 times the watchdog time by default");
+                      "Time window of --budget; by default 64 times the watchdog time");
 }
 
 Run add_safety_evidence(Verb verb) {
