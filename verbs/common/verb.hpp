@@ -192,7 +192,7 @@ class Command {
   /// \param words name the verb, such as `safety analyse`; the further ones are its arguments
   ExitStatus run(const std::vector<std::string>& words, const GivenOptions& options);
 
-  /// The same by a parser, which puts the values into the records.
+  /// The same with a parser: it puts the values into the records.
   DeclaredVerb& declared();
   ExitStatus run_given(const WrongWords& words);
 
