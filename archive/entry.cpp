@@ -11,7 +11,7 @@ namespace biss::archive {
 
 namespace {
 
-// A share of cycles; none of none is 0.
+// A share of cycles; 0 of 0 is 0.
 struct Share {
   std::uint64_t part = 0;
   std::uint64_t whole = 0;
@@ -23,8 +23,8 @@ std::strong_ordering compare(const Share& a, const Share& b) {
   return Product{a.part} * b.whole <=> Product{b.part} * a.whole;
 }
 
-// The shares of the cycles of a link that make it bad, the worst first. The last one is no finding:
-// without a frame format the checksums cannot be judged.
+// The shares of the cycles of a link that make it bad, the worst first. The last one is not a
+// finding: without a frame format the checksums cannot be judged.
 constexpr std::size_t share_count = 6;
 using Shares = std::array<Share, share_count>;
 

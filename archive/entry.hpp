@@ -49,11 +49,11 @@ constexpr std::string_view name_of(Reading reading) {
 /// Texts are valid UTF-8, see utf8_text().
 struct FileEntry {
   std::string path;
-  /// The hash of the path without links, from the root on: a file has one, whatever its names. 0: it
-  /// was not looked for.
+  /// The hash of the path without links, from the root on: a file has one hash, whatever its names.
+  /// 0: not computed.
   std::uint64_t place = 0;
   std::uint64_t bytes = 0;
-  /// Absent if there is no file, as at the end of a broken link.
+  /// Absent if there is no file, for example at the end of a broken link.
   std::optional<Day> day;
   /// The day is from the path; else it is the day on which the file was last changed.
   bool dated_by_path = false;
@@ -61,23 +61,23 @@ struct FileEntry {
   /// Why it was not read, or not to its end: one name for each cause, listed in docs/archive.md.
   /// Empty with Reading::whole.
   std::string cause;
-  /// The same as a sentence.
+  /// The same cause as a sentence.
   std::string message;
   std::vector<LinkEntry> links;
 
   bool operator==(const FileEntry&) const = default;
-  /// Something is wrong with the file or its links that makes it a capture to look at. Files that
-  /// hold no BiSS C at all have no finding.
+  /// A fault of the file or its links makes it a capture to examine. Files that hold no BiSS C at
+  /// all have no finding.
   bool has_finding() const;
 };
 
-/// A capture without links that has this cause is no capture of BiSS C, not a damaged one.
+/// A capture without links that has this cause is not a capture of BiSS C, not a damaged one.
 bool is_foreign(std::string_view cause);
 
 /// `a` is worse than `b`: captures with a finding by the share of their faults, errors, limits,
 /// marginal cycles and warnings; then damaged files of which nothing was read; then captures with
 /// cycles that were not checked, because the format is not known; then good ones; foreign files
-/// last. Equal ones by their path.
+/// last. Equal captures are ordered by path.
 bool is_worse(const FileEntry& a, const FileEntry& b);
 
 /// Valid UTF-8, different for different texts. If the text is not UTF-8 or contains `\x`, the

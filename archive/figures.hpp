@@ -55,7 +55,7 @@ Counts counts_of(const decode::Statistics& statistics);
 /// A measured quantity in one capture.
 struct Range {
   std::int64_t min = 0;
-  /// As decode::Distribution::median().
+  /// The same as decode::Distribution::median().
   std::int64_t median = 0;
   std::int64_t max = 0;
   bool operator==(const Range&) const = default;

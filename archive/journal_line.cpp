@@ -34,7 +34,7 @@ tl::expected<StampedEntry, std::string> read_journal_line(std::string_view line)
   try {
     const Json json = Json::parse(text);
     const auto time = whole_number<std::int64_t>(json.at("time_ns").get<std::string>());
-    if (!time) wrong_json("'time_ns' is no time");
+    if (!time) wrong_json("'time_ns' is not a time");
     StampedEntry stamped{{member_number(json, "bytes"), *time}, json.at("entry").get<FileEntry>()};
     for (const LinkEntry& link : stamped.entry.links) {
       if (link.histograms.empty()) wrong_json("'histograms' is missing");

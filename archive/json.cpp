@@ -140,7 +140,7 @@ void from_json(const Json& json, Histogram& histogram) {
   const bool any = !buckets.empty();
   const std::int64_t min = any ? time_from(json.at("min"), "min") : 0;
   const std::int64_t max = any ? time_from(json.at("max"), "max") : 0;
-  if (!histogram.assign(std::move(buckets), min, max)) wrong_json("'buckets' are no histogram");
+  if (!histogram.assign(std::move(buckets), min, max)) wrong_json("'buckets' are not a histogram");
   if (histogram.count() != member_number(json, "count")) {
     wrong_json("'count' does not match the 'buckets'");
   }
@@ -175,7 +175,7 @@ void from_json(const Json& json, FileEntry& entry) {
   entry.bytes = member_number(json, "bytes");
   if (const std::string date = text_from(json.at("date")); !date.empty()) {
     entry.day = day_from(date);
-    if (!entry.day) wrong_json("'date' is no date");
+    if (!entry.day) wrong_json("'date' is not a date");
   }
   entry.dated_by_path = json.at("date_from") == "path";
   const Json& read = json.at("read");

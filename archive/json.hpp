@@ -34,7 +34,7 @@ inline Json text_or_null(const std::string& text) {
   return text.empty() ? Json(nullptr) : Json(text);
 }
 
-/// One line, as all texts of this room. \pre its texts are valid UTF-8
+/// One line, like all texts of this room. \pre its texts are valid UTF-8
 inline std::string text_of(const Json& json) { return json.dump(); }
 
 /// The whole text as a number; nothing if it is not a number.

@@ -43,7 +43,7 @@ std::string below(const std::string& folder, const std::string& name) {
 }
 
 // The path as given, without `./` and the like. A path in which `..` follows a link is not changed,
-// because the link leads elsewhere than its name.
+// because the target of the link is in another place.
 std::string plain_path(const std::string& path) {
   std::string plain = std::filesystem::path(path).lexically_normal();
   if (plain.size() > 1 && plain.ends_with('/')) plain.pop_back();
@@ -79,7 +79,7 @@ std::string name_of_path(const std::string& path) {
   return path.substr(path.rfind('/') + 1);  // npos + 1 is 0
 }
 
-// The names in a folder, sorted; all of them unless there is a cause.
+// The names in a folder, sorted; all of them unless reading fails.
 std::vector<std::string> names_in(const std::string& folder, std::error_code& cause) {
   std::vector<std::string> names;
   for (std::filesystem::directory_iterator at(folder, cause), end; !cause && at != end;
@@ -109,7 +109,7 @@ class Walk {
   explicit Walk(const std::vector<std::pair<std::string, std::string>>& roots) {
     for (const auto& [path, real] : roots) ends_.add(real);
     for (const auto& [path, real] : roots) begin(path);
-    // Links to folders first: what they lead to is known when a link to a file in it follows.
+    // Links to folders come first: their targets are known when a link to a file in them follows.
     while (!folder_links_.empty()) follow_folder(take_first(folder_links_));
     for (const std::string& link : file_links_) follow_file(link);
   }
@@ -182,7 +182,7 @@ class Walk {
     begin(link);
   }
 
-  static constexpr const char* read_elsewhere = "a link to what is read elsewhere";
+  static constexpr const char* read_elsewhere = "a link to a file or folder that is read elsewhere";
 
   // The places that are read, without links: the given paths, and the folders and files that links
   // lead to.

@@ -26,7 +26,7 @@ struct ListedFile {
 ///
 /// A symbolic link is followed if it leads to a file or folder outside of all these paths and no
 /// earlier link leads there; any other link has the cause `link` or `broken_link`. So nothing is
-/// counted twice and no circle is entered. Files that this program writes (summaries, journals,
+/// counted twice and no loop is entered. Files that this program writes (summaries, journals,
 /// temporary files) are left out. Folders that cannot be read have the cause `folder_unreadable`;
 /// pipes, sockets and devices `not_a_file`; files of the list that are gone `cannot_open`.
 /// \return the files, or one line: which of `paths` does not exist

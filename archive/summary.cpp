@@ -148,10 +148,11 @@ tl::expected<Summary, std::string> merge(std::vector<NamedSummary> parts) {
       sum.parts = of_list;
       return sum;
     }
-    return wrong(parts.front().first,
-                 fmt::format("the shards are not of one list of files, or some are missing: {} of "
-                             "{}; run all shards on the same files",
-                             of_list.missing(), of_list.count));
+    return wrong(
+        parts.front().first,
+        fmt::format("the shards are from different lists of files, or some are missing: {} of "
+                    "{}; run all shards on the same files",
+                    of_list.missing(), of_list.count));
   }
   if (const std::string twice = file_of_two(sum.files); !twice.empty()) {
     return wrong(twice, "this file is in two of the summaries");

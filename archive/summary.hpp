@@ -34,7 +34,7 @@ std::string journal_header(const Setup& setup);
 /// Files named *.json and *.journal that begin with this were written by this program.
 inline constexpr std::string_view own_files_begin = R"({"biss_archive)";
 
-/// Names a list of files, whatever their order: how many, and the sum of the hashes of their paths.
+/// Names a list of files, in any order: how many, and the sum of the hashes of their paths.
 struct ListMark {
   std::uint64_t files = 0;
   std::uint64_t hash = 0;
@@ -78,7 +78,7 @@ struct Group {
 
 struct Summary {
   Setup setup;
-  /// The whole list, whichever of its parts are here.
+  /// The whole list, even if some of its parts are missing.
   ListMark list;
   Parts parts;
   std::vector<FileEntry> files;
@@ -99,7 +99,7 @@ struct Totals {
 
 Totals totals_of(const Summary& summary);
 
-/// A summary and what the user calls it.
+/// A summary and the user's name for it.
 using NamedSummary = std::pair<std::string, Summary>;
 
 /// Adds up parts of one list of files, and complete lists that have no file in common.
@@ -112,7 +112,7 @@ tl::expected<Summary, std::string> merge(std::vector<NamedSummary> parts);
 bool write_summary(const Summary& summary, report::TextSink& sink);
 
 /// Reads the text of write_summary(). Sums are compared with the files, and files with the list.
-/// \return the summary, or the cause why the text is none
+/// \return the summary, or the cause why the text is not a summary
 tl::expected<Summary, std::string> read_summary(std::istream& text);
 
 /// The links of each group, in the order of the files.

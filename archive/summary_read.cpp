@@ -15,7 +15,7 @@ namespace {
 constexpr std::uint64_t version_read = 1;
 constexpr std::uint64_t most_parts = std::uint64_t{1} << 20U;
 
-// Passes a text on and hashes it, but for its last bytes, which are the checksum's.
+// Passes a text on and hashes it, except for its last bytes, which hold the checksum.
 class CheckedText : public std::streambuf {
  public:
   explicit CheckedText(std::istream& text) : text_(text) {}
@@ -97,7 +97,8 @@ Summary summary_from(std::istream& text) {
   using Event = Json::parse_event_t;
   Summary summary;
   std::string key;
-  // Files are many: each is taken as soon as it is complete, so that its JSON needs no memory.
+  // There are many files: each is taken as soon as it is complete, so that its JSON needs no
+  // memory.
   const auto take = [&](int depth, Event event, Json& parsed) {
     if (event == Event::key && depth == 1) key = parsed.get<std::string>();
     if (event != Event::object_end || depth != 2) return true;
@@ -108,9 +109,9 @@ Summary summary_from(std::istream& text) {
   CheckedText checked(text);
   std::istream stream(&checked);
   const Json json = Json::parse(stream, take, false);
-  if (json.is_discarded()) wrong_json("it is no JSON, or ends early");
+  if (json.is_discarded()) wrong_json("it is not JSON, or ends early");
   if (!json.is_object() || !json.contains("biss_archive")) {
-    wrong_json("it is no summary of biss archive");
+    wrong_json("it is not a summary of biss archive");
   }
   if (const std::uint64_t version = member_number(json, "biss_archive"); version != version_read) {
     wrong_json(
@@ -119,7 +120,7 @@ Summary summary_from(std::istream& text) {
   summary.setup = {json.at("program"), json.at("settings")};
   const Json& list = json.at("list");
   const auto hash = whole_number<std::uint64_t>(list.at("hash").get<std::string>(), 16);
-  if (!hash) wrong_json("'hash' is no hexadecimal number");
+  if (!hash) wrong_json("'hash' is not a hexadecimal number");
   summary.list = {member_number(list, "files"), *hash};
   summary.parts = read_parts(json.at("shards"));
   compare_sums(summary);

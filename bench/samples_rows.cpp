@@ -26,7 +26,7 @@ namespace biss::bench {
 
 namespace {
 
-// As request_period: one line that rests little, one that rests most of the time.
+// The same as request_period: one line that rests little, one that rests most of the time.
 constexpr std::size_t busy_period = 1'000;
 constexpr std::size_t idle_period = 60'000;
 
@@ -132,7 +132,7 @@ void expand_memory(benchmark::State& state, const Samples& samples) {
   state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(samples.size()));
 }
 
-// The same with the vectors of an older processor, or none.
+// The same with the vectors of an older processor, or without vectors.
 template <class Run>
 void run_at(std::int64_t target, Run run) {
   hwy::SetSupportedTargetsForTest(target | HWY_STATIC_TARGET);

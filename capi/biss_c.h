@@ -1,4 +1,4 @@
-/* The encoder's and the master's side of a BiSS C line for C and for whatever calls C: simulators,
+/* Both sides of a BiSS C line, encoder and master, for C and for all that calls C: simulators,
  * Verilator and VPI/DPI, bindings of other languages. biss_c_frame.h has frames, SPI buffers and
  * checksums; biss_c_control.h registers, commands and data sheets; biss_c_safety.h the monitor for
  * BiSS Safety; biss_c_sim.h faults, cables and VCD files. Encoder and master are steppers: nothing
@@ -70,12 +70,12 @@ typedef enum biss_status BISS_INT {
   BISS_SLO_LOW,        /* begin: refused, the encoder is not ready */
   BISS_TOO_EARLY,      /* begin: refused, the device's shortest cycle has not passed, or MA was not
                           high long enough */
-  BISS_NO_READING,     /* reading: no request was made yet; or the frame is none */
+  BISS_NO_READING,     /* reading: no request was made yet, or there is no frame */
   BISS_BAD_HANDLE,     /* the handle is closed, was never open, or is of another kind */
-  BISS_CHANNEL_COUNT,  /* the format has another number of channels, or no such channel */
-  BISS_CLOCK_RANGE,    /* clocks of ACK or before it: more or fewer than there can be */
+  BISS_CHANNEL_COUNT,  /* the format has a different number of channels, or no such channel */
+  BISS_CLOCK_RANGE,    /* clocks of ACK or before it: more or fewer than possible */
   BISS_NO_ROOM,        /* the buffer is too small */
-  BISS_BAD_CRC,        /* a biss_crc that is no checksum: its width is not 3 to 16, its polynomial
+  BISS_BAD_CRC,        /* a biss_crc is not a checksum: its width is not 3 to 16, its polynomial
                           not in full form, or its start wider */
   BISS_BIT_COUNT,      /* a number of bits is not 1 to 64 */
   BISS_FAULT_RULE,     /* a fault is not KIND:RATE with a rate of 0 to 1, nor KIND@CYCLE */
@@ -163,7 +163,7 @@ typedef struct biss_slave biss_slave;
 typedef struct biss_slave_setup {
   const char* format;
   const biss_timing* timing; /* null: biss_timing_of(format) */
-  int64_t ready_ps;          /* ACK to the answer, limited to ack_max_ps */
+  int64_t ready_ps;          /* from ACK to the answer, limited to ack_max_ps */
   bool chained;              /* SLI comes from another slave; false: SLI is ignored */
   void* user;                /* passed to the callbacks; may be null */
   /* Called once per frame, at the sampling moment, by biss_slave_step(): sets channels[0] to

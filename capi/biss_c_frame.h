@@ -108,10 +108,10 @@ typedef struct biss_bounds {
 biss_bounds biss_bounds_defaults(void);
 
 /* Finds and decodes the frame in bits `first_bit` to `first_bit` + `bit_count` - 1 of `bytes`; bits
- * that the buffer does not have are not there, and those after STOP are ignored. `bytes` may be
- * null if `byte_count` is 0. `bounds` may be null: biss_bounds_defaults(). Any cause.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_BAD_FORMAT, BISS_BAD_SETUP: a bound is out of its
- * range, or a minimum is above its maximum. */
+ * beyond the buffer do not exist, and bits after STOP are ignored. `bytes` may be null if
+ * `byte_count` is 0. `bounds` may be null: biss_bounds_defaults(). Any cause. BISS_NULL_ARGUMENT,
+ * BISS_BAD_HANDLE, BISS_BAD_FORMAT, BISS_BAD_SETUP: a bound is out of its range, or a minimum is
+ * above its maximum. */
 biss_status biss_frame_decode(const biss_format* format, const uint8_t* bytes, size_t byte_count,
                               size_t first_bit, size_t bit_count, const biss_bounds* bounds,
                               biss_frame* frame);
@@ -174,10 +174,10 @@ typedef struct biss_spi_size {
 /* BISS_NULL_ARGUMENT, BISS_BAD_HANDLE. */
 biss_status biss_spi_size_of(const biss_spi* spi, biss_spi_size* size);
 
-/* Finds and decodes the frame in what the peripheral received. Fill `bytes` with ones before each
- * transfer: if none of them is written, there is no frame of an earlier transfer. `clocks` is how many clocks of MA
- * were sent: later bits are ignored; SIZE_MAX: every bit from `first_bit` on is a clock. Any cause.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE. */
+/* Finds and decodes the frame in the bytes that the peripheral received. Fill `bytes` with ones
+ * before each transfer: if none of them is written, no frame of an earlier transfer is found.
+ * `clocks` is how many clocks of MA were sent: later bits are ignored; SIZE_MAX: every bit from
+ * `first_bit` on is a clock. Any cause. BISS_NULL_ARGUMENT, BISS_BAD_HANDLE. */
 biss_status biss_spi_read(const biss_spi* spi, const uint8_t* bytes, size_t byte_count,
                           size_t clocks, biss_frame* frame);
 
@@ -194,9 +194,8 @@ biss_status biss_spi_line_delay(const biss_spi* spi, const biss_frame* frame, in
 biss_crc biss_crc_defaults(uint32_t width_bits);
 
 /* The checksum of the lowest `bits` bits of `data`, 1 to 64, the most significant first, as
- * transmitted.
- * BISS_NULL_ARGUMENT, BISS_BAD_CRC: no such checksum, or an error of a maker, BISS_BIT_COUNT: `bits` is not 1 to 64,
- * BISS_VALUE_RANGE: `data` has a 1 above them. */
+ * transmitted. BISS_NULL_ARGUMENT, BISS_BAD_CRC: no such checksum, or an error of a maker,
+ * BISS_BIT_COUNT: `bits` is not 1 to 64, BISS_VALUE_RANGE: `data` has a 1 above them. */
 biss_status biss_crc_of(const biss_crc* crc, uint64_t data, uint32_t bits, uint32_t* value);
 
 #ifdef __cplusplus

@@ -27,7 +27,7 @@ typedef struct biss_safety_setup {
   uint32_t spw;
   uint32_t start_frames; /* good frames in a row until one is safe, 2 to 255 */
   bool latch;            /* a fault holds until biss_safety_acknowledge() */
-  uint32_t compare_bits; /* upper singleturn bits that are compared; 0: all that both words have */
+  uint32_t compare_bits; /* upper singleturn bits that are compared; 0: all common bits */
   uint32_t tolerance_lsb;
   bool ignore_turns;
   biss_counter_mode counter;
@@ -60,7 +60,8 @@ typedef struct biss_safety_setup {
 biss_status biss_safety_defaults(const char* format, int64_t cycle_ps, biss_safety_setup* setup);
 
 /* Why frames cannot be monitored with a setup: "no_counter", "frame_gap", …, the names of
- * SafetySetupError in biss/safety/setup.hpp. Null: they can, or the setup is bad in another way. */
+ * SafetySetupError in biss/safety/setup.hpp. Null: they can, or the setup is bad in a different
+ * way. */
 const char* biss_safety_problem(const biss_safety_setup* setup);
 
 /* Opens a monitor. It judges no frame before its self test. *safety is null unless BISS_OK.
@@ -73,10 +74,10 @@ void biss_safety_close(biss_safety* safety);
 
 /* Gives every check a frame that it must refuse. Call it at power-up, and later at any time: a
  * later call that passes changes nothing. *passed is false in "failed", whatever the checks do.
- * `expected` is a setup from another place than the one of open, a constant for example: the
- * monitor compares itself with it, all fields, now and before every frame.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, and as biss_safety_open() for `expected`: BISS_BAD_FORMAT,
- * BISS_BAD_SETUP, BISS_BAD_SAFETY. Then the test has not passed and the monitor is unchanged. */
+ * `expected` is a setup from another place than the setup of open, a constant for example: the
+ * monitor compares itself with it, all fields, now and before every frame. BISS_NULL_ARGUMENT,
+ * BISS_BAD_HANDLE, and as biss_safety_open() for `expected`: BISS_BAD_FORMAT, BISS_BAD_SETUP,
+ * BISS_BAD_SAFETY. Then the test has not passed and the monitor is unchanged. */
 biss_status biss_safety_self_test(biss_safety* safety, const biss_safety_setup* expected,
                                   bool* passed);
 

@@ -23,7 +23,7 @@ const char* biss_fault_effect(size_t kind);
 typedef struct biss_line biss_line;
 
 /* A stepper between the pins of a master and the encoder at the end of its cable: MA in, SLO out.
- * The master is a biss_master, or the caller's. */
+ * The master is a biss_master, or a master of the caller. */
 typedef struct biss_line_setup {
   const char* format;
   const biss_timing* timing; /* null: biss_timing_of(format) */
@@ -39,8 +39,8 @@ typedef struct biss_line_setup {
    * An edge never comes before the previous one. */
   int64_t ma_jitter_ps;
   int64_t slo_jitter_ps;
-  /* ACK to the answer: each request has another time, from the first to the second. Limited to
-   * ack_max_ps. */
+  /* The time from ACK to the answer: each request has a random time from `ready_min_ps` to
+   * `ready_max_ps`, limited to ack_max_ps. */
   int64_t ready_min_ps;
   int64_t ready_max_ps;
   /* "constant", "ramp", "sine", "random", "max", as `biss simulate --motion`; null: "ramp". */
@@ -71,8 +71,8 @@ biss_line_setup biss_line_defaults(const char* format, uint32_t clock_hz);
 /* Opens a line whose encoder is idle. *line is null unless BISS_OK.
  * BISS_NULL_ARGUMENT, BISS_NO_MEMORY, BISS_BAD_FORMAT, BISS_BAD_TIMING, BISS_BAD_SETUP,
  * BISS_FAULT_RULE: a rule is not KIND:RATE with a rate of 0 to 1, nor KIND@CYCLE, BISS_FAULT_KIND:
- * no such kind, or one of the encoder, which is the caller's, BISS_FAULT_PLACE: a frame of this
- * line has no such place, or the kind has none, BISS_FAULT_TWICE: a kind has two rates, or one
+ * no such kind, or a kind of the encoder, which belongs to the caller, BISS_FAULT_PLACE: a frame of
+ * this line has no such place, or the kind has none, BISS_FAULT_TWICE: a kind has two rates, or one
  * cycle twice. */
 biss_status biss_line_open(const biss_line_setup* setup, biss_line** line);
 
@@ -87,10 +87,9 @@ typedef struct biss_line_output {
 
 /* To be called at each change of MA, or of SLO of the caller's encoder, and at the deadline;
  * further calls change nothing. Events due before `now_ps` happen first. `encoder_slo` is ignored
- * if the encoder is not the caller's.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_REENTERED,
- * BISS_VALUE_RANGE: as biss_slave_step(), BISS_NO_MEMORY: the line no longer works, and every
- * further step returns this. */
+ * if the encoder does not belong to the caller. BISS_NULL_ARGUMENT, BISS_BAD_HANDLE,
+ * BISS_TIME_RANGE, BISS_TIME_BACKWARDS, BISS_REENTERED, BISS_VALUE_RANGE: as biss_slave_step(),
+ * BISS_NO_MEMORY: the line no longer works, and every further step returns this. */
 biss_status biss_line_step(biss_line* line, int64_t now_ps, bool ma, bool encoder_slo,
                            biss_line_output* out);
 
@@ -107,14 +106,15 @@ typedef struct biss_fault_place {
   uint64_t thousandths; /* of a bit or a clock */
 } biss_fault_place;
 
-/* The last request that began, as far as it has come. A request begins when MA falls after a rest
- * as long as the encoder's timeout, or while the encoder is idle after an answer. A shorter rest is
- * part of the request: a gap between the bytes of an SPI master. */
+/* The last request that began, as far as it has come. A request begins when MA falls after an idle
+ * time as long as the encoder's timeout, or while the encoder is idle after an answer. A shorter
+ * idle time is part of the request: a gap between the bytes of an SPI master. */
 typedef struct biss_line_request {
   uint64_t number;  /* counts from 0 */
   int64_t begin_ps; /* MA fell at the master */
   /* The encoder took a position; if not, all members from here on are 0 or 1. If it took several
-   * after a fault: the first one that it sent whole, else began to send, else took. */
+   * after a fault: the first one that it sent completely, else the first one that it began to send,
+   * else the first one. */
   bool sampled;
   int64_t sampled_ps;
   uint32_t channel_count;
@@ -140,7 +140,7 @@ biss_status biss_line_put_register(biss_line* line, uint32_t bank, uint32_t addr
 biss_status biss_line_register(biss_line* line, uint32_t bank, uint32_t address, uint8_t* value);
 
 /* The encoder's state as biss_slave_state(); null for a handle that is not open, or if the encoder
- * is the caller's. */
+ * belongs to the caller. */
 const char* biss_line_state(const biss_line* line);
 
 /* Null is allowed. Not from its own callback. */

@@ -305,7 +305,7 @@ TEST(CEds, DataSheetThatContradictsItself_IsRefusedWithItsFinding) {
   device.channel[0][63] = static_cast<std::uint8_t>(device.channel[0][63] + 0x7F);
   EXPECT_EQ(biss_eds_format(&device, clock_hz, text.data(), text.size(), nullptr, take, &said),
             BISS_BAD_EDS);
-  EXPECT_NE(said.find("MT_CNT: more counts than its length can tell apart"), std::string::npos)
+  EXPECT_NE(said.find("MT_CNT: more counts than its length can distinguish"), std::string::npos)
       << said;
   EXPECT_STREQ(text.data(), "");
 }

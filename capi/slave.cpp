@@ -14,7 +14,7 @@ namespace biss::capi {
 
 namespace {
 
-// The owner that the core's register server asks, passing the questions on.
+// The owner of the core's register server; it passes the calls on.
 struct CallbackRegisters {
   void* user = nullptr;
   decltype(biss_slave_setup::register_permits) permits_it = nullptr;
@@ -42,7 +42,7 @@ struct CallbackRegisters {
   }
 };
 
-// The owner that the core's slave asks.
+// The owner of the core's slave.
 class CallbackSource {
  public:
   CallbackSource(const biss_slave_setup& setup, const FrameFormat& format)

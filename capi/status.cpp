@@ -29,7 +29,7 @@ constexpr std::array<StatusText, BISS_NO_CRC + 1> statuses{{
     {"too_early", "no request was made: the last one is too recent"},
     {"no_reading", "there is no reading or frame"},
     {"bad_handle", "the handle is closed, or of another kind"},
-    {"channel_count", "the format has another number of channels"},
+    {"channel_count", "the format has a different number of channels"},
     {"clock_range", "a number of clocks is out of its range"},
     {"no_room", "the buffer is too small"},
     {"bad_crc", "there is no such checksum"},

@@ -1,5 +1,5 @@
-// biss_vcd: a VCD file, written as it goes. With the C library alone: capture/ would bring its
-// readers.
+// biss_vcd: a VCD file, written as it goes. It uses the C library alone, because capture/ would
+// link its readers too.
 #include <algorithm>
 #include <array>
 #include <cerrno>

@@ -25,7 +25,7 @@ bool is_voltage(Nanovolts sample) {
   return sample <= over_range && sample >= Nanovolts{-over_range.count};
 }
 
-// Limited to what a duration can be.
+// Limited to the range of a duration.
 Picoseconds elapsed(Picoseconds from, Picoseconds to) {
   const auto ps = static_cast<std::uint64_t>(to.count) - static_cast<std::uint64_t>(from.count);
   constexpr auto longest = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max());
@@ -304,8 +304,8 @@ class AnalogSource final : public StepSource {
     }
   }
 
-  // No line changes in the rows held: of these the first and the last quarter, in which a burst may
-  // have begun, are enough.
+  // No line changes in the rows held: the first quarter and the last one, in which a burst may have
+  // begun, are enough.
   void drop_held() {
     if (first_row_.times.empty()) {
       first_row_.times.assign(1, rows_.times.front());
@@ -371,7 +371,7 @@ class AnalogSource final : public StepSource {
     return std::nullopt;
   }
 
-  // How many rows are as the row before.
+  // How many rows equal the row before.
   std::size_t repeats(std::size_t rows) const {
     std::size_t found = 0;
     for (std::size_t i = 1; i < rows; ++i)
@@ -379,7 +379,7 @@ class AnalogSource final : public StepSource {
     return found;
   }
 
-  // Nothing is a hole for a line whose samples have no constant step.
+  // A line whose samples have no constant step has no holes.
   Picoseconds longest_step_of(const AnalogLine& line, Picoseconds digit) const {
     std::vector<Picoseconds> times;
     for (std::size_t i = 0; i < std::min(rows_held(), rows_of_period); ++i) {
@@ -463,7 +463,7 @@ SampleSteps steps_of(std::span<const Picoseconds> times, Picoseconds digit) {
         steps.begin(), steps.end(),
         [&](Picoseconds step) { return std::abs(step.count - found.usual.count) > most; }));
   };
-  // Rounding shows in the steps, unless a few of them at most differ at all.
+  // Rounding shows in the steps, unless only a few of them differ.
   const bool rounded = 16 * differ_by_more(0) > steps.size();
   const std::int64_t tolerance = std::max(found.usual.count / 2, rounded ? digit.count : 0);
   found.shortest = found.usual / 4 - (rounded ? digit : Picoseconds{});
@@ -471,7 +471,8 @@ SampleSteps steps_of(std::span<const Picoseconds> times, Picoseconds digit) {
   const auto is_short = [&](Picoseconds each) {
     return each != Picoseconds{} && each < found.shortest;
   };
-  // Nothing that is lost makes a step shorter; a change of SLO between two edges of MA makes two.
+  // Lost samples never make a step shorter; a change of SLO between two edges of MA makes two short
+  // steps.
   const Picoseconds brief = 3 * found.shortest;
   const auto briefer = std::count_if(steps.begin(), steps.end(), [&](Picoseconds each) {
     return each != Picoseconds{} && each < brief;

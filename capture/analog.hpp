@@ -17,7 +17,7 @@ namespace biss::capture {
 
 /// A channel has no sample at this time (an empty cell): its level stays.
 inline constexpr Nanovolts no_sample{std::numeric_limits<std::int64_t>::min()};
-/// A channel's sample is no number: its level is unknown.
+/// A channel's sample is not a number: its level is unknown.
 inline constexpr Nanovolts bad_sample{std::numeric_limits<std::int64_t>::min() + 1};
 /// A sample above the range of the instrument; below it, the negative of this. Larger voltages are
 /// limited to it.
@@ -43,7 +43,7 @@ struct Differential {
 struct AnalogOptions {
   /// For every analog line. Nothing: measured for each line at the beginning of the capture.
   std::optional<Threshold> threshold = {};
-  /// Their channels are no lines of their own.
+  /// Their channels are not lines of their own.
   std::vector<Differential> differentials = {};
 
   bool given() const { return threshold.has_value() || !differentials.empty(); }
@@ -55,7 +55,7 @@ struct AnalogChannel {
   bool logic = false;
 };
 
-/// Samples of all channels at each of some times: row by row, `channels` values in a row.
+/// Samples of all channels at successive times: row by row, `channels` values in a row.
 struct SampleRows {
   std::vector<Picoseconds> times;
   std::vector<Nanovolts> values;
@@ -70,12 +70,12 @@ struct SampleRows {
 struct SampleSteps {
   Picoseconds usual;     ///< the median
   Picoseconds longest;   ///< a longer step is a hole
-  Picoseconds shortest;  ///< a shorter one is no step of samples: the rows are changes
+  Picoseconds shortest;  ///< a shorter one is not a step of samples: the rows are changes
   /// At most a quarter of the steps differ from the usual one, and none is too short.
   bool constant = false;
 };
 
-/// \param digit what the last digit of a time counts: steps of rounded times differ by it
+/// \param digit the value of the last digit of a time: steps of rounded times differ by this value
 SampleSteps steps_of(std::span<const Picoseconds> times, Picoseconds digit);
 
 /// A capture of samples, read once from front to back.
@@ -85,12 +85,12 @@ class AnalogSamples {
 
   /// Constant. At least one, at most `max_analog_channels`.
   virtual const std::vector<AnalogChannel>& channels() const = 0;
-  /// Puts the next rows into `rows`, which is empty: none at the end, and a bounded number. Times
-  /// never fall. Rows before an error are delivered with it; it is the last call.
+  /// Puts the next rows, a bounded number, into the empty `rows`; none at the end. Times never
+  /// fall. Rows before an error are delivered with it; it is the last call.
   virtual std::optional<CaptureError> next(SampleRows& rows) = 0;
   /// The time between two samples; 0 if the file does not give it.
   virtual Picoseconds sample_period() const { return {}; }
-  /// As EdgeSource::sample_rate().
+  /// The same as EdgeSource::sample_rate().
   virtual Hertz sample_rate() const { return {}; }
   /// The value of one unit in the last digit of a time, in the rows so far; nothing if no row can
   /// be missing.

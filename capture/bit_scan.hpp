@@ -7,12 +7,12 @@
 
 namespace biss::capture {
 
-/// A scan writes up to this many times more than it finds.
+/// A scan may write up to this number of further times after those it finds.
 inline constexpr std::size_t scan_slack = 64;
 
 /// Samples in which the changes of two lines are sought. The times go to `ma` and `slo`, which have
 /// room for `count` and `scan_slack` more. A scan updates the levels and both pointers, so that it
-/// continues with the samples that follow; `samples`, `count` and `time` are to be set again.
+/// continues with the samples that follow; `samples`, `count` and `time` must be set again.
 struct PairScan {
   const std::uint8_t* samples = nullptr;
   std::size_t count = 0;

@@ -28,7 +28,8 @@ void scan_pair_vectors(PairScan& scan) { scan_pair_plain(scan); }
 
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Data of a busy line takes longer than its bytes take to arrive: they are asked for ahead.
+// The changes of a busy line take longer to find than its bytes to arrive: so bytes are requested
+// ahead.
 constexpr std::size_t bytes_ahead = 4'096;
 
 struct Clock {
@@ -96,7 +97,7 @@ HWY_INLINE std::int64_t* put_changes(std::uint64_t changes, std::int64_t time, s
     while (changes != 0) *out++ = next();
     return out;
   }
-  // Some too many cost less than to ask after each.
+  // A few unnecessary times cost less than a test after each.
   std::int64_t* const end = out + std::popcount(changes);
   for (; out < end; out += 4) {
     for (std::size_t i = 0; i < 4; ++i) out[i] = next();

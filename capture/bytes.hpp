@@ -42,7 +42,7 @@ class ByteSource {
   virtual int regular_file() const { return -1; }
 };
 
-/// Calls this function of a C library for what a unique_ptr owns.
+/// Calls this function of a C library for the object that a unique_ptr owns.
 template <auto release>
 struct Released {
   template <class T>
@@ -81,16 +81,16 @@ std::unique_ptr<ByteSource> failed_bytes(const CaptureError& error);
 std::unique_ptr<ByteSource> limited_bytes(std::unique_ptr<ByteSource> bytes, std::uint64_t most,
                                           const CaptureError& error);
 
-/// `head`, then everything of `rest`: gives back what was read to look at the beginning.
+/// `head`, then everything of `rest`: returns the bytes that were read to examine the beginning.
 std::unique_ptr<ByteSource> prefixed_bytes(std::string head, std::unique_ptr<ByteSource> rest);
 
 class ByteSink {
  public:
   virtual ~ByteSink() = default;
 
-  /// Takes all of `bytes`; false when that failed, after which nothing more need be tried.
+  /// Takes all of `bytes`; false when that failed, after which no further call is necessary.
   virtual bool write(std::string_view bytes) = 0;
-  /// Hands on what the sink has held back; false when that failed.
+  /// Passes on the bytes that the sink has held back; false when that failed.
   virtual bool flush() = 0;
 };
 

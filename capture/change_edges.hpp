@@ -25,7 +25,7 @@ class ChangeEdges {
     skip(ma_, ma);
     skip(slo_, slo);
   }
-  /// Delivers these changes in the order of their times. If both lines change at one time, SLO
+  /// Delivers these changes in the order of their times. If both lines change at the same time, SLO
   /// comes first.
   void put(const LineChanges& ma, const LineChanges& slo, const PairSource::OnEdges& on_edges) {
     edges_.clear();

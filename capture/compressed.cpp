@@ -134,7 +134,7 @@ class ZstdBytes final : public CompressedBytes {
 
  private:
   Step decompress(std::string_view& input, std::span<char> into) override {
-    // A call that fails delivers nothing. Therefore each gets at most one block: zstd wishes for a
+    // A call that fails delivers nothing. Therefore each gets at most one block: zstd requests a
     // block and the header of the next one.
     const std::size_t given = wish_ > block_header_bytes ? wish_ - block_header_bytes : wish_;
     ZSTD_inBuffer in{input.data(), std::min(given, input.size()), 0};

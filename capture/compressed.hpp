@@ -11,7 +11,7 @@ namespace biss::capture {
 
 enum class Compression : std::uint8_t { none, gzip, zstd };
 
-/// How bytes that begin so are compressed. Four bytes are enough.
+/// The compression of bytes that begin in this way. Four bytes are enough.
 Compression compression_of(std::string_view head);
 
 /// The path without the extension of a compressed file: `a.vcd` of `a.vcd.gz`.
@@ -24,8 +24,8 @@ std::string_view without_compression(std::string_view path);
 /// 32 KiB for gzip and at most 128 MiB for zstd. Checksums are verified.
 ///
 /// Everything before a fault is delivered first. Then every read fails with `truncated` (the
-/// compressed data ends in the middle), `damaged` (it is not what its format allows, or has the wrong
-/// checksum), or with what `bytes` fail with.
+/// compressed data ends in the middle), `damaged` (its format does not allow it, or has the wrong
+/// checksum), or with the cause of `bytes`.
 /// \pre compression is not none
 std::unique_ptr<ByteSource> decompressed(std::unique_ptr<ByteSource> bytes,
                                          Compression compression);

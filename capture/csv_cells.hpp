@@ -1,4 +1,4 @@
-// Rows of CSV as cells: what every reader of CSV shares.
+// Rows of CSV as cells: the part that all readers of CSV share.
 #pragma once
 
 #include <string>

@@ -103,7 +103,7 @@ std::size_t append_digits(std::string_view text, std::uint64_t& value) {
   return at;
 }
 
-// The plain case, as nearly every cell is: `42007.500`, few digits, no exponent, nothing to round.
+// The plain case, like nearly every cell: `42007.500`, few digits, no exponent, nothing to round.
 std::optional<std::int64_t> parse_plain(std::string_view text, int scale, bool comma) {
   if (text.empty() || text.size() > 18 || scale < 0 || scale > 12) return std::nullopt;
   std::uint64_t value = 0;

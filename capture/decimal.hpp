@@ -26,7 +26,7 @@ inline std::uint64_t load_eight(const char* text) {
   return word;
 }
 
-/// The upper bit of each byte that is no digit; right up to the first of them.
+/// The upper bit of each byte that is not a digit; correct up to the first of them.
 inline std::uint64_t no_digits(std::uint64_t word) {
   const std::uint64_t digits = word - 0x3030303030303030U;
   return (digits | (digits + 0x7676767676767676U) | word) & 0x8080808080808080U;
@@ -46,7 +46,7 @@ struct Digits {
 };
 
 /// The digits at `text`, up to 19 of them; with more, `value` is undefined.
-/// \pre a character that is no digit follows, and the 8 bytes after it may be read
+/// \pre a character that is not a digit follows, and the 8 bytes after it may be read
 inline Digits read_digits(const char* text) {
   std::uint64_t value = 0;
   for (;;) {

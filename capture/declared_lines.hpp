@@ -21,8 +21,8 @@ inline constexpr std::size_t max_variables = 1U << 20U;
 /// `MA[3]`; the range `[0:0]` of a one-bit signal is left out. \pre words is not empty
 std::string joined_name(std::span<const std::string> words);
 
-/// Collects signals of one bit. A signal has a name, a scope, and a variable: the number of what
-/// the file's values belong to.
+/// Collects signals of one bit. A signal has a name, a scope, and a variable: the number to which
+/// the file's values belong.
 ///
 /// The name of a line is its plain name. If another line has the same name, the scopes are added:
 /// `top.cap.MA`. Signals of the same name and variable are one line; signals of another name and
@@ -44,7 +44,7 @@ class DeclaredLines {
 
   /// Gives each line its name; false when the names take too much memory. Nothing is declared later.
   bool finish();
-  /// The variable of each line. \pre finish() gave true
+  /// The variable of each line. \pre finish() returned true
   const std::vector<std::uint32_t>& variables() const { return variables_; }
   std::vector<std::string> take_names() { return std::move(names_); }
 

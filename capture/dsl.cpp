@@ -168,7 +168,7 @@ class DslPieces final : public SamplePieces {
       // DSView stores whole bytes of whole words.
       if (total_samples_ - before_ < word_bits) return false;
       return failure(CaptureError{.cause = CaptureCause::truncated,
-                                  .expected = "as many samples as the header has"});
+                                  .expected = "as many samples as the header gives"});
     }
     ++block_;
     const char* const fault = find_planes();
@@ -183,7 +183,7 @@ class DslPieces final : public SamplePieces {
     if (block_ != blocks_ && samples_ != dsl_block_samples) {
       return damaged("2 MiB in every block but the last");
     }
-    if (held - samples_ >= word_bits) return damaged("no more samples than the header has");
+    if (held - samples_ >= word_bits) return damaged("no more samples than the header gives");
     return true;
   }
 
@@ -291,7 +291,7 @@ class DslPieces final : public SamplePieces {
   std::uint64_t at_ = 0;           // the next of these
 };
 
-// Every block in the archive is one that the header counts, of a probe that it names.
+// The header counts every block in the archive and names its probe.
 std::optional<CaptureError> find_unread_block(const ZipArchive& archive, const DslHeader& header) {
   for (const std::string& name : archive.names("L-")) {
     const std::size_t slash = std::min(name.find('/'), name.size() - 1);
@@ -370,7 +370,7 @@ void DslWriter::put_bits(std::uint64_t samples) {
     const std::size_t began = plane.size();
     plane.resize((end + 7) / 8, high ? '\xFF' : '\0');
     if (!high) continue;
-    // Bits of bytes that are only partly these samples.
+    // The bits of a byte that belongs only partly to these samples.
     if (first % 8 != 0) {
       plane[began - 1] = static_cast<char>(plane[began - 1] | (0xFF << first % 8));
     }

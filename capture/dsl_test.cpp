@@ -201,7 +201,7 @@ TEST(Dsl, MoreSamplesThanTheHeaderHas_AreRefused) {
       EXPECT_FALSE(read.error) << said;
     } else {
       ASSERT_EQ(read.cause(), CaptureCause::damaged) << said;
-      EXPECT_STREQ(read.error->expected, "no more samples than the header has");
+      EXPECT_STREQ(read.error->expected, "no more samples than the header gives");
     }
   }
 }
@@ -247,7 +247,7 @@ TEST(DslWriter, RandomSamples_ComeBack) {
     EXPECT_FALSE(read.error);
     EXPECT_EQ(read.lines.size(), layout.lines.size());
     EXPECT_EQ(read.end_time, end);
-    // Changes of one time come by lines here and by bits there.
+    // Changes with the same time come by lines here and by bits there.
     std::vector<wire::Edge> sorted = edges;
     std::stable_sort(sorted.begin(), sorted.end(), [](const wire::Edge& a, const wire::Edge& b) {
       return a.time != b.time ? a.time < b.time : a.line < b.line;

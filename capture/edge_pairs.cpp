@@ -7,7 +7,7 @@ namespace biss::capture {
 
 namespace {
 
-// Enough edges that a piece is worth a thread's while.
+// Enough edges to give a thread a piece of its own.
 constexpr std::size_t edges_in_piece = 32'768;
 
 class EdgePiece final : public PairPiece {
@@ -70,7 +70,7 @@ class EdgePairs final : public PairSource {
     return own_ ? std::max(end_time_, own_->end_time()) : end_time_;
   }
   const std::optional<CaptureError>& error() const override {
-    // It may be known already while the first edges are settled.
+    // The error of the source may be known before the first edges are settled.
     return own_ && settled_ >= first_pieces_ ? own_->error() : error_;
   }
 

@@ -32,15 +32,15 @@ enum class CaptureCause : std::uint8_t {
   read_failed,        ///< the system could not read further
   empty,              ///< no byte, or only white space
   unknown_format,     ///< neither the extension nor the content is known
-  compression,        ///< compressed in a way that is not read
+  compression,        ///< a compression that is not supported
   malformed,          ///< a token, number or header that the format does not allow
   token_too_long,     ///< a token (or CSV line) longer than any valid one
   too_many_lines,     ///< more signals than a capture may have
   block_too_large,    ///< a part that has to be in memory at once takes more than 256 MiB
   time_backwards,     ///< a time before the previous one
   time_out_of_range,  ///< a time beyond what 64-bit picoseconds hold
-  damaged,            ///< an archive or its compressed data is not whole
-  too_large,          ///< a compressed archive beyond what is copied to a temporary file
+  damaged,            ///< an archive or its compressed data is incomplete or damaged
+  too_large,          ///< a compressed archive that is too large for a temporary file
   layout_missing,     ///< raw samples, and no layout given for them
   bad_layout,         ///< the layout given for raw samples is not possible
   no_two_levels,      ///< no analog channel has two levels, so there is no threshold
@@ -68,9 +68,9 @@ class PairSource;
 /// A capture of changes, read once from front to back.
 ///
 /// Edges come in time order; the first edge of a line gives its initial level, every later one
-/// changes it. Everything before an error is delivered by earlier calls, so a damaged end loses only
-/// itself. Memory is bounded by the block size and the number of lines, never by the
-/// length of the file.
+/// changes it. Everything before an error is delivered by earlier calls, so only the damaged end is
+/// lost. Memory is bounded by the block size and the number of lines, never by the length of the
+/// file.
 class EdgeSource {
  public:
   virtual ~EdgeSource() = default;
@@ -83,8 +83,7 @@ class EdgeSource {
   /// the end every further call returns the same.
   virtual Result<std::span<const wire::Edge>, CaptureError> next_block() = 0;
 
-  /// The last time the capture speaks of (a VCD may end with a time and no change); grows while
-  /// reading.
+  /// The last time in the capture (a VCD may end with a time and no change); grows while reading.
   virtual Picoseconds end_time() const = 0;
 
   /// The longest time between two samples; 0 if the file holds changes. A change has the time of
@@ -115,8 +114,8 @@ using Opened = tl::expected<std::unique_ptr<EdgeSource>, CaptureError>;
 /// A line's last level as a number; `no_level` before its first edge.
 inline constexpr std::uint8_t no_level = 3;
 
-/// The edges of one block. Full long before it overflows: a row, a value or a sample may push one
-/// edge a line.
+/// The edges of one block. full() is true long before it overflows: a row, a value or a sample may
+/// push one edge a line.
 class EdgeBlock {
  public:
   /// `lines` edges always fit after the last one for which full() was false.
@@ -177,7 +176,7 @@ class StepSource : public EdgeSource {
   std::optional<CaptureError> error_;
 };
 
-/// Hands out names; the second that asks for a name gets `name#2`, and so on.
+/// Gives out names; the second request for a name gets `name#2`, and so on.
 class LineNames {
  public:
   /// `wanted`, or the first free of `wanted#2`, `wanted#3`, …

@@ -1,4 +1,4 @@
-// A stream of edges to a file: what the writers of every format share.
+// A stream of edges to a file: the shared part of the writers of all formats.
 #pragma once
 
 #include <cstdint>
@@ -13,27 +13,27 @@
 namespace biss::capture {
 
 enum class WriteCause : std::uint8_t {
-  write_failed,      ///< the sink refused, or a temporary file
+  write_failed,      ///< the sink, or a temporary file, cannot be written
   no_such_line,      ///< an edge of a line that the writer was not given
   time_backwards,    ///< an edge before the one already written
   time_before_zero,  ///< the format cannot hold a negative time
   too_many_lines,    ///< more lines than the format holds
-  too_large,         ///< beyond what the format can address
+  too_large,         ///< beyond the address range of the format
 };
 
 /// Number of changes written; edges that change nothing are left out and not counted.
 using Written = Result<std::uint64_t, WriteCause>;
 
 /// Writes one capture: any number of write(), then finish(). The sink outlives the writer. After an
-/// error what the sink has received is no capture, and every further call fails the same way.
+/// error the bytes in the sink are not a capture, and every further call fails the same way.
 class EdgeWriter {
  public:
   virtual ~EdgeWriter() = default;
 
   /// Appends edges in time order; levels as in EdgeSource.
   Written write(std::span<const wire::Edge> edges);
-  /// Writes what is held back, and that the capture lasts until `end_time` if that is later than
-  /// the last edge. Returns the number of changes in the whole capture.
+  /// Writes the changes that are held back, and the end of the capture at `end_time` if that is
+  /// later than the last edge. Returns the number of changes in the whole capture.
   Written finish(Picoseconds end_time);
 
  protected:
@@ -49,7 +49,7 @@ class EdgeWriter {
   const std::vector<std::string>& lines() const { return lines_; }
   std::string& text() { return text_; }
   void append_number(std::uint64_t number);
-  /// Hands text() on once there is enough of it; for formats in which one change is a lot of text.
+  /// Passes text() on once there is enough of it; for formats in which one change is a lot of text.
   /// False when that failed or anything has failed before.
   bool flush_full();
   /// Fails this call and every later one with `cause`.

@@ -113,7 +113,7 @@ class EventCsvShape {
     row_bytes_ = known ? static_cast<std::size_t>(end + 1 - row) : 0;
   }
 
-  /// Reads the row at `row` when the text up to `end` holds one of this shape; else false.
+  /// Reads the row at `row`. False if the text up to `end` does not begin with a row of this shape.
   bool read(const char* row, const char* end, EventCsvRow& out) {
     if (row_bytes_ == 0 || static_cast<std::size_t>(end - row) < row_bytes_) return false;
     std::uint64_t whole = 0;
@@ -181,7 +181,7 @@ class EventCsvShape {
         seen = false;
       }
       const bool level = !seen && (*p == '0' || *p == '1');
-      // In a longer number one digit does not say the level.
+      // In a longer number one digit does not show the level.
       if (!level && *p != layout.separator && is_part_of_number(*p)) return false;
       seen = seen || level;
       keep(static_cast<std::size_t>(p - from), *p, level ? 0xFE : 0xFF);
@@ -217,8 +217,8 @@ class EventCsvShape {
   std::size_t slo_at_ = 0;
 };
 
-/// A piece of an event CSV. Regular are whole rows in order of time, whose cells for the two lines
-/// are 0, 1 or nothing, and comments. Any other row ends the piece.
+/// A piece of an event CSV. Whole rows in order of time are regular if their cells for the two
+/// lines are 0, 1 or empty; so are comments. Any other row ends the piece.
 class EventCsvPiece final : public TextPiece {
  public:
   EventCsvPiece(const EventCsvLayout& layout, wire::LineIndex ma_column, wire::LineIndex slo_column)
@@ -282,7 +282,7 @@ class EventCsvPiece final : public TextPiece {
     return true;
   }
 
-  // False when arrays cannot say it, or time runs backwards.
+  // False when arrays cannot represent it, or time runs backwards.
   bool add(const EventCsvRow& row) {
     constexpr auto unknown = static_cast<std::uint8_t>(Level::unknown);
     if (row.time < last_time || row.ma == unknown || row.slo == unknown) return false;
@@ -394,7 +394,7 @@ class EventCsvReader final : public TextSource {
     return false;
   }
 
-  // `cut`: the fault may come from the text having been cut off, if the text ends here.
+  // `cut`: the fault may exist only because the text was cut off here.
   bool stop_in_row(const char* place, const char* expected, bool cut) {
     const bool truncated = cut && window_.unterminated();
     return stop(place, truncated ? CaptureCause::truncated : CaptureCause::malformed, expected);

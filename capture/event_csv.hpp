@@ -17,7 +17,7 @@
 
 namespace biss::capture {
 
-/// The scale of a time column by its name, upper and lower case alike: `time` (seconds), `time_ns`,
+/// The scale of a time column by its name, in upper or lower case: `time` (seconds), `time_ns`,
 /// `time [us]`, `Time (ms)`. Nothing for any other name.
 std::optional<int> event_csv_time_scale(std::string_view name);
 
@@ -42,19 +42,19 @@ struct EventCsvRows {
 /// Whether the row begins like the header of an event CSV: with a cell that begins with `time`.
 bool looks_like_event_csv(std::string_view row);
 
-/// Opens an event CSV: reads its header, then delivers what each row changes.
+/// Opens an event CSV: reads its header, then delivers the changes of each row.
 ///
 /// The header is `time` with its unit and a name a line; see event_csv_header.hpp. A row holds a
 /// time and the levels from then on: 0, 1, x, z or nan (all Level::unknown), or nothing if a level
 /// does not change. Levels may be written as other numbers that are 0 and 1, or as the two numbers
-/// of `rows`. In a hole between samples every level is unknown. Times are decimal numbers, with an
-/// exponent if need be, rounded exactly to the picosecond; they may be negative and never fall. A
-/// byte order mark, CRLF, blanks around cells, blank rows and rows that begin with `#` are allowed.
+/// of `rows`. In a hole between samples every level is unknown. Times are decimal numbers, with or
+/// without exponent, rounded exactly to the picosecond; they may be negative and never fall. A byte
+/// order mark, CRLF, blanks around cells, blank rows and rows that begin with `#` are allowed.
 ///
 /// Fails with `empty`, `read_failed`, `malformed` (header, number, level, count of columns),
 /// `token_too_long` (a row of more than 64 KiB), `time_backwards`, `time_out_of_range` and
-/// `truncated`. A row counts whole or not at all. A missing line feed at the end is no fault, but a
-/// last row without one is `truncated` when columns are missing or its last cell is empty.
+/// `truncated`. A row counts whole or not at all. A missing line feed at the end is not a fault,
+/// but a last row without one is `truncated` when columns are missing or its last cell is empty.
 ///
 /// \param piece_limit the most text of a piece of pairs()
 Opened open_event_csv(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit,
@@ -71,10 +71,10 @@ enum class CsvDialect : std::uint8_t {
 };
 
 /// Writes `time_ns,<names>` and a row a time at which something changes: nanoseconds with three
-/// decimals, then every line's level as 0, 1 or x, empty before its first. Edges of one time share
-/// a row as long as their lines come in order, so that reading gives the same edges in the same
-/// order; or the same in the dialect of Saleae Logic 2. Names are quoted if necessary; line ends in
-/// them become `_`.
+/// decimals, then every line's level as 0, 1 or x, empty before its first. Edges with the same time
+/// share a row as long as their lines come in order, so that reading gives the same edges in the
+/// same order; or the same in the dialect of Saleae Logic 2. Names are quoted if necessary; line
+/// ends in them become `_`.
 class EventCsvWriter final : public EdgeWriter {
  public:
   EventCsvWriter(std::vector<std::string> lines, ByteSink& sink,

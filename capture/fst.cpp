@@ -393,11 +393,11 @@ class FstReader final : public StepSource {
     return good || damaged("changes that unpack to their size");
   }
 
-  // Puts the next change of a chain among those to come.
+  // Puts the next change of a chain among the changes to come.
   bool push_chain(FstChain chain, std::size_t number) {
     bool is_damaged = false;
     const bool more = chain.next(is_damaged);
-    if (is_damaged) return damaged("changes that are whole");
+    if (is_damaged) return damaged("complete changes");
     if (more && chain.time_index >= times_.count()) return damaged("a time for each change");
     chains_[number] = chain;
     if (!more) return true;

@@ -9,15 +9,15 @@
 
 namespace biss::capture {
 
-/// Whether a file that begins so is an FST, plain or wrapped in gzip. It takes 33 bytes to say.
+/// Whether a file that begins in this way is an FST, plain or wrapped in gzip. 33 bytes are enough.
 bool looks_like_fst(std::string_view head);
 
 /// Opens an FST and delivers the changes of every one-bit signal, with the names and levels of the
 /// same dump as VCD.
 ///
 /// Vectors of several bits, integers, reals, strings and events are skipped. An FST keeps no order
-/// among the changes of one time: they come in the order of their declaration. While dumping was
-/// off all levels are unknown.
+/// among the changes with the same time: they come in the order of their declaration. While dumping
+/// was off all levels are unknown.
 ///
 /// The names of signals are at the end of the file, so the file is read at any place: anything but
 /// a regular file is copied, see gather(). The chains of changes of one block, of the one-bit

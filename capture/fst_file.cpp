@@ -57,7 +57,7 @@ std::uint64_t big_endian(std::span<const std::uint8_t, 8> bytes) {
   return value;
 }
 
-// The name of a variable as VCD has its words: `MA [3]` is a bit of a wider signal.
+// The name of a variable in the words of VCD: `MA [3]` is a bit of a wider signal.
 std::string name_of(std::string_view text) {
   std::vector<std::string> words(1);
   for (const char c : text) {
@@ -109,7 +109,7 @@ tl::expected<FstFile, CaptureError> FstFile::open(std::unique_ptr<ByteSource> by
   return file;
 }
 
-// A file as a whole in gzip, if this is one.
+// Decompresses the file if gzip has compressed it as a whole.
 std::optional<CaptureError> FstFile::unwrap() {
   std::array<std::uint8_t, wrapper_head_bytes> head{};
   if (bytes_.size() < head.size() || !bytes_.read(0, head) || head[0] != wrapper) {
@@ -317,7 +317,7 @@ std::optional<CaptureError> FstFile::take_hierarchy(std::span<const std::uint8_t
       const std::string name = cursor.text();
       cursor.text();  // the component
       if (declared_.depth() == DeclaredLines::max_depth) {
-        return error_of(CaptureCause::malformed, part, "at most 256 scopes in one another");
+        return error_of(CaptureCause::malformed, part, "at most 256 nested scopes");
       }
       if (!declared_.open_scope(name_of(name))) {
         return error_of(CaptureCause::too_many_lines, nullptr, nullptr);
@@ -337,7 +337,7 @@ std::optional<CaptureError> FstFile::take_hierarchy(std::span<const std::uint8_t
     } else if (tag != tag_attribute_end) {
       return error_of(CaptureCause::malformed, part, "a scope, an attribute or a variable");
     }
-    if (cursor.failed()) return error_of(CaptureCause::damaged, part, "entries that are whole");
+    if (cursor.failed()) return error_of(CaptureCause::damaged, part, "complete entries");
   }
   return std::nullopt;
 }
@@ -350,7 +350,7 @@ std::optional<CaptureError> FstFile::take_variable(std::uint8_t type, FstCursor&
   const std::uint64_t length = cursor.varint();
   const std::uint64_t alias = cursor.varint();
   if (cursor.failed() || length > UINT32_MAX) {
-    return error_of(CaptureCause::damaged, "the hierarchy", "entries that are whole");
+    return error_of(CaptureCause::damaged, "the hierarchy", "complete entries");
   }
   if (alias == 0) {
     if (handles == max_variables) return error_of(CaptureCause::too_many_lines, nullptr, nullptr);

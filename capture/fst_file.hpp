@@ -19,8 +19,8 @@
 
 namespace biss::capture {
 
-/// Reads numbers of a block in memory. After what is not there, failed() is true and every number
-/// is 0.
+/// Reads numbers of a block in memory. After the end of the memory, failed() is true and every
+/// number is 0.
 class FstCursor {
  public:
   explicit FstCursor(std::span<const std::uint8_t> bytes) : bytes_(bytes) {}

@@ -34,7 +34,7 @@ std::vector<wire::Edge> some_edges() {
           edge(150, 1, '0'), edge(150'000'000, 1, 'x'), edge(150'000'001, 1, '1')};
 }
 
-// The edges of one time come by line.
+// Edges with the same time come by line.
 std::vector<wire::Edge> random_edges(std::size_t lines, std::size_t count) {
   std::mt19937_64 random(4'711);
   std::vector<wire::Edge> edges;

@@ -12,7 +12,7 @@
 namespace biss::capture {
 namespace {
 
-// A stream of its own on the same file.
+// A separate stream on the same file.
 Stdio reopened(int descriptor) {
   const int copy = ::dup(descriptor);
   if (copy < 0) return nullptr;
@@ -21,7 +21,7 @@ Stdio reopened(int descriptor) {
   return file;
 }
 
-// Reads on from a place.
+// Continues to read from a place.
 class BytesFrom final : public ByteSource {
  public:
   BytesFrom(const PlacedBytes& bytes, std::uint64_t place) : bytes_(&bytes), place_(place) {}

@@ -52,7 +52,7 @@ std::string escaped(std::string_view text) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const auto* const escape = std::find_if(escapes.begin(), escapes.end(),
                                             [&](const auto& e) { return text[i] == e.second; });
-    // Blanks inside stand as they are.
+    // Blanks inside are kept.
     const bool plain = text[i] == ' ' && i != 0 && i + 1 != text.size();
     if (escape == escapes.end() || plain) {
       value += text[i];

@@ -20,7 +20,7 @@ std::string_view take_row(std::string_view& text);
 /// Neither a section nor a key: empty, or a comment.
 bool is_comment_row(std::string_view row);
 
-/// Values have what could not stand there as \s, \n, \t, \r and doubled backslashes.
+/// Characters that cannot stand in a value are written as \s, \n, \t, \r and doubled backslashes.
 std::string unescaped(std::string_view value);
 std::string escaped(std::string_view text);
 
@@ -34,7 +34,7 @@ std::optional<Number> whole_number(std::string_view text) {
 }
 
 /// `100 MHz`, `12.5 MHz`, `2000000`: hertz, kilohertz, megahertz or gigahertz, with or without
-/// `Hz`, rounded to the hertz. 0 Hz for what is no rate, or beyond 4.29 GHz.
+/// `Hz`, rounded to the hertz. 0 Hz for a text that is not a rate, or beyond 4.29 GHz.
 Hertz parse_sample_rate(std::string_view text);
 
 /// The rate with the largest unit in which it is whole. \pre rate is not 0 Hz

@@ -1,5 +1,5 @@
 // Whole numbers in as many bytes as they need, as simulators store them: seven bits a byte, the
-// lowest first; the highest bit says that another byte follows.
+// lowest first; the highest bit means that another byte follows.
 #pragma once
 
 #include <cstdint>

@@ -19,7 +19,7 @@ MergedSource::MergedSource(std::vector<NamedSource> sources) {
   levels_.assign(lines_.size(), no_level);
 }
 
-// Sees to it that every source that has not ended has edges ahead; false when one failed.
+// Makes sure that every source that has not ended has edges ahead; false when one failed.
 bool MergedSource::fill() {
   for (Input& input : inputs_) {
     if (input.ended || !input.ahead.empty()) continue;

@@ -110,7 +110,7 @@ TEST(Merge, SamplesThatEndTogether_KeepTheirLevels) {
                           edge(1'000, 1, '0'), edge(2'000, 0, '1'), edge(2'000, 1, '1')));
 }
 
-// The first channel has a sample that is no number, last of all: one edge says so, not two.
+// The first channel has a sample that is not a number, last of all: one edge says so, not two.
 TEST(Merge, SamplesWhoseLastLevelIsUnknown_EndWithoutAnotherEdge) {
   const auto volts = [](std::string_view rows) {
     const std::string text = "Time [s],Channel 0\n" + std::string(rows);

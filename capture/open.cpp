@@ -62,7 +62,7 @@ constexpr std::array<std::pair<std::string_view, const char*>, 3> known_others{{
 // A file compressed more often is a mistake or an attack.
 constexpr int most_compressions = 3;
 
-// A ZIP archive or an FST is read at any place, so what was compressed once more is gathered.
+// A ZIP archive or an FST is read at any place, so a compressed one is gathered.
 constexpr CaptureError archive_too_large{
     .cause = CaptureCause::too_large,
     .expected = "an archive or FST of at most 4 GiB inside a compressed file"};
@@ -108,7 +108,7 @@ Format format_of_extension(std::string_view path) {
   return Format::other;
 }
 
-// Text whose lines end in CR, or in CR and LF, with LF.
+// Text with LF in place of CR, or of CR and LF.
 class LineFeeds final : public ByteSource {
  public:
   explicit LineFeeds(std::unique_ptr<ByteSource> bytes) : bytes_(std::move(bytes)) {}
@@ -165,7 +165,7 @@ Format format_of(std::string_view head, std::string_view path, bool raw_given) {
   return other_of(head, known_others) != nullptr ? Format::other : by_name;
 }
 
-// The name of the file without folder and extension: what a line is called that has no name.
+// The name of the file without folder and extension: the name of a line without a name of its own.
 std::string stem_of(std::string_view path, const char* otherwise) {
   if (path == "-") return otherwise;
   path.remove_prefix(std::min(path.rfind('/') + 1, path.size()));
@@ -238,8 +238,8 @@ constexpr auto causes = std::to_array<CauseWords>({
     {"is_directory", "is a folder", "name a capture file in it"},
     {"read_failed", "cannot be read further", "check the disk or the device and try again"},
     {"empty", "is empty", export_again},
-    {"unknown_format", "is no capture of a known format", "export it as VCD, .sr or event CSV"},
-    {"compression", "is compressed in a way that is not read", "decompress it first"},
+    {"unknown_format", "is not a capture of a known format", "export it as VCD, .sr or event CSV"},
+    {"compression", "has a compression that is not supported", "decompress it first"},
     {"malformed", "does not follow the format", "correct this place or export the capture again"},
     {"token_too_long", "a word or a row of more than 64 KiB", export_again},
     {"too_many_lines", "more signals than a capture may have (65536 of one bit)",
@@ -264,7 +264,7 @@ struct Head {
   std::optional<CaptureError> error;  // why the text ended
 };
 
-// As much of the beginning as shows what the file is.
+// The part of the beginning that shows the format of the file.
 Head read_head(ByteSource& bytes) {
   Head head;
   std::array<char, 4'096> block{};
@@ -277,7 +277,7 @@ Head read_head(ByteSource& bytes) {
     }
     if (*got == 0) break;
     head.text.append(block.data(), *got);
-    // Judged when it has doubled: sources may hand out single bytes.
+    // Judged when it has doubled: sources may deliver single bytes.
     if (head.text.size() < 2 * judged) continue;
     judged = head.text.size();
     if (format_of_content(head.text, false) != Format::other) break;

@@ -1,4 +1,4 @@
-// Opens a capture of any known format, and says in words what went wrong.
+// Opens a capture of any known format, and describes errors in words.
 #pragma once
 
 #include <cstddef>
@@ -17,7 +17,7 @@ namespace biss::capture {
 
 /// Settings that the capture itself does not contain.
 struct OpenOptions {
-  /// Raw samples: a file `.bin` or `.raw` whatever its content, but not the binary export of Saleae
+  /// Raw samples: a file `.bin` or `.raw` with any content, but not the binary export of Saleae
   /// Logic; and any file that is known neither by its content nor by its extension.
   std::optional<RawLayout> raw = {};
   /// Do not verify the checksums of compressed samples.
@@ -34,7 +34,7 @@ struct OpenOptions {
 /// the file, without folder and extension. Fails with every CaptureCause.
 Opened open_capture(const std::string& path, const OpenOptions& options = {});
 
-/// The same for bytes from elsewhere; of `path` only the name counts.
+/// The same for bytes from elsewhere; only the name in `path` matters.
 Opened open_capture(std::unique_ptr<ByteSource> bytes, std::string_view path,
                     const OpenOptions& options = {});
 

@@ -41,8 +41,8 @@ class PairPiece {
   /// settle(); it does not look at the source.
   virtual void expand() = 0;
 
-  /// Memory that expand() of another piece will read, with that many pieces between this and that
-  /// one; nothing if it is not known.
+  /// Memory that expand() of a later piece will read, with this number of pieces between the two;
+  /// nothing if it is not known.
   virtual std::span<const std::uint8_t> ahead(std::size_t between) const {
     static_cast<void>(between);
     return {};
@@ -70,10 +70,10 @@ class PairSource {
   ///   other lines, were delivered to `on_edges`, and `ma` and `slo` are not valid.
   virtual bool settle(PairPiece& piece, const OnEdges& on_edges) = 0;
 
-  /// The last time that the settled pieces speak of.
+  /// The last time in the settled pieces.
   virtual Picoseconds end_time() const = 0;
-  /// Why reading ended before the end of the capture, once settle() has come there: no piece after
-  /// that one counts. The same error as next_block() would give.
+  /// Why reading ended before the end of the capture, once settle() has reached that place: no
+  /// piece after that one counts. The same error as next_block() would give.
   virtual const std::optional<CaptureError>& error() const = 0;
 };
 

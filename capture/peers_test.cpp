@@ -63,7 +63,7 @@ std::string written(const Lines& lines, const Arguments&... arguments) {
   return bytes;
 }
 
-// An FST keeps no order among the changes of one time.
+// An FST keeps no order among the changes with the same time.
 std::vector<wire::Edge> by_line(std::vector<wire::Edge> edges) {
   std::stable_sort(edges.begin(), edges.end(),
                    [](const wire::Edge& a, const wire::Edge& b) { return a.line < b.line; });

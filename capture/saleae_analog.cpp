@@ -139,7 +139,7 @@ class SaleaeAnalogReader final : public AnalogSamples {
     if (failed) return failed;
     if (got == wanted) return std::nullopt;
     return CaptureError{.cause = CaptureCause::truncated,
-                        .expected = "as many samples as the header says"};
+                        .expected = "as many samples as the header gives"};
   }
 
   std::optional<CaptureError> put(float volts, SampleRows& rows) {

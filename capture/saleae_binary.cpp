@@ -72,7 +72,8 @@ class SaleaeBinary final : public StepSource {
     }
   }
 
-  // Has that many bytes in the buffer. False after the end, `truncated` when `expected` is not null.
+  // Reads until that many bytes are in the buffer. False after the end, `truncated` when `expected`
+  // is not null.
   bool ensure(std::size_t bytes, const char* expected) {
     if (filled_ - at_ >= bytes) return true;
     std::memmove(buffer_.data(), buffer_.data() + at_, filled_ - at_);
@@ -131,7 +132,7 @@ class SaleaeBinary final : public StepSource {
     const Picoseconds earliest = chunk_ == 1 ? Picoseconds{INT64_MIN} : end_time_;
     if (!take_time(at, earliest, begin) || !take_time(at + 8, begin, chunk_end_)) return false;
     changes_left_ = get_number(at + 16, 8);
-    // The difference of two times may be beyond what one can be.
+    // The difference of two times may exceed the range of a time.
     const auto later = static_cast<std::uint64_t>(begin.count) -
                        static_cast<std::uint64_t>(chunk_ == 1 ? begin.count : end_time_.count);
     if (later > static_cast<std::uint64_t>(gap.count)) push(end_time_, wire::Level::unknown);
@@ -141,7 +142,7 @@ class SaleaeBinary final : public StepSource {
     return true;
   }
 
-  // A rate of 0 is one that is not known.
+  // A rate of 0 is unknown.
   bool take_rate(double rate) {
     constexpr double fastest = 1e12;
     if (!(rate >= 0) || rate > fastest) {
@@ -252,7 +253,7 @@ void SaleaeBinaryWriter::end_chunk(Picoseconds end) {
 }
 
 void SaleaeBinaryWriter::put_end(Picoseconds end_time, bool later) {
-  // A channel without a level has one, so that the file can be read.
+  // A channel without a known level gets one, so that the file can be read.
   if (level_ == wire::Level::unknown && chunk_count_ == 0) {
     first_level_ = wire::Level::low;
     begin_ = end_time;

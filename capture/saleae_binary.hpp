@@ -27,7 +27,7 @@ inline constexpr std::size_t saleae_header_bytes = 16;
 /// chunk is `time_backwards`; one after its end extends it.
 ///
 /// Fails with `unknown_format` (another version, an analog channel), `malformed` (a level that is
-/// neither 0 nor 1, a time or rate that is no number, bytes after the last chunk), `empty` (no
+/// neither 0 nor 1, a time or rate that is not a number, bytes after the last chunk), `empty` (no
 /// chunk), `time_backwards`, `time_out_of_range`, `truncated`, and as `bytes` fail.
 /// Source: Saleae, "Binary Export Format - Version 0" and "Binary and CSV Export Formats - 2025
 /// Update".
@@ -36,7 +36,7 @@ Opened open_saleae_binary(std::unique_ptr<ByteSource> bytes, std::string name);
 /// Writes a digital channel of version 0. If the level is unknown for a time, it writes version 1,
 /// with a chunk for each time in which the level is known. Unknown times before the first level or
 /// after the last one cannot be written. Times are doubles, see seconds_of(). Changes are kept
-/// until the end, in a temporary file if they are many. With more than one line every call fails
+/// until the end, in a temporary file if there are many. With more than one line every call fails
 /// with `too_many_lines`.
 class SaleaeBinaryWriter final : public EdgeWriter {
  public:

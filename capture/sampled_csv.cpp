@@ -175,7 +175,7 @@ class SampledCsvReader final : public AnalogSamples {
     if (layout_.skips_remarks && is_sigrok_remark(trimmed)) return;
     Picoseconds time;
     if (!read_cells(row, cut) || !read_time(time_text_, time_column_, time)) {
-      // A number that was cut off is no fault of the row.
+      // A number that was cut off is not a fault of the row.
       if (cut && error_->cause == CaptureCause::malformed) error_->cause = CaptureCause::truncated;
       return;
     }

@@ -18,14 +18,15 @@ namespace biss::capture {
 /// The result for the beginning of a file; `not_yet` if more of the file is needed.
 enum class Likeness : std::uint8_t { no, yes, not_yet };
 
-/// Whether a file that begins so is a CSV of samples. A header of event CSV is one too when its
-/// first rows hold voltages: more than two numbers in half of the rows or more, or two other numbers
-/// than 0 and 1 at a constant step, with rows that repeat the row before. The answer does not depend on
-/// how much of the file is seen, once it is given.
+/// Whether a file that begins in this way is a CSV of samples. A header of event CSV is one too
+/// when its first rows hold voltages: more than two numbers in half of the rows or more, or two
+/// other numbers than 0 and 1 at a constant step, with rows that repeat the row before. Once it is
+/// given, the answer does not change when more of the file is seen.
 /// \param whole `head` is the complete file
 Likeness looks_like_sampled_csv(std::string_view head, bool whole);
 
-/// How the rows of an event CSV that begins so are meant. \pre looks_like_sampled_csv() gives `no`
+/// The meaning of the rows of an event CSV that begins in this way. \pre looks_like_sampled_csv()
+/// gives `no`
 EventCsvRows event_csv_rows(std::string_view head);
 
 /// A row that sigrok-cli writes among the samples: `A0: 3.0902 V DC`.
@@ -67,13 +68,13 @@ struct SampledCsvLayout {
 tl::expected<SampledCsvLayout, const char*> parse_sampled_csv_layout(
     const std::vector<std::string_view>& rows);
 
-/// Opens a CSV of samples. Values become levels as AnalogOptions say.
+/// Opens a CSV of samples. Values become levels by AnalogOptions.
 ///
 /// Cells of samples are decimal numbers, with a decimal comma if the separator is `;` or a tab; an
-/// empty cell is no sample; `nan` is an unknown level; `inf` and the sign for infinity are beyond
-/// the range. Rows have at least the cells of the channels and the time, else they are `truncated`
-/// at the end of the file and `malformed` elsewhere. A byte order mark, CRLF, blanks around cells,
-/// blank rows and rows that begin with `#` are allowed.
+/// empty cell is not a sample; `nan` is an unknown level; `inf` and the sign for infinity are
+/// beyond the range. Rows have at least the cells of the channels and the time, else they are
+/// `truncated` at the end of the file and `malformed` elsewhere. A byte order mark, CRLF, blanks
+/// around cells, blank rows and rows that begin with `#` are allowed.
 ///
 /// A row that is missing in the constant step of the times makes a hole, in which every level is
 /// unknown. Rows of logic channels alone may be changes instead (sigrok, DSView): their levels hold.

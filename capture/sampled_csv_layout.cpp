@@ -118,13 +118,13 @@ class ColumnRows {
  private:
   static constexpr std::size_t least_samples = 8;
 
-  // Changes have no constant step, and a change is no row that repeats the one before.
+  // Changes have no constant step, and a change is not a row that repeats the one before.
   bool samples() const {
     return 8 * repeats_ >= judged_ && !beside_ma() && steps_of(times_, digit_).constant;
   }
 
-  // SLO without MA, in the rows of both: a bit is two rows. Samples have more of them for a bit, and
-  // if MA has two for a level, it has many such levels in turn.
+  // The rows of MA and SLO without the column MA: a bit has two rows. Samples have more rows for
+  // each bit; if MA has two rows for each level, many such levels follow each other.
   bool beside_ma() const {
     bool any = false;
     for (const std::vector<std::size_t>& column : changes_) {
@@ -227,7 +227,7 @@ std::string_view number_after_equals(std::string_view cell) {
 // Builds the layout from the rows of the beginning.
 class LayoutParser {
  public:
-  // Reads the rows of a maker's header; null, or what would be right.
+  // Reads the rows of a maker's header; null, or a description of a valid one.
   using Take = const char* (LayoutParser::*)();
   struct Judgement {
     Likeness likeness = Likeness::no;
@@ -502,8 +502,8 @@ class LayoutParser {
     return {};
   }
 
-  // sigrok gives times in the unit of which a second has at least as many as samples, as the index
-  // times the whole units of a period: at 3 MHz 333, 666, 999 ns.
+  // sigrok gives times in the largest unit that is at most a sample period, as the index times the
+  // whole units of a period: at 3 MHz 333, 666, 999 ns.
   void take_rate(Hertz rate, std::string_view time_name) {
     if (rate.count == 0) return;
     layout_.sample_period =

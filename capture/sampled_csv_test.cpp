@@ -532,8 +532,8 @@ TEST(SampledCsv, StepThatEndsAfterManyRows_IsRefused) {
   EXPECT_TRUE(read_as_csv(ticks_and_changes(80, "0.0", "3.3", "1.0"), {}).error);
 }
 
-// Where the part of a file that is judged ends is no matter: its last row may be cut anywhere, and
-// wide rows are few.
+// The end of the part of a file that is judged is not important: its last row may be cut anywhere,
+// and wide rows are few.
 TEST(SampledCsv, CutOfTheRowsThatAreJudged_ChangesNothing) {
   for (const auto& [low, high] : {std::pair{"0", "1"}, {"0.02", "3.31"}}) {
     std::string rows = "\ntime_ns,MA,SLO\n";

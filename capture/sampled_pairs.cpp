@@ -12,7 +12,7 @@
 namespace biss::capture {
 namespace {
 
-// Fits into the nearest cache: the scan finds there what the checksum has read.
+// Fits into the nearest cache: the scan finds there the bytes that the checksum has read.
 constexpr std::size_t checksum_bytes = 32'768;
 
 // The checksum of samples, part by part on their way to the scan.
@@ -261,7 +261,7 @@ class SampledPairs final : public PairSource {
     return false;
   }
 
-  // The whole samples of the bytes; what is left over goes to the next piece.
+  // The whole samples of the bytes; the rest goes to the next piece.
   void take_samples(SampledPiece& piece) {
     PackedSamples& packed = piece.packed;
     std::uint64_t samples = 0;

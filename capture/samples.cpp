@@ -367,7 +367,7 @@ void SampledWriter::put_end(Picoseconds end_time, bool later) {
   put_close();
 }
 
-// Samples up to the one before `index` show the levels that stand now.
+// Samples up to the one before `index` show the present levels.
 void SampledWriter::put_until(std::uint64_t index) {
   while (next_ < index) {
     const auto count =

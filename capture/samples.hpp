@@ -45,7 +45,7 @@ const char* fault_of(const RawLayout& layout);
 RawLayout packed_layout(const std::vector<std::string>& lines, Hertz rate);
 
 /// Sample `i` is taken `i / rate` seconds after the first, rounded to the nearest picosecond. Each
-/// time is computed from the index, so that rates whose period is no whole number of picoseconds
+/// time is computed from the index, so that rates whose period is not a whole number of picoseconds
 /// (3 MHz, 48 MHz) do not drift.
 class SampleClock {
  public:
@@ -72,7 +72,7 @@ class SampleClock {
   /// \pre no sample is 4096 or more after `first`, or after last_index()
   void times_after(std::uint64_t first, std::span<std::int64_t> samples) const;
 
-  /// The first sample that sees what happens at `time`: its own time is `time` or later.
+  /// The first sample that shows a change at `time`: its own time is `time` or later.
   /// \pre time is not negative
   constexpr std::uint64_t first_at_or_after(Picoseconds time) const {
     const auto wanted = static_cast<std::uint64_t>(time.count);
@@ -134,7 +134,7 @@ struct DeflatedSamples {
 /// Memory of a piece has room for the beginning of a sample before the bytes.
 inline constexpr std::size_t begun_room = max_unit_bytes;
 
-/// The bytes of samples on their way to whoever expands them.
+/// The bytes of samples on their way to the thread that expands them.
 struct PackedSamples {
   /// Holds the bytes, after `begun_room` bytes that are free, unless they lie elsewhere.
   Buffer memory;
@@ -167,13 +167,13 @@ class SamplePieces {
 };
 
 /// The samples as edges. A capture without a whole sample is `empty`; one that ends inside a sample
-/// is `truncated`, after its edges; samples beyond 106 days are `time_out_of_range`. A layout that
-/// cannot be fails immediately with `bad_layout`.
+/// is `truncated`, after its edges; samples beyond 106 days are `time_out_of_range`. An impossible
+/// layout fails immediately with `bad_layout`.
 Opened open_samples(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces,
                     const SampleReading& reading = {}, bool is_raw = false);
 
-/// Opens raw samples laid out as `layout` says. Fails with `bad_layout`, `empty`, `read_failed`,
-/// `time_out_of_range`, and with `truncated` when the last sample is not whole.
+/// Opens raw samples with this layout. Fails with `bad_layout`, `empty`, `read_failed`,
+/// `time_out_of_range`, and with `truncated` when the last sample is incomplete.
 Opened open_raw(std::unique_ptr<ByteSource> bytes, const RawLayout& layout,
                 const SampleReading& reading = {});
 
@@ -205,7 +205,7 @@ class SampledWriter : public EdgeWriter {
   std::uint64_t levels_ = 0;
   std::uint64_t next_ = 0;
   Picoseconds last_time_;
-  // Copies of the sample that stands now, made when they are needed.
+  // Copies of the present sample, made when they are needed.
   std::string copies_;
 };
 

@@ -183,8 +183,10 @@ class SrPieces final : public SamplePieces {
   }
 
   Fetched read_compressed(const ZipMember& member, Buffer& into) {
-    // Data that does not shrink is a little longer deflated; what is much longer is not read whole.
-    if (member.compressed_bytes > 2 * most_at_once) return damaged("data that compression shrank");
+    // Data that does not shrink is a little longer deflated; much longer data is not read as a
+    // whole.
+    if (member.compressed_bytes > 2 * most_at_once)
+      return damaged("data that is smaller after compression");
     const auto compressed = into.take(static_cast<std::size_t>(member.compressed_bytes));
     if (!archive_->read_compressed(member, compressed)) return damaged("data that can be read");
     return true;
@@ -212,8 +214,8 @@ class SrPieces final : public SamplePieces {
   }
 
   Fetched fetch_of_stream(PackedSamples& piece, std::size_t piece_bytes) {
-    // One byte more than is said shows whether the member ends there. It is not read with those
-    // before it: these are samples whatever the size of the pieces.
+    // One byte more than the directory states shows whether the member ends there. It is read apart
+    // from the bytes before it, which are samples with any size of the pieces.
     const auto room = stream_left_ == 0 ? 1 : std::min<std::uint64_t>(stream_left_, piece_bytes);
     const auto bytes = room_in(piece, static_cast<std::size_t>(room));
     const auto got = archive_->read_stream(bytes);
@@ -232,7 +234,7 @@ class SrPieces final : public SamplePieces {
   std::string capture_file_;
   bool verify_;
   std::uint64_t chunks_ = 0;  // in the archive
-  std::uint64_t chunk_ = 0;   // last asked for
+  std::uint64_t chunk_ = 0;   // last requested
   bool whole_ = false;
   bool streaming_ = false;
   std::uint64_t stream_left_ = 0;
@@ -242,7 +244,7 @@ class SrPieces final : public SamplePieces {
 };
 
 // Names a member that is not read although its name begins with the name of the capture; also such
-// a member in a folder, or in other letters.
+// a member in a folder, or in upper or lower case.
 std::optional<CaptureError> find_unread(const ZipArchive& archive,
                                         const std::string& capture_file) {
   constexpr std::size_t most_digits = 10;
@@ -278,7 +280,7 @@ Opened damaged_part(CaptureCause cause, const char* part, const char* expected) 
   return tl::unexpected(CaptureError{.cause = cause, .expected = expected, .part = part});
 }
 
-// As sigrok-cli cuts them. Runs of samples divide it, so that chunks hold whole samples.
+// The size of sigrok-cli's chunks. Runs of samples divide it, so that chunks hold whole samples.
 constexpr std::size_t chunk_bytes = 4U * 1024U * 1024U;
 
 }  // namespace

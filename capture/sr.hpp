@@ -20,8 +20,7 @@ struct SrMetadata {
 
 /// Reads the first device that has logic samples. Sections and keys that do not concern these
 /// samples are skipped; if a key occurs twice, the last one counts. Fails with `malformed`: a line
-/// that is no `key=value`, a rate, unit size or probe that cannot be, or nothing about logic
-/// samples.
+/// that is no `key=value`, an impossible rate, unit size or probe, or nothing about logic samples.
 tl::expected<SrMetadata, CaptureError> parse_sr_metadata(std::string_view text);
 
 /// The metadata that our own files have. \pre fault_of(layout) is null
@@ -31,14 +30,14 @@ std::string sr_metadata_text(const RawLayout& layout);
 ///
 /// The samples are one member or numbered chunks, which need not hold whole samples. One chunk at a
 /// time is inflated, or a part of one that has more than 32 MiB, so that memory does not grow with
-/// the capture. Checksums are verified, unless `reading` says not to and a member
-/// has at most 32 MiB. Analog members are skipped.
+/// the capture. Checksums are verified, unless `reading` switches this off and a member has at most
+/// 32 MiB. Analog members are skipped.
 ///
 /// Fails with `read_failed`, `unknown_format` (another kind of archive), `damaged` (no directory,
 /// members that overlap, data that does not inflate to the size and checksum the directory has, a
-/// chunk that is missing between others), `malformed` (metadata; a member that begins with the name of
-/// the capture and is no chunk; two members of one name), `empty`, `truncated` (the last
-/// sample is not whole) and `time_out_of_range`.
+/// chunk that is missing between others), `malformed` (metadata; a member that begins with the name
+/// of the capture and is not a chunk; two members of one name), `empty`, `truncated` (the last
+/// sample is incomplete) and `time_out_of_range`.
 Opened open_sr(std::unique_ptr<ByteSource> bytes, const SampleReading& reading = {});
 Opened open_sr(std::unique_ptr<ZipArchive> archive, const SampleReading& reading = {});
 

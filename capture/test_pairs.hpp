@@ -28,7 +28,7 @@ struct PairRead {
   std::array<std::vector<Change>, 2> changes;
   Picoseconds end_time;
   std::optional<CaptureError> error;
-  bool by_pieces = false;     ///< pairs() gave a source
+  bool by_pieces = false;     ///< pairs() returned a source
   std::size_t whole = 0;      ///< pieces of whole words or rows of a text
   std::size_t regular = 0;    ///< pieces that settle() took as arrays
   std::size_t largest = 0;    ///< the most bytes of a piece's memory for text

@@ -45,8 +45,8 @@ inline std::string random_samples(std::mt19937_64& random, std::size_t unit_byte
   return bytes;
 }
 
-/// The edges of whole samples, found line by line and bit by bit. Edges of one time are in the
-/// order of their bits.
+/// The edges of whole samples, found line by line and bit by bit. Edges with the same time are in
+/// the order of their bits.
 inline std::vector<wire::Edge> plain_edges(const RawLayout& layout, std::string_view bytes) {
   std::vector<wire::Edge> edges;
   std::vector<int> levels(layout.lines.size(), -1);

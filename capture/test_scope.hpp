@@ -15,7 +15,7 @@
 
 namespace biss::capture {
 
-/// MA and SLO at one time, in volts.
+/// MA and SLO at the same time, in volts.
 struct ScopeSample {
   Picoseconds time;
   double ma = 0;

@@ -39,13 +39,14 @@ std::string lower_case(std::string_view text);
 /// A stretch of text, whole words or rows.
 struct TextStretch {
   enum class Part : std::uint8_t {
-    whole,     ///< words or rows with what ends them
+    whole,     ///< words or rows with their delimiters
     overlong,  ///< one without an end, too long to be valid; its rest is left out
     rest,      ///< the end of the capture: one without an end, which was added, or nothing
     failed,    ///< nothing more could be read
   };
 
-  /// Bytes around the text that may be read: those before mean nothing, those after are 0.
+  /// Bytes around the text that may be read: the bytes before it mean nothing, the bytes after it
+  /// are 0.
   static constexpr std::size_t margin = 24;
 
   const char* begin() const { return buffer.data() + margin; }
@@ -71,7 +72,7 @@ class TextPiece : public PairPiece, public TextStretch {
     regular = part == Part::whole && quick_parse();
   }
 
-  bool regular = false;          ///< `ma` and `slo` say everything about the two lines
+  bool regular = false;          ///< `ma` and `slo` have all changes of the two lines
   std::uint64_t line_feeds = 0;  ///< of a regular piece
 
  protected:
@@ -99,7 +100,7 @@ class ChangeBatch {
     level_ = level;
   }
   bool full() const { return count_ == size; }
-  /// Moves what was collected to the end of `changes`, each time as `convert` gives it.
+  /// Moves the collected changes to the end of `changes`, each time as `convert` gives it.
   template <class Convert>
   void take(LineChanges& changes, Convert convert) {
     for (std::size_t i = 0; i < count_; ++i) times_[i] = convert(times_[i]);
@@ -120,9 +121,9 @@ class ChangeBatch {
   std::uint32_t level_ = no_level;
 };
 
-/// Divides a text into stretches, in order and without gaps. A stretch is what one read brings, so
-/// that the changes of a slow pipe are delivered as they arrive. Reads begin small and double while
-/// the source fills them.
+/// Divides a text into stretches, in order and without gaps. A stretch is the result of one read,
+/// so that the changes of a slow pipe are delivered as they arrive. Reads begin small and double
+/// while the source fills them.
 class TextCutter {
  public:
   /// The places at which stretches may end: after any white space, or only after a line feed.
@@ -152,7 +153,7 @@ class TextCutter {
   State state_ = State::reading;
   CaptureError error_;
   bool leaving_out_ = false;  // until the end of an overlong word
-  std::vector<char> carry_;   // comes before what the source gives
+  std::vector<char> carry_;   // comes before the text of the source
 };
 
 /// The stretch of a text that is being read, and its place in the capture.
@@ -165,9 +166,9 @@ class TextWindow {
              std::size_t most_bytes = default_piece_bytes)
       : cutter_(std::move(source), cut, most_bytes), cut_at_words_(cut == Cut::words) {}
 
-  /// Leaves the window and makes the next. A byte order mark at the start is left out.
-  /// `drop_long` drops what no delimiter ends within `max_token_bytes` (text of a comment) up to
-  /// that delimiter; otherwise it fails with `token_too_long`. Fails with `read_failed` too.
+  /// Leaves the window and makes the next. A byte order mark at the start is left out. `drop_long`
+  /// drops a word that no delimiter ends within `max_token_bytes` (text of a comment) up to that
+  /// delimiter; otherwise it fails with `token_too_long`. Fails with `read_failed` too.
   Fill next(bool drop_long = false);
 
   const char* begin() const { return at_; }
@@ -182,8 +183,8 @@ class TextWindow {
   /// Why next() failed.
   const CaptureError& error() const { return error_; }
 
-  /// Gives away the text from begin() on; no next() follows. From now on what the cutter gives is
-  /// shown, or passed.
+  /// Gives away the text from begin() on; no next() follows. From now on the text from the cutter
+  /// is shown, or passed.
   TextCutter& hand_over();
   /// This text, the next one, becomes the window.
   void show(const TextStretch& text);

@@ -76,7 +76,7 @@ class FastLz {
     }
     ++distance;
     if (distance > made_ || count > into_.size() - made_) return false;
-    // Byte by byte: a match may overlap what it makes.
+    // Byte by byte: a match may overlap its own output.
     for (; count != 0; --count, ++made_) into_[made_] = into_[made_ - distance];
     return true;
   }

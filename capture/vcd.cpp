@@ -87,7 +87,7 @@ class VcdHeader {
         {"$enddefinitions", &VcdHeader::end_definitions},
     }};
     if (keyword == "$end") return malformed("a declaration for $end to close");
-    // $date, $version, $comment, and what tools have invented: text up to $end.
+    // $date, $version, $comment, and keywords of single tools: text up to $end.
     end_section_ = &VcdHeader::end_comment;
     for (const auto& [name, end_section] : sections) {
       if (keyword == name) end_section_ = end_section;
@@ -131,7 +131,7 @@ class VcdHeader {
   Step end_scope() {
     if (words_.size() < 2) return malformed("kind and name of the scope before this $end");
     if (lines_.depth() == DeclaredLines::max_depth) {
-      return malformed("at most 256 scopes in one another");
+      return malformed("at most 256 nested scopes");
     }
     if (!lines_.open_scope(words_[1])) return fail(CaptureCause::too_many_lines, nullptr);
     return Step::more;
@@ -220,7 +220,7 @@ class VcdReader final : public TextSource {
 
   bool in_comment() const override { return in_comment_; }
 
-  // Lines that change together are no pair.
+  // Lines that change together are not a pair.
   bool choose_pair(wire::LineIndex ma, wire::LineIndex slo) override {
     const std::uint32_t ma_variable = signals_.driven.variable_of(ma);
     const std::uint32_t slo_variable = signals_.driven.variable_of(slo);
@@ -380,7 +380,7 @@ class VcdReader final : public TextSource {
     const char* const end = end_of_word(p);
     const std::string_view word = text_between(p, end);
     if (std::find(dump_words.begin(), dump_words.end(), word) != dump_words.end()) {
-      // Nothing is recorded from here to $dumpon, whether or not the file says x for every signal.
+      // Nothing is recorded from here to $dumpon, whether or not the file has x for every signal.
       if (word == "$dumpoff") signals_.driven.lose_levels(end_time_, block_);
       return end;
     }

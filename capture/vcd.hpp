@@ -29,9 +29,9 @@ Timescale parse_vcd_timescale(std::string_view text);
 /// value for an identifier that was not declared), `token_too_long`, `too_many_lines`,
 /// `time_backwards`, `time_out_of_range` (beyond 106 days) and `truncated`.
 ///
-/// A missing line feed at the end is no fault: the last word counts when it is complete as it
-/// stands. `#4235750` may be what is left of `#42357500`; this cannot be seen unless time would run
-/// backwards, which is then called `truncated`, and harms nothing since no value follows.
+/// A missing line feed at the end is not a fault: the last word counts when it is complete as it
+/// stands. `#4235750` may be the rest of `#42357500`; this is detected only if time would run
+/// backwards (`truncated`). It does no harm, because no value follows.
 ///
 /// \param piece_limit the most text of a piece of pairs()
 Opened open_vcd(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit = default_piece_bytes);

@@ -73,7 +73,7 @@ class VcdQuickParser {
     return in_order;
   }
 
-  // A time of another length than the one before.
+  // A time of a different length than the one before.
   const char* read_time(const char* p, FixedDigits& digits) {
     const Digits read = read_digits(p + 1);
     const auto count = static_cast<std::size_t>(read.end - (p + 1));
@@ -127,7 +127,7 @@ class VcdQuickParser {
     return text.size() > long_enough ? VcdIds::none : pair_.signals().ids.find(text);
   }
 
-  // False for a level that arrays cannot say.
+  // False for a level that arrays cannot represent.
   bool add(VcdPair::Role role, VcdKind level) {
     if (role == VcdPair::other) return true;
     if (level == VcdKind::unknown) return false;

@@ -45,8 +45,8 @@ class VcdPair {
   std::array<Role, 256> roles_;
 };
 
-/// A piece of a VCD. Regular are times in order, values of declared identifiers, and levels 0 and 1
-/// of the two lines; not keywords, comments, unknown levels of the lines, and what is not allowed.
+/// A piece of a VCD. Times in order, values of declared identifiers, and levels 0 and 1 of the two
+/// lines are regular. Keywords, comments, unknown levels of the lines and invalid text are not.
 class VcdPiece final : public TextPiece {
  public:
   /// `pair` outlives the piece.

@@ -1,4 +1,4 @@
-// The words of a VCD: what their first character says, and identifiers as numbers.
+// The words of a VCD: the meaning of their first character, and identifiers as numbers.
 #pragma once
 
 #include <array>
@@ -58,7 +58,7 @@ class VcdIds {
   /// The number of `id`, a new one when it was not known.
   /// \pre valid(id)
   std::uint32_t add(std::string_view id);
-  /// The number of `id`, or none; any text may be asked for.
+  /// The number of `id`, or none; any text may be looked up.
   std::uint32_t find(std::string_view id) const;
   /// The same for an identifier of one or two characters.
   std::uint32_t find_one(char c) const { return one_[static_cast<unsigned char>(c)]; }

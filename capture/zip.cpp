@@ -12,7 +12,7 @@
 namespace biss::capture {
 namespace {
 
-// Captures repeat themselves: beyond this the files get no smaller, only later.
+// Captures repeat themselves: beyond this level the files do not get smaller, and take longer.
 constexpr int compression_level = 6;
 
 template <class T>
@@ -46,7 +46,7 @@ std::optional<ZipMember> member_at(zip_t* archive, zip_uint64_t index) {
       .deflated = about.comp_method == ZIP_CM_DEFLATE && about.encryption_method == ZIP_EM_NONE};
 }
 
-// All of `into`, from a file that may give less at a time.
+// Fills `into` from a file whose reads may be shorter.
 bool fill(zip_file_t* file, std::span<std::uint8_t> into) {
   while (!into.empty()) {
     const zip_int64_t got = zip_fread(file, into.data(), into.size());

@@ -28,7 +28,8 @@ class Inflater {
  public:
   Inflater();
 
-  /// Whether `deflated` is whole and makes exactly `into.size()` bytes, which are then in `into`.
+  /// Whether `deflated` is complete and makes exactly `into.size()` bytes, which are then in
+  /// `into`.
   bool inflate(std::span<const std::uint8_t> deflated, std::span<std::uint8_t> into,
                DeflateFrame frame = DeflateFrame::none);
 
@@ -52,7 +53,7 @@ std::uint32_t zip_checksum(std::span<const std::uint8_t> bytes);
 /// Continues a CRC-32. `before` is the CRC-32 of all earlier bytes; 0 if there are none.
 std::uint32_t zip_checksum_after(std::uint32_t before, std::span<const std::uint8_t> bytes);
 
-/// Whether a file that begins so may be a ZIP archive.
+/// Whether a file that begins in this way may be a ZIP archive.
 bool looks_like_zip(std::string_view head);
 
 /// The entry of a member in the archive's directory. It is not verified yet.
@@ -61,7 +62,7 @@ struct ZipMember {
   std::uint64_t size_bytes = 0;
   std::uint64_t compressed_bytes = 0;
   std::uint32_t checksum = 0;
-  bool deflated = false;  ///< and not encrypted: read_compressed() gives what an Inflater takes
+  bool deflated = false;  ///< and not encrypted: read_compressed() returns data for an Inflater
 };
 
 /// Refuses the member of that name, which would not be read.
@@ -71,18 +72,18 @@ class ZipArchive;
 
 using OpenedZip = tl::expected<std::unique_ptr<ZipArchive>, CaptureError>;
 
-/// Finds members and gives their bytes. One thread at a time; what read_compressed() has given may
-/// be inflated by others meanwhile.
+/// Finds members and gives their bytes. One thread at a time; the data from read_compressed() may
+/// be inflated by other threads meanwhile.
 class ZipArchive {
  public:
-  /// Opens the archive that `bytes` are. A regular file is read directly; anything else goes into
-  /// memory first, or beyond 16 MiB into a temporary file without a name. Fails with `read_failed`,
-  /// with `damaged` when the directory is missing or its members claim more bytes than the file has
+  /// Opens the archive in `bytes`. A regular file is read directly; anything else goes into memory
+  /// first, or beyond 16 MiB into a temporary file without a name. Fails with `read_failed`, with
+  /// `damaged` when the directory is missing or its members claim more bytes than the file has
   /// (they overlap: a bomb), or with `malformed` when two members have one name.
   static OpenedZip open(std::unique_ptr<ByteSource> bytes);
 
   std::optional<ZipMember> find(const std::string& name) const;
-  /// The names of all members that begin so.
+  /// The names of all members that begin in this way.
   std::vector<std::string> names(std::string_view begin) const;
 
   /// The member's compressed bytes; false when they cannot be read.
@@ -99,7 +100,8 @@ class ZipArchive {
   /// Reads a member of any size and compression piece by piece, slower than an Inflater. False when
   /// it cannot be opened.
   bool begin_stream(const ZipMember& member);
-  /// The next bytes, 0 at the end; nothing when the data is damaged. \pre begin_stream() gave true
+  /// The next bytes, 0 at the end; nothing when the data is damaged. \pre begin_stream() returned
+  /// true
   std::optional<std::size_t> read_stream(std::span<std::uint8_t> into);
 
  private:
@@ -114,7 +116,7 @@ class ZipArchive {
   File stream_;
 };
 
-/// Appends members to a string that the owner hands on as it likes. Dates are 1 January 1980, so
+/// Appends members to a string, which the owner passes on at any time. Dates are 1 January 1980, so
 /// that equal captures make equal files.
 class ZipWriter {
  public:

@@ -148,7 +148,7 @@ void Check::finish() {
 
 RuleResult Check::result(Rule rule) const {
   RuleResult result = rule == Rule::data_sheet ? control_.data_sheet() : tallies_.result(rule);
-  // The manufacturer has two bytes; one good byte alone is no verdict.
+  // The manufacturer has two bytes; one good byte alone is not a verdict.
   const bool half_seen = rule == Rule::manufacturer && result.faults == 0;
   if (half_seen && !control_.manufacturer_seen()) result.verdict = Verdict::not_judged;
   if (result.verdict == Verdict::not_judged && result.note.empty()) result.note = "no case";

@@ -11,7 +11,7 @@ namespace biss::decode {
 
 namespace {
 
-// The next falling edge at or after `from` that comes after a rest of more than the next two
+// The next falling edge at or after `from` that comes after an idle time of more than the next two
 // periods.
 std::size_t next_request(const LineRun& ma, std::size_t from) {
   const auto& times = ma.times;
@@ -231,7 +231,7 @@ bool CleanCycleFinder::measure_signal(const CleanLines& lines, std::int64_t high
   return true;
 }
 
-// As decode::measure_changes(), without pulses.
+// The same as decode::measure_changes(), but without pulses.
 LineSignal::Changes CleanCycleFinder::measure_changes(const CleanLines& lines,
                                                       std::size_t rises) const {
   const auto rise_at = [&](std::size_t rise) { return lines.ma[2 * rise + 1] - lines.ma[0]; };

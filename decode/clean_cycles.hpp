@@ -83,7 +83,7 @@ class CleanCycleFinder {
   LineSignal::Changes measure_changes(const CleanLines& lines, std::size_t rises) const;
 
   std::optional<FrameCodec<>> codec_;
-  // As CycleReader::needs_next().
+  // The same as CycleReader::needs_next().
   bool needs_next_ = false;
   DeviceTiming timing_;
   MarginSetup margin_;

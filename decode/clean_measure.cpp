@@ -411,7 +411,7 @@ struct Delay {
   std::int32_t spread = 0;
 };
 
-// From an edge of the clock to SLO's change, averaged over the cycle. `keep` gets what was found for
+// From an edge of the clock to SLO's change, averaged over the cycle. `keep` gets the result for
 // each vector of changes.
 template <class Rises, class Keep>
 HWY_INLINE bool delay_from(const Rises& rises, std::int32_t second, const CleanMeasure& m,
@@ -505,7 +505,7 @@ HWY_INLINE bool measure_delay(const Clock& clock, const Measured& rises, float p
   return true;
 }
 
-// The sample that each change of SLO is the first to precede, and the first sample that is close.
+// For each change of SLO the first sample after it, and the first sample that is close.
 HWY_INLINE bool place_samples(const Measured& rises, float per_period, std::int32_t margin,
                               CleanScratch& scratch, CleanMeasure& m) {
   const D d;
@@ -536,8 +536,9 @@ HWY_INLINE bool place_samples(const Measured& rises, float per_period, std::int3
   return true;
 }
 
-// Gaps that are a little longer than those at the beginning, in their order: may the encoder have gone
-// idle in one? The last change of SLO in it would be a rise, and SLO high at the next falling edge.
+// Gaps that are a little longer than those at the beginning, in their order: may the encoder have
+// become idle in one? Then the last change of SLO in it would be a rise, and SLO would be high at
+// the next falling edge.
 class Pauses {
  public:
   Pauses(const CleanScratch& scratch, const CleanMeasure& m, std::int32_t moved)
@@ -721,7 +722,7 @@ HWY_INLINE bool take_changes(const CleanLines& lines, CleanScratch& scratch, Cle
     found = static_cast<std::size_t>(std::lower_bound(begin, lines.slo.end(), next) - begin);
   }
   if (found > count || (found == count && count == CleanScratch::max_edges)) return false;
-  // Which of two edges at one time comes first would matter.
+  // The order of two edges with the same time would matter.
   if (found < lines.slo.size() && lines.slo[found] == next) return false;
   m.changes = static_cast<std::uint32_t>(found);
   hn::StoreU(hn::Zero(d), d, scratch.changes.data() + found);
@@ -775,7 +776,7 @@ bool measure(const CleanLines& lines, const CleanSetup& setup, CleanScratch& scr
   if (last_rise + m.delay + half >= m.limit) return false;
   const auto margin = static_cast<std::int32_t>(m.period / margin_share - setup.margin_doubt);
   if (!place_samples(rises, per_period, margin, scratch, m)) return false;
-  // ACK alone moves SLO before its own sample.
+  // Only ACK may move SLO before its own sample.
   if (scratch.samples[0] != 1 || scratch.samples[1] < 2) return false;
   collect_bits(scratch, m);
   return true;

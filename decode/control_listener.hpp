@@ -31,7 +31,7 @@ enum class AccessOutcome : std::uint8_t {
   data_crc,   ///< read: the byte and its CRC do not fit
   write_crc,  ///< write: the byte as the master sent it does not fit its CRC
   echo,
-  next_unavailable,  ///< P = 1, and the master asked for the next byte anyway
+  next_unavailable,  ///< P = 1, and the master requested the next byte anyway
   not_accepted,      ///< command: EX = 0, and not every addressed slave had accepted
   dropped,           ///< command: EX = 0, although all had accepted
   frame_lost,        ///< a cycle of the access brought no CDS or no CDM
@@ -83,7 +83,7 @@ class ControlListener {
 
   /// The next cycle of the capture.
   void push(std::uint64_t number, const Cycle& cycle);
-  /// The same, bits given. A missing bit breaks off an access, with the outcome `lost`.
+  /// The same, bits given. A missing bit aborts an access, with the outcome `lost`.
   void push(std::uint64_t number, Picoseconds time, std::optional<bool> cds,
             std::optional<bool> cdm, AccessOutcome lost = AccessOutcome::frame_lost);
   /// A reduced frame: LAT and ACK, which carry CDM alone.

@@ -80,7 +80,7 @@ void ControlRules::watch_silence(std::uint64_t number, const Cycle& cycle) {
   }
 }
 
-// Only after 14 zeros of CDM it is certain that no access is running.
+// An access may still be running until 14 zeros of CDM have come.
 void ControlRules::watch_stray(std::uint64_t number, const Cycle& cycle) {
   const std::uint64_t cds_before = listener_.stray_cds();
   const std::uint64_t cdm_before = listener_.stray_cdm();
@@ -130,7 +130,7 @@ void ControlRules::judge_ids(const SeenAccess& access) {
   if (anybody || pattern) count(Rule::id_pattern, !pattern, access.cycle, "IDL has a gap");
   if (broken_off_ && answered_ && !control_off_) {
     count(Rule::control_reset, anybody || pattern, access.cycle,
-          "no answer after an access that was broken off");
+          "no answer after an access that was aborted");
   }
   broken_off_ = access.outcome != AccessOutcome::ok && access.kind != SeenAccess::Kind::command;
   answered_ = answered_ || anybody;
@@ -152,7 +152,7 @@ void ControlRules::judge_register(const SeenAccess& access) {
           "a read is refused with W = 0");
   }
   const bool pattern = outcome == AccessOutcome::rw_pattern;
-  count(Rule::rw_pattern, !pattern, at, "R and W as no slave sends them");
+  count(Rule::rw_pattern, !pattern, at, "R and W with levels that no slave sends");
   judge_manufacturer(access);
   if (refused || pattern) return;
   if (outcome == AccessOutcome::ok || outcome == AccessOutcome::data_crc ||
@@ -178,11 +178,11 @@ void ControlRules::judge_write(const SeenAccess& access) {
   }
   if (outcome == AccessOutcome::ok || outcome == AccessOutcome::echo) {
     count(Rule::write_echo, outcome == AccessOutcome::ok, access.cycle,
-          "the echo is not what was sent");
+          "the echo differs from the bits sent");
   }
 }
 
-// P = 0 has said that the next register can be accessed in the same way.
+// P = 0 announced that the next register can be accessed in the same way.
 void ControlRules::judge_next(const SeenAccess& access) {
   const AccessOutcome outcome = access.outcome;
   const bool announced = announced_ && announced_->id == access.id &&

@@ -61,7 +61,7 @@ class ControlRules {
   std::optional<FrameCodec<>> stated_;
   // The period of the last cycle that has one.
   Picoseconds period_{};
-  // Zeros of CDM since the last 1 or the last cycle not heard.
+  // Zeros of CDM since the last 1 or the last missing cycle.
   unsigned zeros_ = 0;
   bool settled_ = false;
   unsigned silence_left_ = 0;

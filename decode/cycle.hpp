@@ -1,4 +1,4 @@
-// A request cycle: the answer to one request on MA, or the one cause why it is no frame.
+// A request cycle: the answer to one request on MA, or the one cause why it is not a frame.
 #pragma once
 
 #include <array>
@@ -35,7 +35,7 @@ struct ClockChange {
   Picoseconds doubt{};
 };
 
-/// A request cycle and what was measured in it. An absent value could not be measured.
+/// A request cycle and its measurements. An absent value could not be measured.
 struct Cycle {
   /// The first falling edge of MA (the first edge seen when that one is before the capture).
   Picoseconds time{};

@@ -62,7 +62,7 @@ class CycleEdgeReader {
 
   /// Edges in time order; edges of other lines are ignored.
   void push(std::span<const wire::Edge> edges);
-  /// As Decoder::finish().
+  /// The same as Decoder::finish().
   void finish(Picoseconds end_time);
 
  private:

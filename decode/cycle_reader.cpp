@@ -186,7 +186,7 @@ ClockChange CycleReader::measure_change() const {
   return {most, 2 * margin_.resolution + jitter_in_doubt()};
 }
 
-// The jitter that neighbouring periods show: a step of the clock is not among it.
+// The jitter that neighbouring periods show: a step of the clock is not part of it.
 Picoseconds CycleReader::jitter_in_doubt() const {
   std::vector<Picoseconds> steps;
   for (std::size_t i = 1; i < clock_.intervals.size(); ++i) {

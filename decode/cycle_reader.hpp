@@ -25,8 +25,8 @@ struct CycleSpan {
   Picoseconds limit{};
   /// `limit` is the end of the capture.
   bool last_of_capture = false;
-  /// The clocks that a request with pauses must have; 0: not known. With another number, a pause may
-  /// be clocks that the capture lost.
+  /// The clocks that a request with pauses must have; 0: not known. With a different number, a
+  /// pause may be clocks that the capture lost.
   std::size_t usual_clocks = 0;
 };
 

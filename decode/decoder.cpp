@@ -427,7 +427,7 @@ void Decoder::emit(const CycleReading& reading) {
                                       : clocks_between(0, scanned_, *cycle.period);
   }
   const Picoseconds last = ma_[scanned_ - 1].time;
-  // A rise before the next request is MA that goes back to idle, or continues after a pause.
+  // If MA rises before the next request, it goes back to idle or continues after a pause.
   std::size_t next = scanned_;
   while (next < ma_.size() && ma_[next].level == Level::high) ++next;
   const bool last_of_capture = next == ma_.size();

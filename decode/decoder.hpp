@@ -64,11 +64,11 @@ class Decoder {
   /// The same for the part of a run that contains the clean cycles.
   void push(const PairRun& run, RunPlace from, RunPlace to, std::span<const CleanCycle> clean);
 
-  /// The capture ends at this time, which is not before its last edge; reads what is left.
+  /// The capture ends at this time, which is not before its last edge; reads the rest.
   void finish(Picoseconds end_time);
 
  private:
-  // More edges than the longest frame (ACK and line delay included) are no request.
+  // More edges than the longest frame (ACK and line delay included) are not a request.
   static constexpr std::size_t max_cycle_edges = 2 * (max_frame_bits + 64);
   // This many edges in less than half their expected time are a faster clock than the estimate.
   static constexpr std::size_t faster_clock_edges = 24;

@@ -170,7 +170,7 @@ TEST(DecoderDamage, LostLowPulseOfMa_GivesMaClockAndTheNextCycleIsRight) {
         const auto cycles = decode(line);
         expect_no_wrong_position(cycles);
         EXPECT_GE(count_of(cycles, CycleStatus::ok), 2U);
-        // The first two are before SLO falls, the last is STOP's.
+        // The first two are before SLO falls, the last one is the edge of STOP.
         if (clock < 2 || clock == clocks - 1) continue;
         // Two consecutive halves look like two cycles as long as no other cycle was seen.
         const bool tight = shape.timeout < 4 * shape.period;
@@ -431,7 +431,7 @@ std::size_t count_before(const std::vector<Picoseconds>& begins, Picoseconds tim
                                                 [&](Picoseconds begin) { return begin <= time; }));
 }
 
-// The capture ends with edge `cut`: all cycles but the last that began are whole.
+// The capture ends with edge `cut`: all cycles but the last one are complete.
 void expect_whole_before(const Edges& all, std::size_t cut,
                          const std::vector<Picoseconds>& begins) {
   const Picoseconds at = all[cut].time;
@@ -448,7 +448,8 @@ void expect_whole_before(const Edges& all, std::size_t cut,
   }
 }
 
-// The capture begins at edge `cut` with both lines' levels: every cycle that begins later is whole.
+// The capture begins at edge `cut` with both lines' levels: every cycle that begins later is
+// complete.
 void expect_whole_behind(const Edges& all, std::size_t cut, const std::vector<Picoseconds>& begins,
                          Picoseconds idle) {
   const Picoseconds at = all[cut].time;

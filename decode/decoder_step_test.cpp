@@ -21,7 +21,7 @@ void add_silent(TestLine& line, std::size_t clocks) {
   line.request(tight, bits);
 }
 
-// Pulses on MA that are no clock; the next request follows at the usual distance.
+// Pulses on MA that are not clocks; the next request follows at the usual distance.
 void add_slow_pulses(TestLine& line, int pulses, Picoseconds period) {
   for (int i = 0; i < pulses; ++i) {
     line.ma.push_back(low_at(line.now));

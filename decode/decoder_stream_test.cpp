@@ -54,7 +54,7 @@ TEST(DecoderStream, SloMovesWhileMaRests_NextRequestIsRight) {
   EXPECT_EQ(name_of(cycles[0].status), "ok");
 }
 
-// The rows of a line whose edges at one time come with MA first, or with SLO first.
+// The rows of a line whose edges with the same time come with MA first, or with SLO first.
 std::vector<std::string> rows_of(const TestLine& line, bool ma_first) {
   std::vector<wire::Edge> edges = line.edges();
   std::stable_sort(edges.begin(), edges.end(), [&](const wire::Edge& a, const wire::Edge& b) {

@@ -19,7 +19,7 @@ class Distribution {
     max_ = std::max(max_, value);
     ++count_;
     if (buckets_.empty() && values_.size() < exact_values) {
-      // Memory that is not used yet costs nothing; moving many values does.
+      // Unused memory costs no time, but moving many values takes time.
       if (values_.size() == many_values) values_.reserve(exact_values);
       values_.push_back(value);
       return;

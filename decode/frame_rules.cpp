@@ -120,7 +120,7 @@ void FrameRules::judge_idle(std::uint64_t number, const Cycle& cycle) {
 void FrameRules::judge_ready(std::uint64_t number, const Cycle& cycle, bool early) {
   if (!cycle.signal || !cycle.signal->ready || is_no_evidence(cycle.status)) return;
   const Picoseconds ready = *cycle.signal->ready;
-  // Else it is SLO that stays low.
+  // Otherwise the fault is that SLO stays low.
   if (ready < Picoseconds{} && !(early && ready_by_)) return;
   const auto delay = cycle.line_delay ? cycle.line_delay : line_delay_;
   const bool by_time = timing_.timeout.rule == TimeoutRule::cycle;

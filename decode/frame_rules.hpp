@@ -31,7 +31,7 @@ class FrameRules {
   static bool knows_reset(const DeviceTiming& timing) {
     return timing.timeout.rule == TimeoutRule::cycle && timing.cycle_min.count != 0;
   }
-  /// The reason why no frame is a case of frame_structure; empty if one is.
+  /// The reason why no frame is a case of frame_structure; empty if a frame is a case.
   std::string_view no_frame() const;
 
  private:

@@ -11,14 +11,14 @@
 
 namespace biss::decode {
 
-// A distance of rising edges outside these shares of the usual one means that an edge is missing or
-// too many: a lost edge doubles it, an extra one leaves at most half. The range between them is the
-// jitter of a capture with only two samples per period.
+// A distance of rising edges outside these shares of the usual one means that there is an edge too
+// few or too many: a lost edge doubles it, an extra one leaves at most half. The range between them
+// is the jitter of a capture with only two samples per period.
 inline constexpr std::int64_t irregular_above_percent = 160;
 inline constexpr std::int64_t irregular_below_percent = 55;
 
 constexpr bool irregular(Picoseconds interval, Picoseconds usual) {
-  // 12 hours: longer ones are all alike, and the products below fit.
+  // 12 hours: longer distances are treated as equal, and the products below fit.
   constexpr std::int64_t longest = std::numeric_limits<std::int64_t>::max() / 200;
   const std::int64_t count = std::min(interval.count, longest);
   const std::int64_t expected = std::min(usual.count, longest);

@@ -56,7 +56,7 @@ std::string limits_of(const test::TestLine& line, const DeviceTiming& timing) {
   return limits_of(line.edges(), timing);
 }
 
-// As an analyser with this sample period sees the line.
+// The line as an analyser with this sample period sees it.
 std::string sampled_limits(test::TestLine line, const DeviceTiming& timing, Picoseconds sample,
                            Picoseconds phase) {
   line.ma = test::sampled(line.ma, sample, phase);
@@ -157,7 +157,7 @@ TEST(Limits, FrameLongerThanTheTimeOfItsCycle_HasNoRelease) {
   }
 }
 
-// A pulse in the timeout is no end of it.
+// A pulse in the timeout is not an end of it.
 TEST(Limits, PulseAfterTheFrame_IsNoRelease) {
   const test::Shape shape{.period = nanoseconds(100)};
   test::TestLine line = line_of(shape, cycle_time, microseconds(40));
@@ -199,7 +199,8 @@ TEST(Limits, ClockThatChangesInASampledCapture_IsSeenInSeveralPeriods) {
   EXPECT_EQ(sampled_limits(line, timing, nanoseconds(10), nanoseconds(3)), "clock_change");
 }
 
-// Jitter, resolution and phase of a capture never make a limit of what is exactly at it.
+// Jitter, resolution and phase of a capture never report a limit for a value that is exactly at the
+// limit.
 TEST(Limits, CapturesAtTheBounds_ExceedNone) {
   std::uint64_t seed = 1;
   for (const std::int64_t period : {100, 200, 333, 500}) {

@@ -18,7 +18,7 @@ struct LineSignal {
   Picoseconds pulse_max{};
   std::uint32_t ma_pulses = 0;
   std::uint32_t slo_pulses = 0;
-  /// The shortest level of MA that is no pulse.
+  /// The shortest level of MA that is not a pulse.
   std::optional<Picoseconds> ma_shortest;
   /// From SLO's rise to the request; negative: SLO rose after it, or not at all in this cycle.
   /// Absent if SLO was high from the beginning of the capture.

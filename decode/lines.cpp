@@ -245,8 +245,9 @@ Choice choose_one(std::span<const Lines> pairs, Edges edges, const CycleReader& 
   return std::vector{trials.front().lines};
 }
 
-// Empty unless two SLO share one MA, and an MA of no pair fits one of them too: the data does not
-// decide which MA belongs to which SLO. The result is then these pairs and the others that fit.
+// Empty unless two SLO share one MA, and an MA that is in none of the pairs fits one of them too:
+// the data does not decide which MA belongs to which SLO. The result is then these pairs and the
+// others that fit.
 std::vector<Lines> unsettled_pairs(const std::vector<Lines>& each, std::span<const Named> mas,
                                    Edges edges, const CycleReader& reader) {
   const auto pairs_with = [&](wire::LineIndex ma) {
@@ -322,7 +323,7 @@ Choice by_behaviour(const Names& names, Edges edges, std::span<const Named> mas,
   const auto found = lines_of(plausible(pairs, edges, reader));
   if (found.empty()) return tl::unexpected(LineError{LineProblem::nothing_behaves, {}});
   for (const Lines& a : found) {
-    // Whose answer is it?
+    // Pairs that share SLO do not show whose answer it is.
     const bool shared = std::any_of(found.begin(), found.end(), [&](const Lines& b) {
       return a.ma != b.ma && (a.slo == b.slo || a.slo == b.ma);
     });

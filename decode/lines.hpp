@@ -42,7 +42,7 @@ struct FoundLines {
   bool further_pairs = false;
 };
 
-/// The user's choice of lines; an empty name is not given.
+/// The user's choice of lines; an empty name means that none is given.
 struct LineRequest {
   std::string_view ma;
   std::string_view slo;

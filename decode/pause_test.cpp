@@ -150,7 +150,7 @@ TEST(Pause, RequestThatFailedBeforeARightOne_StaysTwoRows) {
   }
 }
 
-// As if the capture had lost a clock: the frame has one less than the others.
+// The line of a capture that has lost a clock: the frame has one less than the others.
 TEST(Pause, ClockMissingInTheCapture_IsNeverOk) {
   for (std::size_t clock = 3; clock < 39; ++clock) {
     TestLine line;

@@ -126,7 +126,7 @@ Lines find_polarity(const Lines& lines, std::span<const wire::Edge> beginning,
   };
   if (low) try_other(true, lines.slo_inverted);
   if (best.is_mostly_good() || lines.slo_inverted) return best.lines;
-  // The parts of requests with pauses read no worse inverted.
+  // The parts of requests with pauses read at least as well inverted.
   const bool joins = !reader.checked_payload_bits() && !reader.knows_timeout();
   if (joins && find_paused_timeout(best.lines, edges)) return best.lines;
   if (slo_rests_high(lines, edges, as_is.longest_period)) return best.lines;

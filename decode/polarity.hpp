@@ -21,8 +21,8 @@ std::vector<wire::Edge> first_edges(const Lines& lines, std::span<const wire::Ed
 Lines find_polarity(const Lines& lines, std::span<const wire::Edge> beginning,
                     const CycleReader& reader);
 
-/// The timeout of the encoder, estimated, if most cycles are good only if the master pauses its clock
-/// for less than that within a request. Nothing for all other captures.
+/// The estimated timeout of the encoder, if most cycles are good only with pauses of the clock
+/// within a request that are shorter than this timeout. Nothing for all other captures.
 std::optional<Timeout> find_paused_timeout(const Lines& lines,
                                            std::span<const wire::Edge> beginning);
 

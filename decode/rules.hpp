@@ -84,7 +84,7 @@ const RuleText& text_of(Rule rule);
 enum class Verdict : std::uint8_t {
   pass,
   fail,
-  marginal,    ///< beyond the limit, but not certainly or not so that it is forbidden
+  marginal,    ///< beyond the limit, but not certainly, or nothing forbids it
   not_judged,  ///< the capture holds no case, or is too coarse for the rule
 };
 std::string_view name_of(Verdict verdict);
@@ -136,7 +136,7 @@ class Tallies {
 
   /// The capture is too coarse for a case of this rule.
   void too_coarse(Rule rule, Picoseconds needed);
-  /// Why a rule without a case has none.
+  /// Why a rule has no case.
   void explain(Rule rule, std::string_view why) { tally(rule).why = why; }
   /// A fault of this rule is `marginal`: nothing forbids it.
   void make_advice(Rule rule) { tally(rule).advice = true; }

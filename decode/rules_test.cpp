@@ -322,7 +322,7 @@ TEST(Rules, Warning_IsMarginal) {
   EXPECT_EQ(result.cycle, 5U);
 }
 
-// With compensation a long cable is no fault.
+// With compensation a long cable is not a fault.
 TEST(Rules, CableThatNeedsCompensation_IsMarginalForAMasterWithIt) {
   const CheckSetup setup = setup_of();
   Check check(setup);
@@ -356,7 +356,7 @@ TEST(Rules, CoarseCapture_IsNotJudgedAndSaysWhatIsNeeded) {
       << verdict(nanoseconds(150));
 }
 
-// Two samples in a period: bits may be wrong, and that is no fault of the encoder.
+// Two samples in a period: bits may be wrong, and that is not a fault of the encoder.
 TEST(Rules, WrongBitsInACoarseCapture_AreNotJudged) {
   FrameBits bits = frame_of(test::usual_format, {});
   FrameBits damaged;
@@ -459,7 +459,7 @@ TEST(RequestGaps, OtherRateAndNoRate_AreNoGap) {
   }
 }
 
-// 100 ns low and high; a pulse of 10 ns leaves 30 and 60 ns of a level, which are no level of MA.
+// 100 ns low and high; a pulse of 10 ns leaves 30 and 60 ns of a level, which are not levels of MA.
 TEST(LineSignal, PulseInALevelOfMa_IsOneAndNoLevel) {
   std::vector<LevelChange> ma;
   Picoseconds now = microseconds(1);

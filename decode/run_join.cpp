@@ -6,7 +6,7 @@ namespace biss::decode {
 
 namespace {
 
-// More than this is no cycle at the border of two runs.
+// More than this is not a cycle at the border of two runs.
 constexpr std::size_t most_waiting = 2 * CleanScratch::max_edges;
 // The edges of the next request that the finder needs after a cycle.
 constexpr std::size_t edges_ahead = 8;

@@ -22,7 +22,7 @@ class RunJoin {
   void push(const PairRun& run, std::span<const CleanCycle> clean);
   /// Edges outside of a run; waiting edges are pushed before them.
   void push(std::span<const wire::Edge> edges, const Lines& lines);
-  /// Pushes the waiting edges: the next edges of the decoder are no run, or there are none.
+  /// Pushes the waiting edges: the next edges of the decoder are not a run, or there are none.
   void flush();
 
  private:

@@ -43,7 +43,7 @@ bool RequestGaps::is_usual(Picoseconds interval, Picoseconds doubt) const {
 std::optional<std::uint64_t> RequestGaps::push(Picoseconds interval, Picoseconds doubt) {
   const bool known = usual_count_ >= needed;
   if (usual_count_ != 0 && is_usual(interval, doubt)) {
-    // Only between requests at the same rate a gap is certain.
+    // A gap is certain only between requests at the same rate.
     const std::uint64_t missing = gap_.value_or(0);
     gap_.reset();
     usual_count_ = std::min(usual_count_ + 1, needed);
@@ -125,7 +125,7 @@ void SequenceRules::judge_flags(std::uint64_t number, const Frame& frame) {
       [](const auto& channel) { return channel.nW; }, "the encoder reports a warning");
 }
 
-// With each frame the sign of life is one more; after the last value comes 0 or 1.
+// The sign of life increases by one with each frame; after its highest value it is 0 or 1.
 void SequenceRules::judge_life(std::uint64_t number, const Frame& frame) {
   const auto formats = format_->channels();
   for (std::size_t k = 0; k < formats.size(); ++k) {

@@ -49,7 +49,7 @@ class SequenceRules {
   void judge_speed(std::uint64_t number, const Cycle& cycle, const Frame& frame);
 
   std::optional<FrameFormat> format_;
-  // When the position is taken differs by so much from frame to frame.
+  // The sampling moment of the position varies by this much from frame to frame.
   Picoseconds sampling_spread_;
   std::uint64_t speed_max_;
   Tallies& tallies_;

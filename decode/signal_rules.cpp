@@ -36,7 +36,7 @@ SignalRules::SignalRules(const Setup& setup, Tallies& tallies) : setup_(setup), 
 
 void SignalRules::push(std::uint64_t number, const Cycle& cycle) {
   if (cycle.status == CycleStatus::ma_glitch) {
-    tallies_.count(Rule::glitch_ma, false, number, "a pulse on MA is no request");
+    tallies_.count(Rule::glitch_ma, false, number, "a pulse on MA is not a request");
   }
   if (!cycle.period || cycle.status == CycleStatus::unknown_level) return;
   if (cycle.signal) {
@@ -75,7 +75,7 @@ void SignalRules::judge_ma(std::uint64_t number, const Cycle& cycle) {
 
 void SignalRules::judge_pulses(std::uint64_t number, const Cycle& cycle) {
   const LineSignal& signal = *cycle.signal;
-  // The shortest pulse that the capture shows for certain is of its resolution.
+  // The shortest pulse that the capture shows for certain is as long as its resolution.
   const bool coarse = 2 * tallies_.resolution() > signal.pulse_max;
   const auto judge = [&](Rule rule, std::uint32_t pulses, std::string_view note) {
     if (coarse) return tallies_.too_coarse(rule, signal.pulse_max / 2);

@@ -41,7 +41,7 @@ class Statistics {
   std::uint64_t margin_judged() const { return margin_judged_; }
 
   const Distribution& period() const { return period_; }
-  /// From one cycle's begin to the next one's.
+  /// From the begin of one cycle to the begin of the next.
   const Distribution& interval() const { return interval_; }
   const Distribution& line_delay() const { return line_delay_; }
   const Distribution& ack() const { return ack_; }

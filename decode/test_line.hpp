@@ -124,7 +124,7 @@ class TestLine {
     return slo.empty() ? ma.back().time : std::max(ma.back().time, slo.back().time);
   }
 
-  /// Both lines as a capture delivers them. At one time SLO comes first.
+  /// Both lines as a capture delivers them. SLO comes first if both change at the same time.
   std::vector<wire::Edge> edges() const {
     std::vector<wire::Edge> all;
     for (const LevelChange& change : slo) all.push_back({change.time, 1, change.level});

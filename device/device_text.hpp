@@ -20,7 +20,7 @@ struct FormatArguments {
   std::string cycle_min;
 };
 
-/// As read_device(). The error is one line (usage: exit status 2).
+/// The same as read_device(), but the error is one line (usage: exit status 2).
 tl::expected<Device, std::string> parse_device(std::string_view format);
 
 /// Reads the format and all timing options. \pre arguments.format is given

@@ -6,8 +6,8 @@
 
 namespace biss {
 
-/// The candidate that differs from `name` by the fewest typing slips, or that `name` is the
-/// beginning of; empty when none is near.
+/// The candidate that differs from `name` by the fewest typing slips, or that begins with `name`;
+/// empty when none is near.
 std::string nearest(const std::string& name, const std::vector<std::string>& candidates);
 
 }  // namespace biss

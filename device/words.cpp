@@ -41,7 +41,7 @@ constexpr std::array<CauseText, cause_count> causes{{
      "call for each byte; on a Teensy, an ESP32 or an STM32 use SPI with DMA or its FIFO instead "
      "of polling, and no bit-banged clock; keep interrupts off until the frame is read"},
     {"requested_too_soon",
-     "leave the encoder its timeout: begin a request only when SLO is high; biss plan prints the "
+     "wait for the encoder's timeout: begin a request only when SLO is high; biss plan prints the "
      "shortest cycle"},
     {"noise_on_slo",
      "check the cable, the shield, the termination of SLO and the common ground; keep the cable "
@@ -85,7 +85,7 @@ constexpr std::string_view disturbed =
 constexpr std::string_view without_cds0 =
     "leave ;cds0 out of the format if the master uses registers";
 constexpr std::string_view levels =
-    "x or z on a line (reset, two drivers), or a capture or a file of one line that ended there";
+    "x or z on a line (reset, two drivers), or the capture, or the file of one line, ended there";
 
 // In the order of CycleStatus.
 constexpr auto statuses = std::to_array<StatusWords>({
@@ -142,8 +142,8 @@ constexpr auto statuses = std::to_array<StatusWords>({
      .failure = "MA has fewer than two rising edges, a pulse",
      .remedy_of_some = remedy(Cause::noise_on_ma),
      .remedy_of_all = remedy(Cause::noise_on_ma)},
-    {.seen = "an edge of MA is missing, or there is one too many, inside the frame",
-     .failure = "an edge of MA is missing or too many",
+    {.seen = "MA has an edge too few or too many inside the frame",
+     .failure = "MA has an edge too few or too many",
      .remedy_of_some = remedy(Cause::noise_on_ma),
      .remedy_of_all = remedy(Cause::sampling_too_slow)},
     {.seen = "MA or SLO was neither 0 nor 1 while its level was needed",

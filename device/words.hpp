@@ -39,7 +39,7 @@ enum class Cause : std::uint8_t {
 
 inline constexpr std::size_t cause_count = 23;
 
-/// The name that users see, the same as the enumerator's.
+/// The name that users see: the enumerator's name.
 std::string_view name_of(Cause cause);
 
 /// The remedy, in one or two sentences of plain text.
@@ -53,7 +53,7 @@ struct StatusWords {
   std::string_view failure = {};
   /// The likely reason, if nothing but the bits of one frame is known.
   std::string_view reason = {};
-  /// The first thing to try: if other cycles are good, and if none is.
+  /// The first remedy to try: one for when other cycles are good, one for when none is.
   std::string_view remedy_of_some = {};
   std::string_view remedy_of_all = {};
 };

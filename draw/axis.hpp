@@ -18,8 +18,8 @@ struct Cut {
   std::size_t clocks = 0;
 };
 
-/// The stretches of a drawing that can be left out: a long ACK, extra clocks, a long timeout. Some
-/// periods before and after each change stay, and around the times in `kept`.
+/// The stretches of a drawing that can be left out: a long ACK, extra clocks, a long timeout. A few
+/// periods before and after each change stay, and a few around the times in `kept`.
 std::vector<Cut> cuts_of(const CycleDrawing& drawing, std::span<const Picoseconds> kept = {});
 
 /// The places of times, in ticks from the left. Only integers, so that every machine has the same
@@ -53,7 +53,7 @@ class Axis {
     std::size_t first = 0;
     std::size_t last = 0;
   };
-  // The longest request has some 700 clocks.
+  // The longest request has about 700 clocks.
   static constexpr std::int64_t clocks_max = 1365;
 
   std::int64_t ticks_of(Picoseconds from, Picoseconds to) const;

@@ -60,7 +60,7 @@ std::vector<std::uint16_t> changes_of(const PlainCodec& codec, std::size_t k, bo
   return changes;
 }
 
-// Which flips make a CRC right that is wrong by `difference`. \param first bit of the channel
+// Which flips correct a CRC that is wrong by `difference`. \param first bit of the channel
 void find_flips(const std::vector<std::uint16_t>& changes, std::uint16_t difference,
                 std::size_t first, DrawnCheck& check) {
   for (std::size_t i = 0; i < changes.size(); ++i) {

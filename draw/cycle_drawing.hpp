@@ -28,7 +28,8 @@ struct DrawnBit {
   /// `crc0`, `nE`), with the number of the channel after a dot from the second one on (`pos27.2`);
   /// `bit` if no format is known; empty after STOP.
   std::string name;
-  /// The name without the bit's number: `pos`, `nE`, `crc.2`; empty if `name` is no field's.
+  /// The name without the bit's number: `pos`, `nE`, `crc.2`; empty if `name` is not the name of a
+  /// field.
   std::string field;
   /// Number among the bits of data and CRC, from 0, as `bit=N` of a fault.
   std::optional<std::size_t> payload_bit;

@@ -396,8 +396,8 @@ std::vector<Piece> pieces_of(const Track& track, const Axis& axis, std::size_t f
 std::vector<Label> labels_of(std::span<const Piece> pieces, std::size_t (*width_of)(std::size_t),
                              std::size_t row_width) {
   std::vector<Label> labels;
-  // From right to left: the label of an earlier part goes below those after it, and the stroke
-  // between part and label crosses none.
+  // From right to left: the label of an earlier part goes below the later labels, and the stroke
+  // between part and label crosses no label.
   std::vector<std::size_t> free_until;
   for (auto piece = pieces.rbegin(); piece != pieces.rend(); ++piece) {
     const std::size_t room = piece->end - piece->begin;

@@ -241,7 +241,7 @@ class PanelWriter {
     for (; next < changes.size() && axis_.at(changes[next].time) < to; ++next) {
       const std::size_t tick = axis_.at(changes[next].time);
       if (tick != at) path += fmt::format("H{}", x_of(tick));
-      // A pulse within a pixel is one stroke up and down, however many there are.
+      // Pulses within a pixel are one stroke up and down, however many there are.
       strokes = tick == at ? strokes + 1 : 0;
       at = tick;
       level = changes[next].level;

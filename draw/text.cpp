@@ -225,7 +225,7 @@ class Renderer {
     }
   }
 
-  // The text ends with the block if it is too long for what is left of it.
+  // The text ends with the block if it is too long for the rest of it.
   void put_failure(const Mark& failure, std::size_t first, std::size_t last) {
     const std::size_t place = std::min(axis_.at(failure.time), columns_ - 1);
     if (place < first || place >= last) return;

@@ -14,8 +14,8 @@ namespace biss::dump {
 
 enum class Access : std::uint8_t { read, written };
 
-/// Takes the accesses in order; of two to one register the last one counts. 33 KiB, whatever is
-/// accessed.
+/// Takes the accesses in order; if two are to one register, the last one counts. Its size is 33 KiB
+/// for any accesses.
 class AccessedRegisters {
  public:
   /// \param bank the bank that is selected before the first access. Empty: not known, because

@@ -87,7 +87,7 @@ DataSheet find_data_sheet(const RegisterDump& dump, const FindOptions& options) 
     if (part.sl_off < max_channels) own_channel = part.sl_off;
   } else if (!dump.direct_byte(reg::eds_bank) && !options.eds_bank && range &&
              range->first == range->last) {
-    // A single bank and no hint what it is; its checksum may be wrong.
+    // A single bank without a hint at its kind; its checksum may be wrong.
     const FoundPart lone = part_in(dump, range->first);
     (may_be_profile(lone.filled) ? sheet.profiles[0] : sheet.common) = lone;
   }

@@ -73,7 +73,7 @@ class HexPageReader : public HexReader<HexPageReader> {
     return take_bytes(*address, row.substr(colon + 1));
   }
 
-  // Only now it is known which bank registers without a heading are in.
+  // The bank of registers without a heading is known only now.
   DumpResult finish() {
     const unsigned bank = options_.bank.value_or(dump_.direct_byte(reg::bsel).value_or(0));
     for (unsigned i = 0; i < window_.size(); ++i) {
@@ -214,7 +214,7 @@ class HexOffsetsReader : public HexReader<HexOffsetsReader> {
   std::optional<DumpError> repeat_up_to(std::size_t offset, std::string_view row) {
     repeating_ = false;
     if (offset < next_ || (offset - next_) % bytes_.size() != 0) {
-      return malformed(row, "an offset whole lines further on");
+      return malformed(row, "an offset that is larger by a whole number of lines");
     }
     while (next_ < offset) {
       if (const auto error = put_row(row)) return error;
@@ -250,7 +250,7 @@ class IntelHexReader : public HexReader<IntelHexReader> {
       sum += *byte;
     }
     if (size < around_bytes || size != around_bytes + record[0]) {
-      return malformed(row, "as many bytes as the record's length says");
+      return malformed(row, "as many bytes as the record's length gives");
     }
     if ((sum & 0xFFU) != 0) return lines_.error_at(row, DumpCause::checksum);
     return take_record(row, std::span(record).first(size - 1));

@@ -35,7 +35,7 @@ inline constexpr std::size_t head_bytes = 4'096;
 /// The first bytes of a stream, at most head_bytes.
 std::string read_head(std::istream& stream);
 
-/// The format of a file with this head. Empty for text in none of the formats; what is not text is
+/// The format of a file with this head. Empty for text in none of the formats; all other content is
 /// binary.
 std::optional<DumpFormat> recognise(std::string_view head);
 

@@ -58,7 +58,8 @@ const char* name_of(DumpCause cause);
 /// One line for a message: "read as hex text: line 3, column 7: expected two hexadecimal digits".
 std::string dump_error_text(const DumpError& error);
 
-/// Longer lines are refused: the longest that `biss registers --to jsonl` writes has some hundreds.
+/// Longer lines are refused: the longest that `biss registers --to jsonl` writes has a few hundred
+/// bytes.
 inline constexpr std::size_t max_line_bytes = 16'384;
 
 /// The lines of a stream in bounded memory.

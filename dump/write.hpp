@@ -40,7 +40,7 @@ bool holds_banks_only(std::string_view format);
 std::string write_as(std::string_view format, const RegisterDump& dump, std::string_view name,
                      unsigned first = 0);
 
-/// The content of a file of banks only, and the registers that it lacks; a line of text.
+/// The content of a file that has only banks, and the registers that it lacks; a line of text.
 /// \pre dump.banks()
 std::string text_of_banks(const RegisterDump& dump, unsigned first = 0);
 

@@ -61,7 +61,7 @@ CrcSpec with_error(CrcSpec crc, Mistake mistake) {
   return crc;
 }
 
-// The checksum of BiSS is no mistake.
+// The checksum of BiSS is not a mistake.
 bool is_usual(ChannelFormat channel, BitView raw) {
   channel.crc = {.polynomial = default_polynomial(channel.crc.width_bits),
                  .width_bits = channel.crc.width_bits};
@@ -90,7 +90,7 @@ std::string_view text_of(Mistake mistake) {
       "its bits are in reverse order",
       "it leaves out the last two data bits, nE and nW",
       "it includes CDS",
-      "it is that of the frame before",
+      "it belongs to the frame before",
       "it is computed with the lowest position bit first",
       "it is computed with the last data bit first",
       "it is not inverted as BiSS requires, or has another start value",

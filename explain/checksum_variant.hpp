@@ -36,7 +36,7 @@ struct ChecksumVariant {
 
   /// \param raw START, CDS, data, checksum … \param before the frame before it
   bool fits(BitView raw, BitView before) const;
-  /// By what the checksum differs from the rule without `rest`. \pre both frames are whole
+  /// The difference of the checksum from the rule without `rest`. \pre both frames are complete
   std::uint64_t rest_of(BitView raw, BitView before) const;
 };
 

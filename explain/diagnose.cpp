@@ -14,7 +14,7 @@ using Bits = std::array<double, cause_count>;
 
 double& at(Bits& bits, Cause cause) { return bits[static_cast<std::size_t>(cause)]; }
 
-// A kind that a cause predicts, and what it costs more than its price there.
+// A kind that a cause predicts, and its additional cost there.
 struct Part {
   Part(RequestKind predicted = {}, double more = 0) : kind(predicted), extra(more) {}
 
@@ -26,8 +26,8 @@ struct Model {
   std::vector<Part> parts;
 };
 
-// In bits: a cause that is named; a request that no part of it predicts; no request is what it
-// predicts; a second cause must save as many.
+// In bits: the price of naming a cause, of a request that it does not predict, and of missing the
+// requests that it predicts; and the number that a second cause must save.
 constexpr double cause_price = 6;
 constexpr double not_predicted = 14;
 constexpr double not_seen = 60;
@@ -35,13 +35,14 @@ constexpr double second_saves = 20;
 constexpr double never = 1e6;
 constexpr int rounds = 8;
 
-// The second of two causes counts as this much longer: then the first one is stated to be as likely
-// as it is right.
+// The second of two causes counts as this much longer, so that the likelihood of the first one
+// matches how often it is right.
 constexpr double apart = 3.5;
 // A cause that would explain some requests, but not many, counts as this much longer.
 constexpr double also_apart = 12;
-// A cause whose account is `b` bits longer than the shortest one weighs
-// (1 + b / weight_scale)^-weight_power: rounded from what tests/explain/fit.py printed for development seeds.
+// A cause whose account is `b` bits longer than the shortest one weighs (1 + b /
+// weight_scale)^-weight_power: rounded from the output of tests/explain/fit.py for development
+// seeds.
 constexpr double weight_scale = 1.2;
 constexpr double weight_power = 1.5;
 // Less likely causes are not listed.
@@ -60,7 +61,7 @@ const std::vector<Model>& models() {
       {wrong_checksum, {other_checksum}},
       {format_changes, {other_length}},
       {ma_slo_swapped, {silent}},
-      // A master that takes SLO for inverted asks while the encoder is busy.
+      // A master that reads SLO inverted sends requests while the encoder is busy.
       {slo_inverted, {inverted, busy, hurried, stuck}},
       {ma_inverted, {half_early, stop_repeats}},
       {clock_too_fast_for_cable, {smeared, delay_part, flip, slo_pulse}},
@@ -131,7 +132,7 @@ class Diagnosis {
   }
 
  private:
-  // The bits of all requests under these kinds, whose shares are those that fit best.
+  // The bits of all requests under these kinds, with the shares that fit best.
   double length(const std::vector<Part>& parts) const {
     std::vector<std::pair<std::size_t, double>> kinds{
         {static_cast<std::size_t>(ok), 1},
@@ -214,7 +215,7 @@ class Diagnosis {
       length_of_other = std::min(length_of_other, best + also_apart);
     }
     if (!saves) return;
-    // The one that explains more requests comes first.
+    // The cause that explains more requests comes first.
     const bool more = explained(*second) > explained(model);
     at(bits, first) = best + (more ? apart : 0);
     at(bits, second->cause) = best + (more ? 0 : apart);
@@ -232,7 +233,7 @@ class Diagnosis {
                ? 0
                : static_cast<double>(count) / static_cast<double>(evidence_.cycles);
   }
-  // The capture shows this cause: to leave it out costs so much.
+  // The capture shows this cause: leaving it out costs this much.
   void demand(Cause cause, double price) {
     at(demanded_, cause) += price;
     all_demanded_ += price;
@@ -289,7 +290,8 @@ class Diagnosis {
     if (evidence_.count(flip) + evidence_.count(slo_pulse) != 0) {
       at(notes_, of_cable ? noise_on_slo : clock_too_fast_for_cable) += of_cable ? 25 : 80;
     }
-    // Frames, coarse or of a sure format, and a few answers to a master with SPI, are BiSS C.
+    // A capture is BiSS C if its frames pass, if it is coarse or its format is identified, or if a
+    // master with SPI gets a few answers.
     const bool coarse = samples_per_period() < coarse_samples;
     const bool shows_frames = (coarse || context_.identified) && !other_is_clear();
     const bool may_be_spi = other_is_weak() && share(evidence_.answered) > 0.1;
@@ -297,7 +299,7 @@ class Diagnosis {
     at(notes_, not_biss) += is_biss ? never : answers() ? 60 : 20;
   }
 
-  // Smeared edges are of the cable if there are many.
+  // Many smeared edges come from the cable.
   bool is_smeared() const { return share(evidence_.count(smeared)) > 0.15; }
 
   // An encoder that counted a clock too many sends STOP in place of the last bit; an encoder that
@@ -330,7 +332,8 @@ class Diagnosis {
     } else if (evidence_.usual.no_checksum_fits && has_checksum()) {
       at(notes_, wrong_format) -= 12;
     }
-    // A frame of another length has STOP; one that the master cuts ends with a bit of either level.
+    // A frame of a different length has STOP; one that the master cuts ends with a bit of either
+    // level.
     const auto other = static_cast<double>(evidence_.count(other_length));
     const auto high = static_cast<double>(evidence_.truncated - evidence_.truncated_low);
     if (other == 0) at(notes_, format_changes) += never;
@@ -347,20 +350,20 @@ class Diagnosis {
     }
   }
 
-  // The frames surely have another format than that given, and its checksum is one of BiSS C.
+  // The frames certainly have another format than the given one, and its checksum is one of BiSS C.
   bool shows_other_format() const {
     const auto& found = context_.identified;
     return found && context_.given && context_.format && found->format != *context_.format &&
            !found->format.deviates() && !differs_in_maker_error(found->format);
   }
 
-  // The likeliest format that the frames show, though not a sure one, has a checksum.
+  // The likeliest format that the frames show, even if it is not certain, has a checksum.
   bool has_checksum() const {
     return !context_.candidates.empty() &&
            context_.candidates.front().channel_list[0].crc.present();
   }
 
-  // The fields are the same as in the format, and the checksum is a usual one done wrong.
+  // The fields are the same as in the format, and the checksum is a usual one with a mistake.
   bool differs_in_maker_error(const FrameFormat& found) const {
     if (found.channel_count != 1 || context_.format->channel_count != 1) return false;
     FrameFormat same = found;
@@ -404,7 +407,7 @@ class Diagnosis {
     const Picoseconds delay{evidence_.line_delay.median()};
     const Picoseconds clock{evidence_.period.median()};
     const auto longest = cable_max_compensated(rate_of(clock));
-    // A line delay is measured to a sample, a good part of the period at most.
+    // A line delay is accurate to one sample, at most a large part of the period.
     const bool too_long =
         longest &&
         delay > line_delay(*longest, context_.timing.internal_delay_max) * 11 / 10 + clock / 4;

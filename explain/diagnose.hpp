@@ -1,4 +1,4 @@
-// From what a capture shows to the likely causes.
+// From the evidence in a capture to the likely causes.
 #pragma once
 
 #include <optional>
@@ -25,7 +25,7 @@ struct OtherProtocol {
   std::string name;
   /// 0 to 1.
   double confidence = 0;
-  /// The figures that speak for it.
+  /// The figures that support it.
   std::string why;
 };
 
@@ -35,7 +35,7 @@ struct Context {
   std::optional<FrameFormat> format;
   /// The user has given it.
   bool given = true;
-  /// Frames are judged by the first of the candidates, which is not sure.
+  /// Frames are judged by the first of the candidates, which is not certain.
   bool assumed = false;
   DeviceTiming timing;
   /// The master of this link compensates the line delay; empty: not known.
@@ -43,7 +43,7 @@ struct Context {
   /// How the capture was read. The evidence is from these lines.
   Reading reading;
   std::optional<IdentifiedFormat> identified;
-  /// Possible formats of the frames if none is sure, the most likely first.
+  /// Possible formats of the frames if none is certain, the most likely first.
   std::vector<FrameFormat> candidates;
   /// If the frames change their length: each format, and its cycles.
   std::string format_parts;

@@ -18,7 +18,7 @@ using wire::Level;
 
 // A gap is a multiple of the step within a share of the step.
 constexpr std::int64_t grid_tolerance = 12;
-// Gaps longer than this many steps are no evidence of the step.
+// Gaps longer than this many steps are not evidence of the step.
 constexpr std::int64_t grid_steps = 40;
 constexpr std::size_t rows_kept = 4096;
 
@@ -85,7 +85,7 @@ void SampleGrid::push(wire::Edge edge, wire::LineIndex ma) {
   last_ma_ = edge.time;
 }
 
-// A level of a clock that is sampled lasts a step more at times.
+// A level of a sampled clock sometimes lasts a step longer.
 bool SampleGrid::varies_by(Picoseconds step) const {
   for (const auto& levels : ma_levels_) {
     std::array<std::size_t, 16> lengths{};
@@ -121,7 +121,7 @@ Observer::Observer(const ObserverSetup& setup, std::span<const wire::Edge> begin
     : setup_(setup),
       check_({.format = setup.format,
               .timing = setup.timing,
-              // Shows too a sign of life of 6 bits that begins again with 0.
+              // Also shows a sign of life of 6 bits that begins again with 0.
               .renishaw_cables = true,
               .compensated = setup.margin.compensated,
               .resolution = setup.margin.resolution}) {

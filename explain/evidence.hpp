@@ -22,7 +22,7 @@ namespace biss::explain {
 /// The smallest step of all edge times, if the capture has sampled the lines.
 ///
 /// A file of changes does not give its sample period. If all gaps between edges are whole multiples
-/// of the smallest one, and one level of MA lasts a step more at times, that gap is the sample
+/// of the smallest one, and one level of MA sometimes lasts a step longer, that gap is the sample
 /// period. (High and low alone may differ by a step: an uneven duty does that.)
 class SampleGrid {
  public:
@@ -42,7 +42,7 @@ class SampleGrid {
   std::size_t slo_edges_ = 0;
 };
 
-/// A request, or several that are alike.
+/// A request, or several equal ones.
 struct Row {
   /// 2^-price of each kind, less the lowest price.
   std::array<float, kind_count> likely{};
@@ -73,13 +73,13 @@ struct Evidence {
   std::uint64_t late_turns = 0;
   Sightings steps;
   std::vector<Exceeded> limits;
-  /// Frames with the sign of life 0 after its last value.
+  /// Frames with the sign of life 0 after its highest value.
   std::uint64_t life_zeros = 0;
   /// Cycles by status.
   std::array<std::uint64_t, decode::cycle_status_count> statuses{};
   /// A format was given, so that checksums are judged.
   bool has_format = false;
-  /// Cycles with ACK in time and START, and those with a good frame among them.
+  /// Cycles with ACK in time and START, and how many of them have a good frame.
   std::uint64_t answered = 0;
   std::uint64_t passed = 0;
   /// Frames with a wrong checksum: their number, those with the last CRC bit 0, with STOP 1, and
@@ -141,7 +141,7 @@ struct ObserverSetup {
 /// unusual requests only.
 class Observer {
  public:
-  /// \param beginning edges from the beginning of the capture; they come again
+  /// \param beginning edges from the beginning of the capture; they will be given again
   Observer(const ObserverSetup& setup, std::span<const wire::Edge> beginning);
   // The rules refer to this object.
   Observer(const Observer&) = delete;

@@ -13,7 +13,7 @@ namespace {
 // A step stands out if it is this many times as long as its neighbours, and longer than a few counts.
 constexpr std::uint64_t times = 16;
 constexpr std::uint64_t few_counts = 64;
-// The fastest motion: of the steps, these per mille are faster.
+// The fastest motion: this share of the steps, per mille, is faster.
 constexpr std::uint64_t jumps_per_mille = 30;
 constexpr std::uint64_t spikes_per_mille = 350;
 // How much faster than that, in powers of two.
@@ -93,7 +93,7 @@ void Plausibility::push(std::uint64_t number, const decode::Cycle& cycle) {
   late_by_ += missing;
   fast_ = fast_ || late_by_ > 1 || late_by_ < -1;
   in_a_row_ = late_by_ == 0 ? 0 : in_a_row_ + 1;
-  // The turns were wrong when the capture began, or have come to stay.
+  // The turns were wrong when the capture began, or stay wrong.
   constexpr std::uint64_t most_frames = 1000;
   if (in_a_row_ > most_frames) late_by_ = 0;
   if (late_by_ == 0) return;
@@ -101,7 +101,7 @@ void Plausibility::push(std::uint64_t number, const decode::Cycle& cycle) {
   turns_.add(number, cycle.time);
 }
 
-// Judges the last step but two.
+// Judges the third last step.
 void Plausibility::judge_step(const Step& step) {
   std::copy_backward(steps_.begin(), steps_.end() - 1, steps_.end());
   steps_[0] = step;

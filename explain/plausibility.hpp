@@ -51,7 +51,7 @@ class Plausibility {
 
   bool is_fast() const { return fast_ || 2 * fast_steps_ > slow_steps_; }
   bool shows_falls() const { return is_fast() || falls_.count > turns_.count; }
-  // The number of bits of speed that this share of the steps, per mille, is faster than.
+  // The speed, in bits, that this share of the steps (per mille) exceeds.
   std::size_t fastest(std::uint64_t per_mille) const;
   void judge_step(const Step& step);
   void judge_turn(const Step& before, const Step& judged);

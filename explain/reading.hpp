@@ -7,7 +7,7 @@
 
 namespace biss::explain {
 
-/// The lines with which the cycles read best, and what had to be changed for that.
+/// The lines with which the cycles read best, and the changes that this needs.
 struct Reading {
   decode::Lines lines;
   bool swapped = false;

@@ -22,8 +22,8 @@ Picoseconds tolerance_of_grid(Picoseconds period, Picoseconds resolution) {
   return period * 16 / 100 + resolution * 16 / 10;
 }
 
-// A level of SLO shorter than a period over this is a pulse, and one of MA shorter than this share of
-// its usual length, in per cent.
+// A level of SLO is a pulse if it is shorter than a period divided by this; a level of MA, if it is
+// shorter than this share of its usual length, in per cent.
 constexpr std::int64_t pulse_share = 5;
 constexpr std::int64_t pulse_percent = 60;
 // Clocks further apart than this, in per cent of a period, have a pause between them.
@@ -40,7 +40,7 @@ constexpr std::size_t least_length = 9;
 float bits_of(double number) { return static_cast<float>(std::log2(std::max(number, 1.0))); }
 float count_price(std::size_t number) { return bits_of(static_cast<double>(number)); }
 
-// A number of `bits` bits, by its change.
+// The price of a number of `bits` bits, by its change.
 float change_price(std::uint64_t before, std::uint64_t now, unsigned bits) {
   const std::uint64_t change =
       std::min((now - before) & low_mask(bits), (before - now) & low_mask(bits));
@@ -66,9 +66,9 @@ std::size_t tail_of(BitView bits, bool level) {
   return tail;
 }
 
-// Parts of requests, between which MA pauses for longer than the decoder waits: most rests are
-// alike and short, the part after a longer rest begins with ACK at the same line delay, and hardly
-// any other part has ACK and START there.
+// Parts of requests: MA pauses between them for longer than the decoder waits. Most pauses are
+// equal and short. The part after a longer pause begins with ACK at the same line delay; hardly any
+// other part has ACK and START there.
 std::optional<Picoseconds> find_groups(std::span<const Cycle> cycles, Picoseconds period) {
   std::vector<Picoseconds> rests;
   decode::Distribution seen;
@@ -96,7 +96,7 @@ std::optional<Picoseconds> find_groups(std::span<const Cycle> cycles, Picosecond
   if (3 * std::count_if(cycles.begin(), cycles.end(), is_word) < std::ssize(cycles)) {
     return std::nullopt;
   }
-  // First in a group, and not: all, and those that are answered.
+  // Requests that are first in a group, and all others: their number, and how many are answered.
   std::array<std::size_t, 2> all{};
   std::array<std::size_t, 2> answered{};
   for (std::size_t i = 0; i < rests.size(); ++i) {
@@ -121,7 +121,7 @@ std::string_view text_of(RequestKind kind) {
       "the sign of life of a good frame is not one more than before",
       "a good frame has a position that no axis can have",
       "a frame for control communication alone",
-      "the frame has another number of bits",
+      "the frame has a different number of bits",
       "MA pauses within a good frame",
       "the checksum is wrong",
       "the format does not fit",
@@ -136,7 +136,7 @@ std::string_view text_of(RequestKind kind) {
       "MA stops in ACK",
       "START comes too late for the clocks of the master",
       "MA stops before the last bit of the frame",
-      "MA stops before the last bit of the frame, and goes on soon",
+      "MA stops before the last bit of the frame, and continues soon after",
       "MA stops within a request and stays low, or the request before or after it is missing",
       "SLO stays high from a bit on to STOP",
       "SLO stays low from a bit on to STOP",
@@ -144,9 +144,9 @@ std::string_view text_of(RequestKind kind) {
       "a pulse on MA",
       "SLO changes far from its place in a bit",
       "the line delay changes",
-      "SLO comes clocks later than usual",
+      "SLO comes one or more clocks later than usual",
       "STOP is 1 after right checksums",
-      "CDS is 1 where the format says 0",
+      "CDS is 1, but the format requires 0",
       "START is outside the encoder's bounds",
       "the checksum is right by another rule",
       "each clock is a bit of a number",
@@ -195,8 +195,8 @@ Usual usual_of(std::span<const Cycle> cycles, const std::optional<FrameFormat>& 
   if (format) {
     usual.payload_bits = format->payload_bits();
   } else if (!ends.empty()) {
-    // The last 1 of a frame is a bit before STOP, or further up: the last place that is not of a few
-    // damaged frames.
+    // The last 1 of a frame is directly before STOP, or earlier: the last place that more than a
+    // few damaged frames have.
     std::sort(ends.begin(), ends.end());
     auto high = ends.size() > 1 ? ends.end() - 2 : ends.begin();
     const auto least = std::max<std::ptrdiff_t>(2, std::ssize(ends) / 12);
@@ -309,7 +309,7 @@ void Pricer::learn(const Cycle& cycle) {
   ++acks_[std::min<std::size_t>(ack, acks_.size() - 1)];
 }
 
-// The position of this frame is a likely one.
+// The position of this frame is plausible.
 void Pricer::remember() {
   data_time_ = view_.time;
   for (std::size_t k = 0; k < channels_.size(); ++k) {
@@ -356,7 +356,7 @@ void Pricer::look(const CycleEdges& edges, Picoseconds delay) {
   }
 }
 
-// The shortest level first: what it interrupts is whole again then.
+// The shortest level first: the level that it interrupts is then whole again.
 void Pricer::remove_pulses(std::vector<LevelChange>& ma) {
   constexpr unsigned most_pulses = 64;
   while (view_.ma_pulses < most_pulses) {
@@ -474,7 +474,7 @@ void Pricer::price_low(const CycleEdges& edges, Prices& prices) const {
   } else {
     if (edges.slo.size() == 1) set(prices, RequestKind::busy, soon ? 10 : 4);
     if (hurried) set(prices, RequestKind::hurried, (soon ? 1.0F : 4.0F) + 2 * (more - 1));
-    // The rest of a request that MA has left before.
+    // The rest of a request in which MA stopped before.
     if (soon && was_part_) set(prices, RequestKind::restart, 1 + 2 * (more - 1));
   }
   // ACK is high, and SLO goes back to the level at which it rests.
@@ -613,15 +613,15 @@ void Pricer::price_good(const Frame& frame, float base, Prices& prices) {
   }
 }
 
-// All bits are there and something about them is wrong.
+// All bits are present, and some are wrong.
 void Pricer::price_wrong(FrameError error, float base, float after, Prices& prices) {
   const auto payload = static_cast<float>(usual_.payload_bits);
   const auto pulses = static_cast<float>(view_.ma_pulses);
   const float off = view_.off_grid;
-  // A pulse on MA is no work of SLO.
+  // Pulses on MA are not explained by a fault of SLO.
   const float edges = flip_edge_price * off + 10 * pulses + after;
   const float ack = ack_price(view_.ack_clocks());
-  // By the whole payload as the last one that was refused.
+  // The price of a payload that repeats the last refused one.
   const float refused = std::min(payload + 1, frame_change(refused_.view(), usual_.payload_bits));
   if (error == FrameError::stop_bit) {
     // Another channel follows.
@@ -669,7 +669,8 @@ void Pricer::price_checksum(float price, Prices& prices) {
   remember();
 }
 
-// A weak one fits after a change at one of the places by chance, and the position then looks likely.
+// A weak checksum fits after a change at one of the places by chance, and the position then looks
+// likely.
 bool Pricer::has_strong_checksum() const {
   return codec_->format().channel_list[0].crc.width_bits >= 6;
 }
@@ -699,7 +700,7 @@ float Pricer::slip_price() const {
   const std::size_t end = begin + usual_.payload_bits;
   float best = impossible;
   for (std::size_t at = begin; at < end; ++at) {
-    // A clock too many: the bit that was not seen is either.
+    // A clock too many: the bit that was not seen may be 0 or 1.
     for (const bool level : {false, true}) {
       Bits longer;
       longer.append(bits.first(at));
@@ -740,8 +741,8 @@ bool Pricer::is_held(const CycleEdges& edges) const {
          (last_request_ && decode::elapsed(*last_request_, edges.cycle.time) > long_time);
 }
 
-// START, CDS and STOP: a frame without a channel. If ACK is one clock, or other frames are whole, a
-// master that compensates the line delay also sends the clocks of the delay.
+// START, CDS and STOP: a frame without a channel. If ACK is one clock, or other frames are
+// complete, a master that compensates the line delay also sends the clocks of the delay.
 bool Pricer::is_brief() const {
   const std::size_t start = view_.start;
   const std::int64_t period = std::max<std::int64_t>(view_.period.count, 1);
@@ -766,7 +767,7 @@ void Pricer::price_cut(const CycleEdges& edges, Prices& prices) const {
   set(prices, RequestKind::cut_late, late ? price : price + (longest_ack_ == 0 ? 0.01F : 8.0F));
   set(prices, RequestKind::cut_in_data, late ? price + 3 : price);
   if (codec_) {
-    // A shorter frame has its STOP, and mostly a usual checksum.
+    // A shorter frame has its STOP, and in most cases a usual checksum.
     const float whole = tail_of(view_.frame(), true) != 0 ? 12.0F
                         : bits_before_checksum()          ? -1.0F
                                                           : 3.0F;
@@ -785,7 +786,7 @@ bool Pricer::shows_error() const {
   });
 }
 
-// SLO does not change any more from a bit on.
+// SLO no longer changes from a bit on.
 void Pricer::price_tails(Prices& prices) const {
   const float where = count_price(view_.clocks());
   const float off = edge_price * view_.off_grid;
@@ -833,7 +834,7 @@ void Pricer::price_moved(const CycleEdges& edges, Prices& prices) {
       if (periods > -0.9 && whole >= 0.1) set(prices, RequestKind::delay_part, base + 7);
       if (half) set(prices, RequestKind::half_early, base + 2);
     } else if (periods > 0.8 && whole < 0.2) {
-      // Late by clocks: the last bits are missing.
+      // Late by whole clocks: the last bits are missing.
       set(prices, RequestKind::delay_clocks, base + 9);
     }
   } else if (periods > 0.8) {
@@ -864,7 +865,7 @@ std::optional<std::size_t> Pricer::bits_before_checksum() const {
   return std::nullopt;
 }
 
-// A whole frame of another length: STOP is 0, whatever came before it.
+// A whole frame of a different length: STOP is 0, whatever came before it.
 void Pricer::price_length(Prices& prices) {
   const std::size_t start = view_.start;
   const std::size_t size = view_.clocks();

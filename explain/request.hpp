@@ -26,7 +26,7 @@ enum class RequestKind : std::uint8_t {
   other_length,    ///< a frame with more or fewer bits than usual
   paused,          ///< a good frame, MA rests inside it
   flip,            ///< bits are wrong
-  refused,         ///< nothing is unusual but that the format does not fit
+  refused,         ///< nothing is unusual, except that the format does not fit
   slip,            ///< the encoder has counted a clock too many or too few
   silent,          ///< SLO stayed high
   stuck,           ///< SLO was low until the next request
@@ -46,7 +46,7 @@ enum class RequestKind : std::uint8_t {
   ma_pulse,        ///< a pulse on MA, the frame otherwise good
   smeared,         ///< a good frame, SLO changes far from its usual place in a bit
   delay_part,      ///< a good frame, the line delay differs by a part of a period
-  delay_clocks,    ///< a good frame, clocks later than usual
+  delay_clocks,    ///< a good frame, one or more clocks later than usual
   stop_high,       ///< STOP is 1, the frame otherwise good
   cds_high,        ///< CDS is 1, 0 by the format; the frame otherwise good
   other_ack,       ///< START outside the bounds of the encoder, the frame otherwise good
@@ -77,8 +77,8 @@ struct Usual {
   std::optional<ChecksumVariant> checksum;
   /// Almost no frame has the right checksum, and no rule fits.
   bool no_checksum_fits = false;
-  /// If requests come in groups, each of which begins like a request of BiSS C: the usual rest in a
-  /// group.
+  /// If requests come in groups, each of which begins like a request of BiSS C: the usual pause in
+  /// a group.
   std::optional<Picoseconds> rest_in_group;
 };
 /// \param cycles from the beginning of the capture
@@ -114,7 +114,7 @@ class Pricer {
     ChannelFormat format;
     std::size_t at = 0;
   };
-  // A request as a master reads it that knows the line delay.
+  // A request as it is read by a master that has the line delay.
   struct View {
     std::vector<Picoseconds> rises;
     Picoseconds time{};

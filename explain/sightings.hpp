@@ -1,4 +1,4 @@
-// How often something was seen, and in which cycles.
+// The number of times that something was seen, and the cycles.
 #pragma once
 
 #include <algorithm>

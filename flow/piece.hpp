@@ -12,7 +12,7 @@
 
 namespace biss::flow {
 
-/// Functions that get each piece in its turn, as PairSource::settle() gives it; they may be null.
+/// Functions that get each piece in the order of PairSource::settle(); they may be null.
 struct Watch {
   /// Before the decoder gets the edges.
   capture::PairSource::OnEdges on_edges = nullptr;

@@ -78,7 +78,7 @@ inline void damage(std::vector<decode::LevelChange>& line, ByteSource& bytes) {
   }
 }
 
-// The changes as a capture delivers them: times never fall, and each change has another level.
+// The changes as a capture delivers them: times never fall, and each change has a different level.
 inline void put_in_order(std::vector<decode::LevelChange>& line) {
   const auto earlier = [](const decode::LevelChange& a, const decode::LevelChange& b) {
     return a.time < b.time;

@@ -68,7 +68,7 @@ double channel_cost(const ChannelLayout& channel) {
          (channel.crc.deviates() ? 12 : 0);
 }
 
-// The cost of one channel more.
+// The cost of one further channel.
 double further_channel_cost(std::size_t channels) {
   constexpr std::array<double, 4> costs{0.3, 2.7, 4, 3};
   return costs[std::min(channels, costs.size() - 1)];
@@ -208,7 +208,7 @@ class LayoutSearch {
     double rating = 0;
   };
 
-  // Half of the frames by their number, half by their patterns. If most frames are alike, few of
+  // Half of the frames by their number, half by their patterns. If most frames are equal, few of
   // the frames differ; if many are damaged, few of the patterns are right.
   std::size_t draw_pattern(std::size_t draw) {
     return draw % 2 == 0 ? random_() % patterns_.size()
@@ -305,7 +305,7 @@ class LayoutSearch {
     return basis.rank();
   }
 
-  // With the remainder that most frames have, or with the usual one, which needs no motion.
+  // With the most frequent remainder, or with the usual one: this needs no motion of the encoder.
   void add_candidate(unsigned begin, unsigned end, std::uint32_t generator, bool agree) {
     const auto width = static_cast<unsigned>(degree(generator));
     const unsigned rank = rank_of_pairs(begin, end, width);
@@ -330,7 +330,7 @@ class LayoutSearch {
     candidates_[begin].push_back(candidate);
   }
 
-  // Any generator of up to 16 bits, from what differences have in common: only for ends of the
+  // Any generator of up to 16 bits, from the common factor of differences: only for ends of the
   // frame, and of channels before another one.
   void find_wide() {
     constexpr double strong = 15;
@@ -357,7 +357,8 @@ class LayoutSearch {
     }
   }
 
-  // The common divisor of a few differences is the generator, times what has not moved.
+  // The common divisor of a few differences is the generator, times a factor of the bits that have
+  // not moved.
   void draw_generators(unsigned begin, unsigned end) {
     constexpr std::size_t draws = 16;
     constexpr std::size_t frames_a_draw = 10;
@@ -458,7 +459,7 @@ class LayoutSearch {
       right.push_back(known && check.is_right(sample, before));
       count += right[i] ? 1 : 0;
       usual_count += known && usual_check.is_right(sample, nullptr) ? 1 : 0;
-      // Most are wrong soon.
+      // Most fail early.
       if (i == 64 && count < 12) return;
     }
     if (count < least_share * all_ || count < 2 || usual_count >= count) return;
@@ -507,7 +508,7 @@ class LayoutSearch {
     layout.cost += tail_cost(layout);
   }
 
-  // Which bits differ from a frame that is right, or all of them.
+  // The bits that differ from the bits of a correct frame, or all bits.
   static double damage_cost(const Sample& sample, const Sample* near, unsigned bits) {
     if (near == nullptr) return bits;
     double wrong = 0;
@@ -571,8 +572,8 @@ class LayoutSearch {
   std::minstd_rand random_{1};
 };
 
-// The longest that a fifth of the frames have; frames that are too short for a position count only
-// among themselves.
+// The greatest length that a fifth of the frames reach; frames that are too short for a position
+// count only among themselves.
 unsigned length_of(std::span<const Sample> samples) {
   constexpr std::size_t short_bits = 9;
   constexpr std::size_t few = 8;

@@ -32,7 +32,7 @@ struct ChannelLayout {
   Span all() const { return {begin, end()}; }
 };
 
-/// Frames of one length, and which of them are alike.
+/// Frames of one length, and which of them are equal.
 struct FrameSet {
   struct Pattern {
     const Sample* sample = nullptr;
@@ -40,7 +40,7 @@ struct FrameSet {
   };
 
   /// Takes up to `most` frames: those at the beginning, and blocks from all of the rest. Frames of
-  /// another length than most of the long ones are left out, longer ones are cut.
+  /// a different length than most of the long ones are left out, longer ones are cut.
   FrameSet(std::span<const Sample> samples, std::size_t most);
 
   unsigned length = 0;
@@ -52,13 +52,13 @@ struct FrameSet {
   std::vector<Pattern> patterns;
 };
 
-/// The channels of a frame, and what they cost.
+/// The channels of a frame, and their cost.
 struct Layout {
   std::vector<ChannelLayout> channels;
-  /// The prior bits of the layout, and the bits for what its channels do not explain: frames with
-  /// another checksum, and bits after the frame.
+  /// The prior bits of the layout, and the bits for everything that its channels do not explain:
+  /// frames with another checksum, and bits after the frame.
   double cost = 0;
-  /// How much likelier than this layout one is whose checksums are not among those that were tried.
+  /// How much likelier than this layout a layout is whose checksums were not tried.
   double unknown = 0;
   /// The bits by which the checksums are better than chance.
   double score = 0;

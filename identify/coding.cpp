@@ -38,7 +38,7 @@ struct Count {
 };
 
 std::vector<Count> counts_of(std::span<const std::int64_t> values) {
-  // A table in which a value that finds its place taken goes to the next one.
+  // A table in which a value whose place is taken goes to the next place.
   const std::size_t mask = std::bit_ceil(2 * values.size() + 1) - 1;
   std::vector<Count> table(mask + 1);
   for (const std::int64_t value : values) {
@@ -57,7 +57,7 @@ unsigned size_of(std::int64_t value) {
   return static_cast<unsigned>(std::bit_width(value < 0 ? 0 - bits : bits));
 }
 
-// A dictionary that learns: the values that came before come again (a Dirichlet process).
+// A dictionary that learns: values that occurred before occur again (a Dirichlet process).
 double dictionary_cost(const std::vector<Count>& counts, double frames, unsigned bits) {
   constexpr double concentration = 1;
   double cost = log2_gamma(concentration + frames) - log2_gamma(concentration);
@@ -78,7 +78,7 @@ double size_cost(const Sizes& sizes, double frames, unsigned bits) {
   return cost;
 }
 
-// A bell with few values outside, whose width is near the size of most values.
+// A bell curve with few values outside, whose width is near the size of most values.
 double bell_cost(const std::vector<Count>& counts, const Sizes& sizes, double frames,
                  unsigned bits) {
   double left = 0.68 * frames;
@@ -298,7 +298,7 @@ double padding_cost(std::span<const std::uint8_t> bits) {
 }
 
 double counter_cost(std::span<const CounterValue> values, unsigned bits) {
-  // A frame that is lost or comes again costs fewer bits than any value.
+  // A frame that is lost or repeated costs fewer bits than any value.
   constexpr std::uint64_t few = 4;
   constexpr unsigned near_bits = 3;
   const auto count = static_cast<double>(values.size() - 1);

@@ -61,9 +61,9 @@ struct CounterValue {
   std::uint64_t cycle = 0;
   std::uint64_t repeats_before = 0;
 };
-/// The cost of a sign of life of `bits` bits: it counts on from request to request.
+/// The cost of a sign of life of `bits` bits: it increases by 1 from request to request.
 double counter_cost(std::span<const CounterValue> values, unsigned bits);
-/// The cost of words of `bits` bits that are alike in most frames.
+/// The cost of words of `bits` bits that are equal in most frames.
 double word_cost(std::span<const std::uint64_t> words, unsigned bits);
 
 }  // namespace biss::identify

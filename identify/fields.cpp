@@ -20,10 +20,10 @@ constexpr unsigned least_split = 8;
 // Positions for which the rarer codings are tried.
 constexpr std::size_t most_coded = 4;
 // Frames that jump show no order of the bits: below this share of the cost, a difference between
-// two codings is luck.
+// two codings is chance.
 constexpr double least_difference = 0.10;
 
-// ---- Choices, and what they cost in bits
+// ---- Choices, and their cost in bits
 
 struct FlagKind {
   double cost;
@@ -252,7 +252,8 @@ class FieldSearch {
     return layout_.crc.width_bits == 16 && life.bits == safety_counter_bits;
   }
 
-  // It counts on in most frames; with the checksum of a safety word, some may be lost or come again.
+  // It increases by 1 in most frames; with the checksum of a safety word, some may be lost or
+  // repeated.
   bool counts(const Field& life) const {
     double seen = 0;
     double follow = 0;
@@ -271,7 +272,7 @@ class FieldSearch {
     std::uint64_t repeats = 0;
     const bool safety_word = is_safety(life) && life.shift == 0;
     for (std::size_t i = 0; i < words_.data.size(); ++i) {
-      // A repeated frame is no new evidence of the counter, as it is none of the position.
+      // A repeated frame is not new evidence of the counter or of the position.
       const bool again = safety_word && i > 0 && words_.data[i] == words_.data[i - 1];
       if (!again) values.push_back({life.of(words_.data[i]), words_.cycles[i], repeats});
       repeats = again ? repeats + 1 : 0;
@@ -291,8 +292,8 @@ class FieldSearch {
   }
 
   // The additional cost of flags and padding that are as random as the lowest bit of a position.
-  // Next to the position they are as likely that bit, unless it makes the position far more
-  // expensive: every coder is a little worse with one bit more.
+  // Next to the position they are equally likely to be that bit, unless it makes the position far
+  // more expensive: every coder is a little worse with one bit more.
   double doubt_of_bits(const Fields& fields, Coding coding, unsigned split) {
     constexpr double least_doubt = 3;
     const ChannelFormat& channel = fields.channel;

@@ -59,7 +59,7 @@ struct Hypothesis {
   double cost = 0;
 };
 
-// Each channel has its most likely meaning, but one, which has another.
+// Each channel has its most likely meaning, except one.
 void add_hypotheses(std::size_t layout, double cost, const std::vector<std::vector<Fields>>& all,
                     std::vector<Hypothesis>& hypotheses) {
   Hypothesis best{layout, {}, cost};
@@ -90,7 +90,7 @@ std::uint64_t position_of(const ChannelFormat& channel) {
   return mask_of(channel.position) | mask_of(channel.multiturn) | mask_of(channel.singleturn);
 }
 
-// Both read these frames alike; a bit that has not moved may have another meaning.
+// Both read these frames in the same way; a bit that has not moved may have another meaning.
 bool fits(const ChannelFormat& known, const Fields& seen) {
   const auto same_flag = [&](const FlagField& a, const FlagField& b) {
     return ((mask_of(a) | mask_of(b)) & seen.moved) == 0 || a == b;
@@ -104,15 +104,15 @@ bool fits(const ChannelFormat& known, const Fields& seen) {
          same_flag(known.warning, seen.channel.warning);
 }
 
-// The same, and they read later flags alike too.
+// The same, and they read later flags in the same way too.
 bool is_alike(const ChannelFormat& known, const Fields& seen) {
   return fits(known, seen) && known.error == seen.channel.error &&
          known.warning == seen.channel.warning && known.life_counter == seen.channel.life_counter &&
          std::countr_zero(position_of(known)) == std::countr_zero(position_of(seen.channel));
 }
 
-// The encoder answers on CDS. It does so only if the master asks, and then with two ones or more;
-// other ones are damage, as long as they are rare.
+// The encoder answers on CDS. It does so only if the master requests it, and then with two ones or
+// more; other ones are damage, as long as they are rare.
 bool answers_on_cds(const FrameSet& frames, const Layout& layout) {
   constexpr double most_damage = 0.1;
   std::size_t ones = 0;
@@ -126,8 +126,8 @@ bool answers_on_cds(const FrameSet& frames, const Layout& layout) {
          static_cast<double>(ones) > most_damage * static_cast<double>(frames.samples.size());
 }
 
-// Adds the names of the encoders. If an encoder reads the frames alike, its format gives the names
-// of the bits.
+// Adds the names of the encoders. If an encoder reads the frames in the same way, its format gives
+// the names of the bits.
 void compare_with_catalogue(FormatCandidate& candidate, bool cds) {
   struct Known {
     FrameFormat format;
@@ -186,7 +186,7 @@ bool reads(const FrameCodec<>& codec, const Sample& sample) {
   return decode_payload(raw.view(), FrameStart{0, 1, 1}, codec).ok();
 }
 
-// The format is sure, and reads more than half of these frames.
+// The format is certain, and reads more than half of these frames.
 bool reads_most(const FormatFinding& finding, std::span<const Sample> samples) {
   if (finding.sure() == nullptr) return false;
   const FrameCodec<> codec(finding.sure()->format);
@@ -285,7 +285,7 @@ std::vector<FormatPart> find_parts(std::span<const Sample> samples) {
     if (runs.empty() || bits_of(runs.back()) != bits) runs.push_back({i, i});
     runs.back().last = i;
   }
-  // A few frames of another length are damaged ones.
+  // A few frames of a different length are damaged ones.
   std::size_t stray = 0;
   std::vector<Run> long_runs;
   for (const Run& run : runs) {

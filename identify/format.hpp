@@ -35,7 +35,7 @@ struct FormatFinding {
   /// No bit of a position has moved: the format cannot be known.
   bool still = false;
 
-  /// The first candidate if it is sure enough to be used without asking.
+  /// The first candidate if it is certain enough to be used without a question.
   const FormatCandidate* sure() const;
 };
 

@@ -44,7 +44,7 @@ struct ProtocolGuess {
   Protocol protocol = Protocol::unknown;
   /// 0 to 1.
   double confidence = 0;
-  /// The figures of this capture that speak for it, one line.
+  /// The figures of this capture that support it, one line.
   std::string why;
 };
 

@@ -132,7 +132,7 @@ bool repeats(const FrameSet& frames) {
   constexpr std::size_t after_the_end = 6;
   for (std::size_t distance = 12; distance + overlap_min + after_the_end / 2 < frames.length;
        ++distance) {
-    // Two words of zeros only are not a repetition.
+    // Two words that are all zeros are not a repetition.
     bool varied = false;
     const double same = share_of(frames.patterns, [&](const FrameSet::Pattern& word) {
       const BitView view = word.sample->bits.view();
@@ -167,7 +167,7 @@ BissTrial judge(const std::vector<Cycle>& requests, std::size_t pulses) {
   BissTrial trial;
   Structure structure = structure_of(requests, false);
   if (structure.share < 0.9) {
-    // Without a checksum, an ACK that changes is no ACK.
+    // Without a checksum, an ACK that changes is not an ACK.
     Structure any = structure_of(requests, true);
     if (any.bits >= std::max(certain_bits, structure.bits)) structure = std::move(any);
   }
@@ -189,7 +189,8 @@ BissTrial judge(const std::vector<Cycle>& requests, std::size_t pulses) {
   trial.checked = certain && confidence >= 0.5;
   trial.guess.confidence = confidence * (alike < 8 ? 0.7 : 1);
   trial.guess.why = fmt::format(
-      "{} of {} requests are answered alike: mostly {} clocks, ACK of {} clocks after {:.0f} ns; "
+      "{} of {} requests are answered in the same way: mostly {} clocks, ACK of {} clocks after "
+      "{:.0f} ns; "
       "{}",
       alike, requests.size(), structure.clocks, structure.ack_clocks,
       static_cast<double>(structure.line_delay) / 1000,

@@ -189,7 +189,7 @@ void try_ssi(const Pair& pair, const BissTrial& biss, Guesses& guesses) {
   });
   if (behaved < 0.8) return;
   double confidence = 0.9 * behaved;
-  // Also if the word seems to come again: one of BiSS C at rest may look so.
+  // Also if the word seems to be repeated: a word of BiSS C at rest may look like this.
   if (pulses > longest) confidence = std::min(confidence, 0.75);
   if (!biss.repeats) {
     if (pulses % 8 == 0) confidence = std::min(confidence, 0.55);
@@ -236,9 +236,10 @@ void try_alone(const ClockShape& clock, const std::vector<Pair>& pairs, Guesses&
   const double rate = 1e9 / clock.period;
   guesses.push_back(
       {Protocol::clock_alone, answers < 0.02 ? 0.93 : 0.6,
-       clock.pauses ? fmt::format("{} bursts of a clock of {:.0f} kHz, nothing answers",
-                                  clock.bursts.size(), rate)
-                    : fmt::format("a clock of {:.0f} kHz without a pause, nothing answers", rate)});
+       clock.pauses
+           ? fmt::format("{} bursts of a clock of {:.0f} kHz without an answer",
+                         clock.bursts.size(), rate)
+           : fmt::format("a clock of {:.0f} kHz without a pause and without an answer", rate)});
 }
 
 // ---- EnDat 2.1 and 2.2: mode commands of the master, then words with a CRC of 5 bits
@@ -323,8 +324,8 @@ EndatFit fit_endat(const Pair& pair, bool inverted, double phase) {
   return best;
 }
 
-// Data rests at the level at which the clock does not, and returns there from the other one a fixed
-// time after the last clock: the recovery time of 1.25 us to 3.75 us, or of 10 us to 30 us.
+// Data rests at the opposite of the clock's level, and returns to it a fixed time after the last
+// clock: the recovery time of 1.25 us to 3.75 us, or of 10 us to 30 us.
 bool has_recovery(const Pair& pair) {
   std::vector<double> times;
   for (const Transfer& transfer : pair.transfers) {

@@ -1,4 +1,5 @@
-// The lines of a capture as lists of times, and what the trials of recognise_protocol() share.
+// The lines of a capture as lists of times, and the shared parts of the trials of
+// recognise_protocol().
 #pragma once
 
 #include <algorithm>

@@ -36,7 +36,7 @@ Grid grid_of(const std::vector<double>& intervals) {
     }
     bit = bits == 0 ? 0 : time / bits;
   }
-  // There is no grid if all edges are at one time.
+  // There is no grid if all edges have the same time.
   if (!(bit > 0)) return {};
   double off = 0;
   double measured = 0;
@@ -154,7 +154,7 @@ void try_dsl(const Trace& line, const std::vector<double>& intervals, const Grid
                                  1e6 / grid.bit, line.changes.size(), longest / grid.bit)});
 }
 
-// \param trust what the guess is multiplied with
+// \param trust the factor of the guess
 void try_words(const Trace& line, const Grid& grid, const Scene& scene, double trust,
                Guesses& guesses) {
   const double coarse = 0.1 + 0.5 * scene.sample / std::max(grid.bit, 1.0);
@@ -197,8 +197,9 @@ void try_noise(const Trace& line, const std::vector<double>& intervals, const Gr
   const bool coarse = grid.bit < 6 * sample;
   const bool scattered = grid.off > 0.17 || coarse;
   if (!scattered || is_periodic(intervals)) return;
-  guesses.push_back({Protocol::noise, coarse ? 0.6 : 0.75,
-                     fmt::format("{} changes in no period and no bit time", line.changes.size())});
+  guesses.push_back(
+      {Protocol::noise, coarse ? 0.6 : 0.75,
+       fmt::format("{} changes without a common period or bit time", line.changes.size())});
 }
 
 }  // namespace

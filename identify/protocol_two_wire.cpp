@@ -96,7 +96,7 @@ void try_two_wire(const Scene& scene, Guesses& guesses) {
     for (const Trace& second : scene.lines) {
       if (&first == &second) continue;
       try_i2c(first, second, false, guesses);
-      // A free bus has a high clock, unless an inverter is between.
+      // A free bus has a high clock, unless there is an inverter in between.
       if (!first.clock.idle_high) try_i2c(first, second, true, guesses);
       if (&first < &second) try_quadrature(first, second, guesses);
     }

@@ -52,7 +52,7 @@ const Json& member(const Json& object, const char* name) {
 }
 
 const Json& list(const Json& value, const char* name) {
-  require(value.is_array(), "'{}' is no list", name);
+  require(value.is_array(), "'{}' is not a list", name);
   return value;
 }
 
@@ -61,12 +61,12 @@ std::string shown(const Json& value) { return value.dump(-1, ' ', true).substr(0
 
 std::string text(const Json& object, const char* name) {
   const Json& value = member(object, name);
-  require(value.is_string(), "'{}' is no text", name);
+  require(value.is_string(), "'{}' is not a text", name);
   return value.get<std::string>();
 }
 
 std::uint64_t number(const Json& value, const char* name, std::uint64_t most) {
-  require(value.is_number(), "'{}' is no number", name);
+  require(value.is_number(), "'{}' is not a number", name);
   require(value.is_number_unsigned() && value.get<std::uint64_t>() <= most,
           "'{}' is {}, not a whole number from 0 to {}", name, shown(value), most);
   return value.get<std::uint64_t>();
@@ -121,7 +121,7 @@ void read_fitted(CampaignCounts& counts, const Json& object) {
   for (const Json& entry : list(member(object, "fitted"), "fitted")) {
     require_size(entry, "fitted", 5);
     const bool wrong = entry[0] == "wrong";
-    require(wrong || entry[0] == "monitor", "'fitted' has an entry of no known kind");
+    require(wrong || entry[0] == "monitor", "'fitted' has an entry of an unknown kind");
     const auto bits = [&entry](std::size_t n) {
       return static_cast<std::uint8_t>(number(entry[n], "fitted", weight_count - 1U));
     };
@@ -176,7 +176,8 @@ void read_row(ExperimentRow<CampaignCounts>& row, const FaultChoice& fault, cons
 }
 
 CampaignState state_of(const Json& object) {
-  require(object.is_object() && object.contains("biss_campaign"), "it is no state of a campaign");
+  require(object.is_object() && object.contains("biss_campaign"),
+          "it is not a state of a campaign");
   require(number(object, "biss_campaign") == state_version,
           "its version is {}, this program reads version {}", number(object, "biss_campaign"),
           state_version);
@@ -189,7 +190,7 @@ CampaignState state_of(const Json& object) {
   for (const Json& each : faults) {
     const std::string name = text(each, "fault");
     const auto fault = parse_fault(name);
-    require(fault.has_value(), "{} is no fault", shown(each["fault"]));
+    require(fault.has_value(), "{} is not a fault", shown(each["fault"]));
     plan.faults.push_back(*fault);
   }
   CampaignState state(std::move(plan));
@@ -288,7 +289,7 @@ tl::expected<CampaignState, std::string> read_state(std::string_view text) {
   } catch (const Refused& refused) {
     return tl::unexpected(refused.cause);
   } catch (const Json::exception&) {
-    return tl::unexpected(std::string("it is no JSON, or ends early"));
+    return tl::unexpected(std::string("it is not JSON, or ends early"));
   }
 }
 

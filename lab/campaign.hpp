@@ -62,7 +62,7 @@ std::string state_text(const CampaignState& state);
 
 /// Reads the text of state_text(). Every number is checked: counts against frames, frames against
 /// blocks.
-/// \return the state, or the cause why the text is no state of a campaign
+/// \return the state, or the cause why the text is not a state of a campaign
 tl::expected<CampaignState, std::string> read_state(std::string_view text);
 
 /// Whether all numbers of wrong bits occur in these words. \pre the state's format is the frame's

@@ -1,4 +1,4 @@
-// The unit of work of a campaign, and what it counts. A block depends on nothing but seed, fault and
+// The unit of work of a campaign, and its counts. A block depends on nothing but seed, fault and
 // number; counts are whole numbers, so parts add up to the same sum in any order.
 #pragma once
 

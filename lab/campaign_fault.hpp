@@ -69,7 +69,7 @@ std::optional<FaultChoice> parse_fault(std::string_view text);
 /// Returns the text that parses to the same fault.
 std::string text_of(const FaultChoice& fault);
 
-/// A part of 2^32 as a number.
+/// A rate in units of 2^-32 as a probability.
 constexpr long double probability_of(std::uint32_t rate) {
   return static_cast<long double>(rate) / 4294967296.0L;
 }

@@ -126,7 +126,7 @@ LineWord FittingDraws::draw_some(sim::Random& random) const {
   }
 }
 
-// The safety word's bits to change, so that it differs by this from what the control word reads.
+// The safety word's bits to change, so that it differs by this from the value of the control word.
 LineWord FittingDraws::fitting_bits(const SentFrame& sent, LineWord errors,
                                     std::uint64_t difference) const {
   const ChannelFormat& cpw = frame_.cpw_format();

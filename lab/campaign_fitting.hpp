@@ -16,8 +16,9 @@ namespace biss::lab {
 ///   rate; in another quarter 1 to 6 of them are wrong, every set of that size equally likely; in
 ///   half of the draws 1 to 6 of the near bits: all without the control word's compared bits from
 ///   the fourth one on.
-/// * The safety word's compared bits are changed to what the control word's then read, plus a
-///   difference that is drawn evenly, up to one count more than the tolerance in both directions.
+/// * The safety word's compared bits are changed to the value that the control word's then have,
+///   plus a difference that is drawn evenly, up to one count more than the tolerance in both
+///   directions.
 /// * nE and the counter's bits are wrong with 1/32 each, and the frame is then refused.
 /// * Both checksums fit. In one frame of eight, any one bit is flipped in addition.
 ///

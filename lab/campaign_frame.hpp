@@ -38,8 +38,8 @@ struct FrameOutcome {
   bool cpw = false;      ///< the control word is wrong, and its CRC is good
   bool spw = false;      ///< the safety word is wrong, and its CRC is good
   bool both = false;     ///< either word is wrong, and both CRCs are good
-  bool monitor = false;  ///< the monitor says `safe`
-  bool wrong = false;    ///< the monitor says `safe` with a position that was not sent
+  bool monitor = false;  ///< the verdict is `safe`
+  bool wrong = false;    ///< the verdict is `safe` with a position that was not sent
 
   bool operator==(const FrameOutcome&) const = default;
 };
@@ -51,7 +51,7 @@ class CampaignFrame {
   using Plan = SafetyPlan<>;
 
   /// A counter whose range the monitor would have to learn is taken as 1…63.
-  /// \return nothing if the format and the setup are no such pair or cannot be monitored
+  /// \return nothing if the format and the setup are not such a pair or cannot be monitored
   static std::optional<CampaignFrame> make(const FrameFormat& format, SafetySetup setup);
 
   const Plan& plan() const { return *plan_; }

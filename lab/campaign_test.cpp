@@ -108,19 +108,19 @@ std::string refusal_of(const std::string& text) {
 TEST(CampaignState, TextThatEndsEarly_IsRefused) {
   const std::string text = state_text(whole());
   for (std::size_t size = 0; size + 2 < text.size(); size += 97) {
-    EXPECT_EQ(refusal_of(text.substr(0, size)), "it is no JSON, or ends early");
+    EXPECT_EQ(refusal_of(text.substr(0, size)), "it is not JSON, or ends early");
   }
 }
 
 TEST(CampaignState, FieldOfAnotherKind_IsRefusedByName) {
-  EXPECT_EQ(refusal_of("[]"), "it is no state of a campaign");
+  EXPECT_EQ(refusal_of("[]"), "it is not a state of a campaign");
   EXPECT_EQ(refusal_of(changed("\"biss_campaign\":2", "\"biss_campaign\":3")),
             "its version is 3, this program reads version 2");
-  EXPECT_EQ(refusal_of(changed("\"seed\":7", "\"seed\":\"7\"")), "'seed' is no number");
+  EXPECT_EQ(refusal_of(changed("\"seed\":7", "\"seed\":\"7\"")), "'seed' is not a number");
   EXPECT_EQ(refusal_of(changed("\"seed\":7", "\"seed\":-7")),
             "'seed' is -7, not a whole number from 0 to 18446744073709551615");
   EXPECT_EQ(refusal_of(changed("\"rules\"", "\"rule\"")), "'rules' is missing");
-  EXPECT_EQ(refusal_of(changed("burst:8", "burst:1")), "\"burst:1\" is no fault");
+  EXPECT_EQ(refusal_of(changed("burst:8", "burst:1")), "\"burst:1\" is not a fault");
   EXPECT_EQ(refusal_of(changed("\"monitor\":", "\"monitors\":")),
             "flips:0.1: 'monitor' is missing");
 }
@@ -152,7 +152,7 @@ TEST(CampaignState, CountThatCannotBe_IsRefused) {
   EXPECT_EQ(refusal_of(changed("\"wrong\":[[0,", "\"wrong\":[[0,7", "burst:8")),
             "burst:8: 'wrong' has more frames than 'monitor'");
   EXPECT_EQ(refusal_of(changed("[\"monitor\",", "[\"monitors\",")),
-            "flips:0.1:fitting: 'fitted' has an entry of no known kind");
+            "flips:0.1:fitting: 'fitted' has an entry of an unknown kind");
   EXPECT_EQ(refusal_of(changed("[\"monitor\",", "[\"monitor\",300,", "fitting")),
             "flips:0.1:fitting: 'fitted' has an entry without 5 values");
   EXPECT_EQ(refusal_of(changed("\"missed\":[", "\"missed\":[787666,", "burst:8")),

@@ -55,7 +55,8 @@ class CampaignTheories {
 struct CampaignEstimate {
   /// The rate of events a frame; weighted with importance sampling.
   long double rate = 0;
-  /// 95 % confidence limits of the rate: Wilson's for plain counts, normal for weighted ones.
+  /// 95 % confidence limits of the rate: Wilson limits for plain counts, normal limits for weighted
+  /// ones.
   long double low = 0;
   long double high = 1;
   /// The deviation of the rate from theory in standard deviations. None without a theory, with fewer

@@ -345,7 +345,7 @@ std::optional<SafetyRating> safety_rating(const FrameFormat& format,
                                           const SafetyComparison& comparison) {
   const auto shares = undetected_shares(format, comparison);
   if (!shares) return std::nullopt;
-  // Rounded up, and by more than what the sum may be wrong by.
+  // Rounded up, by more than the possible error of the sum.
   const long double scaled = std::ceil(shares->safe_position() * 1e24L * (1 + 1e-9L));
   if (scaled > 1e19L) return std::nullopt;
   SafetyRating rating;

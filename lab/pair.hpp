@@ -1,5 +1,5 @@
-// The two words of BiSS Safety together: how often both are accepted although the position is wrong.
-// A model of a channel, not a certificate; docs/safety-experiments.md lists what it assumes.
+// The two words of BiSS Safety together: how often both are accepted although the position is
+// wrong. A model of a channel, not a certificate; docs/safety-experiments.md lists its assumptions.
 #pragma once
 
 #include <cstdint>
@@ -22,9 +22,9 @@ struct ComparedBit {
 };
 
 /// The bits of both positions with the same meaning, most significant first: singleturn (or `pos`)
-/// aligned at its first bit, turns at their last bit (fact sheet, 5.3). Turns and singleturn are one
-/// number, so a carry between them is no difference. Empty if nothing can be compared, and for Gray
-/// code.
+/// aligned at its first bit, turns at their last bit (fact sheet, 5.3). Turns and singleturn are
+/// one number, so a carry between them is not a difference. Empty if nothing can be compared, and
+/// for Gray code.
 std::vector<ComparedBit> compared_bits(const ChannelFormat& control, const ChannelFormat& safety,
                                        const SafetyComparison& comparison = {});
 

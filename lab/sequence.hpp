@@ -24,8 +24,8 @@ enum class SequenceTask : std::uint8_t {
   fault,         ///< a transmission error, injected again and again into a safe sequence
 };
 
-/// How an undamaged encoder moves. Every 512 frames it is put to another place, every second time
-/// so that it passes zero; it moves 256 frames in one direction and 256 back.
+/// How an undamaged encoder moves. Every 512 frames it moves to another place, every second time to
+/// one from which it passes zero; it moves 256 frames in one direction and 256 back.
 enum class SequenceMotion : std::uint8_t {
   max,    ///< full speed: just below half a turn from frame to frame
   steps,  ///< every speed from one count to half the range, each magnitude equally often
@@ -52,7 +52,7 @@ struct SequenceVariant {
   TransmissionError error{};
   /// The name that users see; a fault that parse_fault() takes if bits are corrupted.
   std::string_view name;
-  /// Injects one event. Null for `constant`: there the fault exists since power-up.
+  /// Injects one event. Null for `constant`: there the fault has existed since power-up.
   void (*inject)(FaultRun& run) = nullptr;
   /// Null: 0.
   SequenceTheory* theory = nullptr;
@@ -68,9 +68,9 @@ struct SequenceRow {
   /// For a fault: the error, and which of its variants.
   TransmissionError kind{};
   unsigned variant = 0;
-  /// The monitor's.
+  /// The counter mode of the monitor.
   CounterMode counter = CounterMode::count_1_63;
-  /// The encoder's; not `learned`.
+  /// The counter mode of the encoder; not `learned`.
   CounterMode encoder_counter = CounterMode::count_1_63;
   SequenceMotion motion = SequenceMotion::max;
   /// Undamaged frames, else events.
@@ -81,7 +81,7 @@ struct SequenceRow {
   std::string_view name() const;
   /// The motion, or the variant of the error; `all` for a sum of variants.
   std::string_view variant_name() const;
-  /// \pre task is `fault`, and the row is no sum
+  /// \pre task is `fault`, and the row is not a sum
   const SequenceVariant& injection() const { return variants_of(kind)[variant]; }
   bool is_constant() const { return task == SequenceTask::fault && injection().inject == nullptr; }
   /// The seed of the row's random numbers. It depends on everything but `size`, and not on other
@@ -111,7 +111,7 @@ struct SequenceCounts {
   std::uint64_t events = 0;
   /// Events with a frame that was safe and must not be; see SequenceResult::theory.
   std::uint64_t accepted = 0;
-  /// Accepted events with another position than the encoder's.
+  /// Accepted events whose position is not the position of the encoder.
   std::uint64_t wrong = 0;
   /// Events that were neither accepted nor detected within the bound.
   std::uint64_t late = 0;

@@ -115,7 +115,7 @@ class SequenceRig {
     note(logged("silence", {}, &meant, monitor_.step(OneClock{now_}, BitView())), &meant);
   }
 
-  // Counts the event. `allowed` returns whether a first verdict is one of the error's.
+  // Counts the event. `allowed` returns whether a first verdict belongs to the error.
   template <class Allowed>
   void close_event(std::uint64_t bound_cycles, const Allowed& allowed) {
     ++counts_.events;
@@ -548,13 +548,13 @@ std::uint64_t value_of(const SequenceFrame& frame, const SequenceWords& words) {
   return FieldEvaluation<SequenceFrame::Plan>::safe_position(frame.plan(), finding).value;
 }
 
-// Since power-up every answer is that to an earlier request, until and after a stimulus.
+// Since power-up every answer belongs to an earlier request, until and after a stimulus.
 class ConstantRun {
  public:
   ConstantRun(SequenceRig& rig, const SequenceRow& row)
       : rig_(rig), late_(1U + below(row.period() - 1U)) {
     rig_.settle(true);
-    // Instead of what the event before has left.
+    // Replaces the expectation of the previous event.
     rig_.monitor().expect_position(0, ~std::uint64_t{0});
     rig_.encoder().put_elsewhere();
     for (unsigned frames = late_; frames != 0; --frames) rig_.own();
@@ -598,7 +598,7 @@ class ConstantRun {
   }
   // Fewer than the requests by which the line is late: its answers are from before the stimulus.
   unsigned most_damaged() const { return std::min(3U, late_ - 1U); }
-  // Whether the encoder has left all positions that the line may say next.
+  // Whether the encoder has left all positions that the line may deliver next.
   bool is_moved() const {
     const std::uint64_t at = value_of(rig_.frame(), rig_.past(0));
     for (unsigned k = 0; k <= most_damaged(); ++k) {

@@ -52,7 +52,7 @@ long double same_crc_theory(const SequenceFrame& frame, const SequenceFrame::Cod
 
 }  // namespace
 
-// The word that was sent is no fault.
+// The word that was sent is not a fault.
 std::optional<long double> noise_word_theory(const SequenceFrame& frame, const SequenceRow&) {
   return (good_words(frame) - 1) * power_of_half(frame.words().spw_bits());
 }

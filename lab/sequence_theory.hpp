@@ -10,7 +10,7 @@ namespace biss::lab {
 SequenceTheory corruption_theory;
 /// A frame of another source: its counter is the expected one by chance.
 SequenceTheory counter_theory;
-/// The same for a frame between two requests, which can come too early.
+/// The same for a frame between two requests. It can come too early.
 SequenceTheory insertion_theory;
 /// Random bits instead of both words, or instead of the safety word.
 SequenceTheory noise_theory;

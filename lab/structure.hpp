@@ -25,9 +25,9 @@ inline constexpr std::array<FaultKind, 10> structural_faults{
     FaultKind::gap_low,       FaultKind::gap_high,    FaultKind::lost_start,
     FaultKind::false_start};
 
-/// The encoder is healthy: the flags say "no error, no warning", padding is 0, position and counter
-/// bits are independent and evenly distributed. The reader reads as many bits as a frame has, and
-/// STOP; the line is low after STOP.
+/// The encoder is healthy: the flags show "no error, no warning", padding is 0, position and
+/// counter bits are independent and evenly distributed. The reader reads as many bits as a frame
+/// has, and STOP; the line is low after STOP.
 struct StructureModel {
   /// The compared bits of the safety word are the position bits of the control word.
   bool pair = false;
@@ -41,7 +41,7 @@ struct StructureModel {
 struct PassedShares {
   long double first_word = 0;  ///< STOP, CDS if known, and the first channel's checksum
   long double all_words = 0;   ///< all other checksums
-  long double trusted = 0;     ///< nE says "no error" in all channels
+  long double trusted = 0;     ///< nE shows "no error" in all channels
   long double pair = 0;        ///< the counter is the expected one and the comparison passes
 };
 
@@ -49,8 +49,9 @@ struct PassedShares {
 PassedShares passed_shares(const FrameFormat& format, FaultKind fault, unsigned place,
                            const StructureModel& model);
 
-/// The shares of frames with a fault that one word's checksum, the other's, both checksums and the
-/// monitor accept, and of those with a wrong position: in the order of Acceptance.
+/// The shares of frames with a fault that the checksum of one word, the checksum of the other, both
+/// checksums and the monitor accept, and the shares with a wrong position: in the order of
+/// Acceptance.
 using AcceptedShares = std::array<long double, 5>;
 
 /// A fault of a campaign other than flips, at its place or at any place with the same probability.
@@ -76,7 +77,7 @@ StructureRow structure_row(const FrameFormat& format, FaultKind fault, const Str
 /// The frame from the encoder, and the checks of the reader, when START is seen at a wrong place.
 /// Position and counter bits are independent and evenly distributed; padding is 0.
 struct SlipModel {
-  /// The flags say "no error, no warning". false: they are evenly distributed too.
+  /// The flags show "no error, no warning". false: they are evenly distributed too.
   bool healthy_flags = true;
   /// The CDS bit that the encoder sends.
   bool cds = false;

@@ -65,8 +65,8 @@ Polynomial<Integer> macwilliams_sum(const std::vector<Polynomial<Integer>>& term
   return sum;
 }
 
-/// A word as it is protected: data bits, then the checksum. Only the polynomial matters for what is
-/// detected; start value and inversion do not. Without a checksum (crc_bits 0), every pattern is
+/// A word as it is protected: data bits, then the checksum. Only the polynomial matters for the
+/// detection; start value and inversion do not. Without a checksum (crc_bits 0), every pattern is
 /// accepted.
 struct WordCode {
   std::uint32_t polynomial = 0;  ///< full form

@@ -16,7 +16,7 @@ using capture::PairPiece;
 using capture::PairSource;
 using wire::Level;
 
-// Enough changes that a piece is worth a thread's while.
+// Enough changes to give a thread a piece of its own.
 constexpr std::size_t elements_in_piece = 32'768;
 
 const std::vector<std::string>& line_names() {
@@ -149,7 +149,7 @@ class ArraySource final : public capture::EdgeSource {
   Picoseconds end_time() const override { return end_; }
   Picoseconds sample_period() const override { return arrays_.sample_period; }
   std::unique_ptr<PairSource> pairs(wire::LineIndex ma, wire::LineIndex slo) override {
-    // With the lines exchanged, edges will do.
+    // With the lines exchanged, edges are good enough.
     if (ma != ma_line || slo != slo_line) return nullptr;
     return std::make_unique<ArrayPairs>(arrays_, at_);
   }

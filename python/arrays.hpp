@@ -24,7 +24,7 @@ struct EdgeArrays {
   std::span<const std::int64_t> times;
   std::span<const std::uint8_t> ma;
   std::span<const std::uint8_t> slo;
-  /// As EdgeSource::sample_period().
+  /// The same as EdgeSource::sample_period().
   Picoseconds sample_period{};
 };
 

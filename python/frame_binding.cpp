@@ -28,9 +28,9 @@ constexpr std::size_t most_frame_bytes = 65'536;
 
 // In the order of EncodeError.
 constexpr auto encode_texts = std::to_array<const char*>(
-    {"the format has another number of channels", "position: does not fit its channel",
+    {"the format has a different number of channels", "position: does not fit its channel",
      "life_counter: does not fit its channel", "ack_clocks: from 1 to 400",
-     "lead_clocks: from 0 to 402", "the CRC is that of the frame before (:previous)"});
+     "lead_clocks: from 0 to 402", "the CRC belongs to the frame before (:previous)"});
 
 UsageError usage_error(EncodeError error) {
   return UsageError(encode_texts[static_cast<std::size_t>(error)]);
@@ -111,7 +111,7 @@ class FormatObject {
                    std::optional<std::size_t> bits) const {
     if (device_.format.needs_previous()) throw usage_error(EncodeError::needs_previous);
     const auto bytes = bytes_of(buffer);
-    if (bytes.size() > most_frame_bytes) throw UsageError("more than 64 KiB are no frame");
+    if (bytes.size() > most_frame_bytes) throw UsageError("a frame has at most 64 KiB");
     const std::size_t all = 8 * bytes.size();
     if (first_bit > all || bits.value_or(0) > all - first_bit) {
       throw UsageError(fmt::format("the buffer has {} bits", all));
@@ -169,7 +169,7 @@ class SpiObject {
     const bool gaps =
         array.size() != 0 && array.ndim() == 2 && array.shape(1) > 1 && array.strides(1) != 1;
     if (array.ndim() != 2 || gaps) {
-      throw UsageError("an array with a buffer in each row is needed, its bytes contiguous");
+      throw UsageError("an array with a buffer of contiguous bytes in each row is needed");
     }
     const auto rows = static_cast<std::size_t>(array.shape(0));
     const auto width = static_cast<std::size_t>(array.shape(1));
@@ -239,7 +239,7 @@ unsigned crc_of(std::uint64_t data, unsigned bits, unsigned width, std::uint32_t
                .width_bits = static_cast<std::uint8_t>(width),
                .inverted = inverted};
   if (!is_full_form(spec.polynomial, width)) {
-    throw UsageError("polynomial: the full form with the top and the bottom bit, as 0x43");
+    throw UsageError("polynomial: the full form with the top and the bottom bit, such as 0x43");
   }
   if ((start & ~spec.mask()) != 0) throw UsageError("start: wider than the checksum");
   return CrcBitwise(spec)(data, bits);

@@ -19,7 +19,7 @@ void translate(std::exception_ptr thrown) {
 
 PYBIND11_MODULE(_core, module) {
   py::register_local_exception_translator(&translate);
-  module.doc() = "What the package biss is made of. Use the package.";
+  module.doc() = "The parts of the package biss. Use the package.";
   biss::python::add_verbs(module);
   biss::python::add_stream(module);
   biss::python::add_frames(module);

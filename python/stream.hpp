@@ -62,7 +62,7 @@ class Stream {
 
   /// \pre time is not before the last one, and not ended()
   void push(Picoseconds time, bool ma, bool slo) { queue_.push(time, ma, slo); }
-  /// Decodes what was pushed, unless it may belong to the beginning; few edges wait for more.
+  /// Decodes the pushed edges, unless they may belong to the beginning; a few edges wait for more.
   void decode(bool few = false);
   /// decode() has nothing to do.
   bool waits() const;

@@ -251,7 +251,7 @@ class StreamObject {
   std::int64_t last_time_ = no_time;
 };
 
-// The method of a StreamObject, in its turn.
+// Calls the method of a StreamObject when the calls of other threads have ended.
 template <class Result, class... Arguments>
 auto in_turn(Result (StreamObject::*method)(Arguments...)) {
   return [method](StreamObject& stream, Arguments... arguments) {

@@ -37,7 +37,8 @@ struct VerbSetup {
   std::map<std::string, verbs::GivenCapture> captures;
   /// The rows go to VerbResult::columns if the verb reads captures to a table.
   bool keep_columns = false;
-  /// As in MemoryHost::set_go_on(). After it has returned false, the result has no meaning.
+  /// The same as in MemoryHost::set_go_on(). After it has returned false, the result has no
+  /// meaning.
   std::function<bool()> go_on = [] { return true; };
 };
 

@@ -110,7 +110,7 @@ bool goes_on() {
 py::list messages_of(const VerbResult& result) {
   py::list messages;
   for (const std::string& message : result.messages) {
-    // As the command prints it: an exception of it may be shown on a terminal.
+    // The text that the command prints: a terminal may show it in an exception.
     std::string printable;
     report::append_printable(printable, message);
     messages.append(text_object(printable));
@@ -127,8 +127,8 @@ VerbSetup setup_of(const py::dict& captures, bool keep_columns) {
   return setup;
 }
 
-// Runs the work without the lock of Python. An exception of Python, as of a signal, belongs to the
-// thread, which has it again when the work has ended.
+// Runs the work without the lock of Python. An exception of Python, for example from a signal,
+// belongs to the thread and is raised there when the work has ended.
 template <class Work>
 auto without_lock(VerbSetup setup, Work work) {
   bool interrupted = false;

@@ -61,7 +61,7 @@ class CsvWriter final : public TableWriter {
     if (!writer_.good()) return false;
     char* const begin = writer_.begin();
     char* at = put_line(cells);
-    // A blank line would be no row at all to many readers.
+    // Many readers would not take a blank line as a row.
     if (at == begin) {
       *at++ = '"';
       *at++ = '"';

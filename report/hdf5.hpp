@@ -1,5 +1,5 @@
-// Tables as HDF5. Apart from the room: the target is biss_report_hdf5, and nothing else in it needs
-// the library.
+// Tables as HDF5. Separate from the room: the target is biss_report_hdf5, and nothing else in it
+// needs the library.
 #pragma once
 
 #include <memory>

@@ -36,7 +36,7 @@ herr_t close_file(H5FD_t* file) {
   return 0;
 }
 
-// As the library's own driver of files has them: metadata and small data are written in larger pieces.
+// As in the library's own driver of files: metadata and small data are written in larger pieces.
 herr_t query(const H5FD_t*, unsigned long* flags) {
   *flags = H5FD_FEAT_AGGREGATE_METADATA | H5FD_FEAT_ACCUMULATE_METADATA | H5FD_FEAT_DATA_SIEVE |
            H5FD_FEAT_AGGREGATE_SMALLDATA;

@@ -7,7 +7,7 @@
 namespace biss::report {
 namespace {
 
-// Beyond it a reader that keeps numbers as doubles would change them without a word.
+// Beyond it a reader that keeps numbers as doubles would change them without notice.
 constexpr std::uint64_t largest_safe_integer = std::uint64_t{1} << 53U;
 
 char* put_text(char* at, std::string_view text) { return std::copy(text.begin(), text.end(), at); }

@@ -106,7 +106,7 @@ class RowStore : public TableWriter {
     return number;
   }
 
-  // Gives each of the rows so far that many words.
+  // Gives each row so far this number of words.
   void widen(Stored& stored, std::size_t lanes) const {
     Values<std::uint64_t> wide(rows_ * lanes, 0U);
     for (std::size_t i = 0; i < rows_ * stored.lanes; ++i) {

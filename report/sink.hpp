@@ -17,7 +17,7 @@ class TextSink {
 
   /// False if the text was not written; the owner of the sink has the cause.
   virtual bool write(std::string_view text) = 0;
-  /// The same for text that contains nothing of a file that could steer a terminal.
+  /// The same for text that contains no part of a file that could control a terminal.
   virtual bool write_printable(std::string_view text) { return write(text); }
 };
 
@@ -28,7 +28,7 @@ class FileSink {
 
   /// False if the bytes were not written; the owner of the sink has the cause.
   virtual bool write_at(std::uint64_t offset, std::span<const std::byte> bytes) = 0;
-  /// Reads what was written before; zeros past the end of the file.
+  /// Reads bytes that were written before; zeros past the end of the file.
   virtual bool read_at(std::uint64_t offset, std::span<std::byte> bytes) = 0;
   /// Fails with a cause of the writer.
   virtual void fail(std::string_view cause) = 0;

@@ -24,11 +24,11 @@ namespace biss::report {
 
 /// The kind of value in a column or cell.
 enum class Kind : std::uint8_t {
-  absent,            ///< cells only: no value; empty in CSV, null in JSON, `-` for eyes
+  absent,            ///< cells only: no value; empty in CSV, null in JSON, `-` for people
   unsigned_integer,  ///< up to 2^64 - 1; decimal
   signed_integer,    ///< decimal
-  nanoseconds,       ///< a Picoseconds, written as nanoseconds with up to three places, exact
-  real,              ///< a double: as few digits as give the same one again; not finite: absent
+  nanoseconds,       ///< a Picoseconds, written as nanoseconds with up to three decimals, exact
+  real,              ///< a double: the fewest digits that give the same double; not finite: absent
   text,              ///< any bytes; UTF-8 if users read it
   bits,              ///< a bit string, written as one hexadecimal number (see append_hex)
   flag,              ///< 0 or 1
@@ -149,7 +149,7 @@ class TableWriter {
   /// \pre a cell is absent or of its column's kind; a column of text takes cells of any kind
   virtual bool row(std::span<const Cell> cells) = 0;
 
-  /// Writes what is held back. False when any of the text did not reach the sink.
+  /// Writes the rows that are held back. False when any of the text did not reach the sink.
   virtual bool finish() = 0;
 };
 
@@ -173,7 +173,7 @@ std::optional<Format> format_by_name(std::string_view name);
 
 /// All of these are for `table` only.
 struct TableOptions {
-  bool colour = false;               ///< the terminal shows colour and wants it
+  bool colour = false;               ///< the terminal shows colour, and NO_COLOR is not set
   std::size_t rows_measured = 1000;  ///< rows held back to find the widths
   /// Columns of the terminal; 0: any number. Columns of the table that do not fit are left out:
   /// first columns that are empty in all measured rows, then bits, then the last ones. The first

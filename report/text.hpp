@@ -68,7 +68,7 @@ struct CodePoint {
 CodePoint front_code_point(std::string_view text);
 
 /// Appends `text` fit for a terminal: control characters and invalid UTF-8 become U+FFFD, so that a
-/// name out of a file cannot steer the terminal or break a line.
+/// name from a file cannot control the terminal or break a line.
 void append_printable(std::string& out, std::string_view text);
 /// The same for text of several lines: line feeds and tabs stay.
 void append_printable_lines(std::string& out, std::string_view text);

@@ -1,4 +1,4 @@
-// Columns that several verbs show alike.
+// Columns that several verbs show in the same way.
 #pragma once
 
 #include "report/table.hpp"

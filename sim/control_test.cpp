@@ -339,7 +339,8 @@ TEST(ConfiguredLine, UnidirectionalEncoder_SaysThatItIs) {
   EXPECT_EQ(line.configuration()->error().cause, ConfigureError::no_control);
 }
 
-// MA of a line with accesses, before an encoder like the line's: it answers as that one did.
+// MA of a line with accesses, before an encoder like the one of the line: it answers in the same
+// way.
 TEST(ControlReplay, RecordedMaster_GetsTheSameAnswersFromOurRegisters) {
   LineSetup setup = setup_of("pos26,nE,nW,crc6");
   setup.ma_delay = setup.slo_delay = setup.internal_delay = Picoseconds{};

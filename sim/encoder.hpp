@@ -114,7 +114,7 @@ class Encoder {
     if (kind == FaultKind::lc_restart) restart();
   }
   void end_fault(FaultKind kind) { wrong_.end(kind); }
-  /// As after power-up: the signs of life start from their first values.
+  /// Sets the state after power-up: the signs of life start from their first values.
   void restart() { frames_ = 0; }
 
   /// A request cycle begins: nothing sent yet.

@@ -118,8 +118,9 @@ void FarEnd::take_rise() {
   if (rises_ == 1) fall_period_ = std::max(fall_period_, since * 2);
 }
 
-// MA falls. It has rested, at 1 or at a CDM of 1, as long as the encoder's timeout; or the encoder
-// has become idle earlier. A shorter rest is a gap between the bytes of an SPI master, for example.
+// MA falls. It was idle, at 1 or at a CDM of 1, as long as the encoder's timeout; or the encoder
+// has become idle earlier. A shorter idle time is a gap between the bytes of an SPI master, for
+// example.
 bool FarEnd::begins_request() const {
   if (requests_ == 0) return true;
   if (now_ - last_fall_ <= fall_period_ + fall_period_ / 4) return false;
@@ -130,8 +131,8 @@ bool FarEnd::begins_request() const {
   return !on_its_way && answered && slave_.state() == SlaveState::idle;
 }
 
-// The rest of MA that ends a frame. With the rule `cycle` a frame may last longer; a request in it
-// is one that the encoder ignores.
+// The idle time of MA that ends a frame. With the rule `cycle` a frame may last longer; the encoder
+// ignores a request in it.
 Picoseconds FarEnd::timeout() const {
   const Timeout& timeout = slave_.timing().timeout;
   const Picoseconds static_timeout = slave_.timing().static_timeout;

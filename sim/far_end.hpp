@@ -23,10 +23,11 @@
 namespace biss::sim {
 
 struct FarEndSetup {
-  /// As for Line, with one encoder. Faults are placed by its clock and interval; its other values
-  /// of the master have no effect.
+  /// The same as for Line, with one encoder. Faults are placed by its clock and interval; its other
+  /// values of the master have no effect.
   LineSetup line;
-  /// The longest processing time: each request has another one, from line.processing up to this.
+  /// The longest processing time: each request has a different one, from line.processing up to
+  /// this.
   Picoseconds processing_max{};
   /// A pulse of MA shorter than this does not reach the encoder; every other edge is delayed by it.
   Picoseconds ma_filter{};
@@ -42,7 +43,7 @@ struct FarEndOutput {
   Picoseconds deadline{};  ///< when step() is due again if no input changes before
 };
 
-/// The current request so far. It begins when MA falls after a rest as long as the encoder's
+/// The current request so far. It begins when MA falls after an idle time as long as the encoder's
 /// timeout, or while the encoder is idle after an answer; see also FarEndSetup::foreign_encoder.
 struct FarEndCycle {
   std::uint64_t number = 0;  ///< counts from 0

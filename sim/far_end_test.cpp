@@ -195,7 +195,7 @@ TEST(FarEnd, GivenPositions_AreSentOrMeanNoData) {
   EXPECT_EQ(text_of(bench.request(microseconds(210), microseconds(300))), "1 W 0;15");
 }
 
-// A master with another clock than the setup says, and requests that do not reach the encoder.
+// A master whose clock is not the clock of the setup, and requests that do not reach the encoder.
 TEST(FarEnd, RequestsAtAnotherClock_AreCounted) {
   LineSetup setup = line_setup();
   setup.faults = {parse_fault("no_answer@4").value(), parse_fault("cut@6").value()};
@@ -313,7 +313,7 @@ TEST(FarEnd, LateSteps_CatchUpWithWhatWasDue) {
   EXPECT_EQ(out.deadline, never);
 }
 
-// An encoder of the caller, here the core's, on the same cable.
+// An encoder of the caller (here the encoder of the core) on the same cable.
 TEST(FarEnd, ForeignEncoder_IsReadThroughTheCableAndItsFaults) {
   LineSetup setup = line_setup();
   setup.faults = {parse_fault("cut@1").value(), parse_fault("swap_slo@3").value()};

@@ -110,7 +110,7 @@ constexpr std::string_view text_of(FaultExtent extent) {
 /// One kind of fault. Texts are for docs/faults.md.
 struct FaultEntry {
   FaultKind kind{};
-  /// The name that users see, the same as the enumerator's.
+  /// The name that users see: the enumerator's name.
   std::string_view name;
   std::string_view effect;
   FaultExtent extent{};
@@ -150,8 +150,8 @@ inline constexpr std::array<FaultEntry, fault_kind_count> fault_list = [] {
        E::corruption},
       {F::swap_slo, "swap_slo", "SLO's wires are swapped: the master sees SLO inverted", X::cycles,
        E::corruption},
-      {F::exchange, "exchange", "MA's and SLO's pairs are exchanged: both inputs read 1", X::cycles,
-       E::loss},
+      {F::exchange, "exchange", "the pairs of MA and SLO are exchanged: both inputs read 1",
+       X::cycles, E::loss},
       {F::delay_step, "delay_step", "SLO is 0.25 to 1.25 periods later", X::span, E::corruption},
       {F::nE, "nE", "the encoder reports an error", X::cycle},
       {F::nW, "nW", "the encoder reports a warning", X::cycle},

@@ -21,7 +21,7 @@ Picoseconds share_of(Picoseconds time, Random& random) {
   return part_of(time, random.below(time_parts));
 }
 
-// These change what the master receives on SLO, so a bit can be their place.
+// These change the bits that the master receives on SLO, so a bit can be their place.
 bool affects_slo(FaultKind kind) {
   return kind == FaultKind::glitch_slo || kind == FaultKind::slo_low ||
          kind == FaultKind::slo_high || kind == FaultKind::cut;

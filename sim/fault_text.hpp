@@ -9,7 +9,7 @@
 
 namespace biss::sim {
 
-/// Why a text is no fault rule.
+/// Why a text is not a fault rule.
 enum class FaultTextError : std::uint8_t {
   form,  ///< neither KIND:RATE nor KIND@CYCLE, or not a valid place
   kind,  ///< no kind that the line model can inject has this name

@@ -61,8 +61,8 @@ class MaReplay {
   MaReplay(const MaReplay&) = delete;
   MaReplay& operator=(const MaReplay&) = delete;
 
-  /// Appends to `out` what is known so far: ma_line and slo_line in time order. Edges of other lines
-  /// than `ma` are skipped.
+  /// Appends to `out` the changes that are known so far: ma_line and slo_line in time order. Edges
+  /// of other lines than `ma` are skipped.
   /// \pre times do not decrease, and are within replay_time_max
   void push(std::span<const wire::Edge> edges, wire::LineIndex ma, std::vector<wire::Edge>& out);
 

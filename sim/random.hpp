@@ -7,7 +7,7 @@
 
 namespace biss::sim {
 
-/// SplitMix64's finaliser: neighbouring numbers give unlike ones.
+/// SplitMix64's finaliser: neighbouring numbers give very different ones.
 constexpr std::uint64_t scrambled(std::uint64_t number) {
   number += 0x9E3779B97F4A7C15U;
   number = (number ^ (number >> 30U)) * 0xBF58476D1CE4E5B9U;

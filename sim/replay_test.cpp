@@ -290,7 +290,7 @@ TEST(SloReplay, BusyRecordedEncoder_IsNotReady) {
   std::vector<Edge> edges = idle();
   edges.push_back({{}, recorded_slo, Level::low});
   add_request(edges, microseconds(5), 25);
-  add_request(edges, microseconds(100), 1);  // a pulse is no request
+  add_request(edges, microseconds(100), 1);  // a pulse is not a request
   Readings readings("pos12,nE,nW,crc6");
   readings.run(edges, microseconds(200));
   ASSERT_EQ(readings.readings.size(), 1U);

@@ -45,8 +45,8 @@ class SloReplay {
   /// \pre setup.master meets the conditions of MasterSetup, or its period is 0
   SloReplay(const SloReplaySetup& setup, OnReading on_reading);
 
-  /// Appends to `out` what is known so far: our MA and the recorded SLO in time order. Edges of other
-  /// lines are skipped.
+  /// Appends to `out` the changes that are known so far: our MA and the recorded SLO in time order.
+  /// Edges of other lines are skipped.
   /// \pre times do not decrease, and are within replay_time_max
   void push(std::span<const wire::Edge> edges, wire::LineIndex ma, wire::LineIndex slo,
             std::vector<wire::Edge>& out);

@@ -119,7 +119,7 @@ void Encoder::open_slave(Picoseconds processing) {
 
 std::int64_t Encoder::step(std::int64_t now, bool ma) {
   now_ = std::max(now_, now);
-  // MA that is low from the start is a master without its reset, not a request.
+  // MA is low from the start if the master has had no reset: this is not a request.
   live_ = live_ || ma;
   ma = ma || !live_;
   // One delay for all edges of a request, and the next one when the cable is empty.
@@ -133,7 +133,7 @@ std::int64_t Encoder::step(std::int64_t now, bool ma) {
   return deadline();
 }
 
-// SLO that falls a clock early with a line delay of a clock is SLO that falls in time.
+// If SLO falls a clock early and the line delay is a clock, SLO seems to fall in time.
 Picoseconds Encoder::next_line_delay() const {
   if (in_turn(settings().faults, requests()) == Fault::early_ack) return {};
   return in_turn(settings().line_delays, requests());

@@ -26,7 +26,7 @@ Master::Master(std::string name, Settings settings)
 void Master::open_master(Picoseconds period) {
   if (master_ && period == period_) return;
   biss_master_setup setup = biss_master_defaults(settings().format_text.c_str(), period.count);
-  // A clock above the limit of the design is a test of it.
+  // A clock above the limit of the design tests this limit.
   biss_timing timing = settings().timing;
   timing.clock_max_hz = std::max(timing.clock_max_hz, biss_clock_max.count);
   setup.timing = &timing;

@@ -123,7 +123,7 @@ tl::expected<PositionChoice, std::string> read_position(std::string_view text) {
 // `0x42:621A`: an address, and the bytes from there on.
 Checked read_registers(std::string_view text, std::map<std::uint8_t, std::uint8_t>& registers) {
   const auto wrong = [&] {
-    return Failed(fmt::format("'{}' is not ADDRESS:BYTES, as 0x42:621A", text));
+    return Failed(fmt::format("'{}' is not ADDRESS:BYTES, such as 0x42:621A", text));
   };
   for (const std::string_view part : split(text, ",")) {
     const std::size_t colon = part.find(':');
@@ -231,7 +231,7 @@ Checked check(const Settings& settings) {
     if (!damages || has_crcs(settings.format)) continue;
     if (std::find(settings.faults.begin(), settings.faults.end(), fault) != settings.faults.end()) {
       return Failed(fmt::format(
-          "faults: {} needs a CRC in each channel: without it no one can see the fault", name));
+          "faults: {} needs a CRC in each channel: without it the fault cannot be detected", name));
     }
   }
   unsigned widest = 0;

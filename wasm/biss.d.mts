@@ -60,7 +60,7 @@ export interface About {
   status: Status;
   /** Why reading ended before the end of the capture, or empty. */
   error: string;
-  /** Absent if no format is given and none is sure. */
+  /** Absent if no format is given and none is certain. */
   format?: string;
   /** The name of an encoder or of a safety configuration, if one was given for the format. */
   formatName?: string;

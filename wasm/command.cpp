@@ -51,7 +51,7 @@ class NoHdf5 final : public TableWriter {
 
 // HDF5 has no library for WebAssembly.
 std::unique_ptr<TableWriter> make_hdf5_writer(std::span<const Column> /*columns*/, FileSink& sink) {
-  sink.fail("this build writes no HDF5; take --to csv");
+  sink.fail("this build writes no HDF5; use --to csv");
   return std::make_unique<NoHdf5>();
 }
 

@@ -71,7 +71,7 @@ json failures_json(const draw::Layout& layout) {
   return failures;
 }
 
-// As the page writes times.
+// A time as the page writes it.
 std::string shown_time(Picoseconds time) {
   std::string text = biss::text_of(time, 3);
   if (text.ends_with(" us")) text.replace(text.size() - 2, 1, "\u00B5");

@@ -14,7 +14,7 @@ namespace biss::wasm {
 /// Picoseconds have more digits than a number of the page.
 inline std::string exact(Picoseconds time) { return std::to_string(time.count); }
 
-/// As one line; bytes that are no UTF-8 are replaced.
+/// The cycle as one line; bytes that are not UTF-8 are replaced.
 inline std::string dumped(const nlohmann::json& value) {
   return value.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }

@@ -44,8 +44,7 @@ class LineStore {
   void for_each(Picoseconds from,
                 const std::function<bool(Picoseconds time, wire::Level level)>& on_change) const;
 
-  /// A time before which there are only changes that lie further back than the last 8192 before
-  /// `time`.
+  /// A time with at most the last 8192 changes before `time` after it.
   Picoseconds some_before(Picoseconds time) const;
 
   /// How the line looks from `from` to `to` on a screen of `columns`. Changes closer than a column

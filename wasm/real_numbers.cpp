@@ -1,4 +1,4 @@
-// Real numbers as text and back, as <charconv> has them.
+// Real numbers as text and back, with the functions of <charconv>.
 #include <algorithm>
 #include <array>
 #include <charconv>

@@ -18,7 +18,7 @@ namespace biss::wasm {
 
 template <class T>
 using Blocks = std::deque<T>;
-/// They grow without a copy of all.
+/// A deque grows without copying all rows.
 using Rows = report::RowStore<Blocks>;
 
 /// A capture as `biss decode` reads it. Messages are the same as on the command's stderr.
@@ -49,7 +49,7 @@ class Session final : private verbs::ChangeWatcher {
   const Rows& rows() const { return *rows_; }
   /// \param ma of MA, otherwise of SLO; as the capture shows it
   const LineStore& line(bool ma) const { return ma ? ma_ : slo_; }
-  /// As the command prints it.
+  /// The text that the command prints.
   std::string summary() const { return run_->summary(); }
   /// Accesses to registers, and commands, that take place within the cycles from number `first` to
   /// before number `end`, as `biss registers --to jsonl` writes them.

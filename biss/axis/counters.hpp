@@ -15,8 +15,8 @@ namespace biss {
 /// A counter for each cause of an enumeration: FrameError, SafetyVerdict. The index is a cause and
 /// not a number, because the values of SafetyVerdict are not 0, 1, 2, …
 ///
-/// index_of() of the enumeration numbers the causes, and returns their number for a value that is no
-/// cause. All such values share one further counter.
+/// index_of() of the enumeration numbers the causes, and returns their number for a value that is
+/// not a cause. All such values share one further counter.
 template <class Cause>
 class CauseCounts {
  public:

@@ -323,7 +323,7 @@ class BitView {
 
   static constexpr std::uint64_t ones_if(bool yes) { return std::uint64_t{0} - std::uint64_t{yes}; }
 
-  // 63 for 0, too: without that case every machine takes one instruction.
+  // 63 for 0, too: without a special case for 0 every machine takes one instruction.
   static constexpr std::uint64_t leading_zeros(std::uint64_t word) {
     return static_cast<std::uint64_t>(std::countl_zero(word | 1U));
   }

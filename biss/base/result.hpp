@@ -81,7 +81,7 @@ class [[nodiscard]] Result {
     }
   }
 
-  // Two unions, because a compiler keeps in registers only what shares no memory.
+  // Two unions, because a compiler keeps in registers only members that share no memory.
   union {
     T value_;
     result_detail::Nothing no_value_;

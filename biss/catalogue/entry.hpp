@@ -59,12 +59,12 @@ struct CatalogueEntry {
     }
     return false;
   }
-  /// The highest clock is the device's, not only the highest that BiSS C allows.
+  /// The highest clock is a limit of the device, not only the highest that BiSS C allows.
   constexpr bool clock_known() const {
     return !doubts(doubt::clock) && !doubts(doubt::clock_configured);
   }
 
-  /// A type of this family. An empty text is as in the family.
+  /// A type of this family. An empty text means the same as in the family.
   constexpr CatalogueEntry type(std::string_view its_name, std::string_view its_format,
                                 std::string_view its_resolution = {},
                                 std::string_view its_product = {}) const {

@@ -15,7 +15,7 @@ inline constexpr std::array<std::string_view, 5> lika_doubts{doubt::clock, doubt
 
 inline constexpr CatalogueEntry lika_amx{
     .vendor = "Lika",
-    .remark = "both flags are always 1: an error shows nowhere; not for several slaves on a line",
+    .remark = "both flags are always 1: no error is ever shown; not for several slaves on a line",
     .source = "Lika AMx36 manual E1.1, pages 21 to 23",
     .uncertain = lika_doubts};
 

@@ -28,7 +28,7 @@ namespace biss {
 /// then from `select_bank` to `restore_bank` once for each slave that holds an EDS.
 enum class ConfigureStep : std::uint8_t {
   channels_off,   ///< broadcast: deactivate the data channels
-  init,           ///< INIT, with a rest before and after it
+  init,           ///< INIT, with idle time before and after it
   identity,       ///< registers 0x78 to 0x7F, and how many slaves there are
   profile,        ///< registers 0x42 and 0x43
   serial,         ///< registers 0x44 to 0x47
@@ -44,7 +44,7 @@ enum class ConfigureStep : std::uint8_t {
 
 inline constexpr std::size_t configure_step_count = 13;
 
-/// The name users see, the same as the enumerator's.
+/// The name that users see: the enumerator's name.
 constexpr std::string_view name_of(ConfigureStep step) {
   constexpr std::array<std::string_view, configure_step_count> names{
       "channels_off", "init",        "identity",    "profile",       "serial",
@@ -77,7 +77,7 @@ enum class ConfigureError : std::uint8_t {
 
 inline constexpr std::size_t configure_error_count = 14;
 
-/// The name users see, the same as the enumerator's.
+/// The name that users see: the enumerator's name.
 constexpr std::string_view name_of(ConfigureError error) {
   constexpr std::array<std::string_view, configure_error_count> names{
       "no_encoder",        "no_control",        "line_lost",       "too_many_slaves",

@@ -450,7 +450,7 @@ struct HypothesisSink {
 };
 
 /// \param image with a common part; the identifiers are filled in here
-/// \param slaves what is known about the slaves by ID
+/// \param slaves the known facts about the slaves by ID
 /// \param taker gets what check_eds() finds
 /// \return the device, or eds_contradiction
 constexpr Result<LineDevice, ConfigureFault> eds_device(

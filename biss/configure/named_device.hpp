@@ -32,7 +32,7 @@ struct Device {
   }
 };
 
-/// Why a text is no device.
+/// Why a text is not a device.
 enum class DeviceMistake : std::uint8_t {
   item,           ///< of the grammar of formats: FormatTextError
   name,           ///< one word that is not a name

@@ -158,7 +158,7 @@ struct ControlHeader {
 
 /// \param bits the 15 bits in line order, CTS topmost (bit 14), CRC0 lowest; higher bits are
 ///   ignored
-/// \return nothing when the CRC is wrong: a slave then acts as not addressed
+/// \return nothing when the CRC is wrong: a slave then acts as if it was not addressed
 constexpr std::optional<ControlHeader> parse_header(std::uint32_t bits) {
   const auto covered = static_cast<std::uint16_t>(bits >> 4U & 0x7FFU);
   if (header_crc(covered) != (bits & 0xFU)) return std::nullopt;

@@ -157,8 +157,8 @@ struct VendorRegister {
   constexpr bool contains(unsigned address) const { return address >= first && address <= last; }
 };
 
-/// Registers 0x40 to 0x47 with another meaning than the map's. For these devices, BSEL must not be
-/// written and the serial number there must not be used.
+/// Registers 0x40 to 0x47 with a meaning that is not the meaning in the map. For these devices,
+/// BSEL must not be written and the serial number there must not be used.
 inline constexpr std::array<VendorRegister, 4> map_quirks{{
     {"Lika", "AMM36", 0x40, 0x40, "preset enable, not BSEL"},
     {"Lika", "AMM36", 0x44, 0x47, "serial number, least significant byte first"},

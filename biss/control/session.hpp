@@ -37,7 +37,7 @@ enum class ControlError : std::uint8_t {
   no_such_slave,  ///< fewer slaves took an ID than the one addressed
   id_pattern,     ///< IDL has a gap, or a 1 after it instead of a 0
   refused,        ///< read: protected or absent (the protocol has one answer for both)
-  not_addressed,  ///< read: the slave is present but acts as not addressed (header damaged)
+  not_addressed,  ///< read: the slave is present, but acts as if not addressed (bad header)
   refused_or_not_addressed,  ///< write: refused, or not_addressed: the answer is the same
   rw_pattern,                ///< an R and W that no slave sends
   busy_too_long,     ///< no start bit in time; an old device without W inversion refuses like this
@@ -54,7 +54,7 @@ enum class ControlError : std::uint8_t {
 
 inline constexpr std::size_t control_error_count = 17;
 
-/// The name that users and scripts see, the same as the enumerator's.
+/// The name that users and scripts see: the enumerator's name.
 constexpr std::string_view name_of(ControlError error) {
   constexpr std::array<std::string_view, control_error_count> names{"bad_request",
                                                                     "no_answer",

@@ -112,7 +112,8 @@ class PlacedCrc<CrcSliced> {
     return both;
 #endif
   }
-  // Keeps GCC from joining this shift and the next one: the two lowest bytes of a register need none.
+  // Keeps GCC from joining this shift and the next one: the two lowest bytes of a register need no
+  // shift.
   static constexpr std::uint64_t kept(std::uint64_t word) {
 #if defined(__GNUC__) && !defined(__clang__)
     if (!std::is_constant_evaluated()) asm("" : "+r"(word));

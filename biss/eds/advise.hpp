@@ -56,7 +56,7 @@ constexpr std::string_view text_of(AdviceError error) {
   return texts[static_cast<std::size_t>(error)];
 }
 
-/// The advised frame, and what it gives.
+/// The advised frame, and its properties.
 struct Advice {
   ChannelFormat channel{};
   /// The profile's identifier, registers 0x42 and 0x43; 0 if the position is too long for BP3.
@@ -115,8 +115,8 @@ constexpr void divide(ChannelFormat& channel, const AdviceWish& wish, unsigned r
 }  // namespace eds_detail
 
 /// The frame for a requirement: position, nE and nW with CRC6 up to 57 data bits (the longest word
-/// in which it detects every two wrong bits, and BP3's limit), with CRC16 above. The channel is
-/// what is on the line; C = 1, which makes its CRC part of the data, changes only the identifier.
+/// in which it detects every two wrong bits, and BP3's limit), with CRC16 above. The channel
+/// describes the line; C = 1, which makes its CRC part of the data, changes only the identifier.
 constexpr Result<Advice, AdviceError> advise(const AdviceWish& wish) {
   const unsigned resolution =
       wish.resolution_field_bits != 0 ? wish.resolution_field_bits : wish.resolution_bits;

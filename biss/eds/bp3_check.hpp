@@ -1,4 +1,4 @@
-// Checks a BP3 part, alone and against what else is known about its channel.
+// Checks a BP3 part, alone and against the other facts about its channel.
 #pragma once
 
 #include <cstddef>
@@ -179,8 +179,8 @@ class Bp3Check : PartCheck<Sink> {
            1);
   }
 
-  // With the other type everything fits, including the checksum, and no count with one byte changed
-  // fits as well.
+  // Everything fits the other type, including the checksum, and no count would fit with one changed
+  // byte.
   constexpr bool type_is_wrong() const {
     EdsBank other = bank_;
     other[0x08] ^= 1U;
@@ -194,8 +194,8 @@ class Bp3Check : PartCheck<Sink> {
     return true;
   }
 
-  // Whether a count in the other byte order, times `other`, is what the length was chosen for. A
-  // count that fits alone may be right, unless other fields are in the wrong order.
+  // Whether a count in the other byte order, times `other`, is the count for which the length was
+  // chosen. A count that fits alone may be right, unless other fields are in the wrong order.
   constexpr bool looks_swapped(std::uint32_t given, std::uint64_t other, unsigned bits) const {
     const bool all_swapped =
         bytes_swapped(part_.cpoly, 4) == crc6.polynomial >> 1U || is_swapped_bp3(part_.bp_id);

@@ -19,7 +19,7 @@ namespace biss {
 struct Bp3Part {
   std::uint8_t bp_ver = 1;
   std::uint8_t bp_len = 1;
-  /// As registers 0x42 (upper byte) and 0x43.
+  /// In the form of the registers 0x42 (upper byte) and 0x43.
   std::uint16_t bp_id = 0;
   std::uint8_t fb1 = 1;
   std::uint8_t fb2 = 2;

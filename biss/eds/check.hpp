@@ -33,7 +33,7 @@ constexpr ProfileIdentifier identifier_of(const EdsImage& image, std::size_t cha
   return {parse_bp3_part(*image.profiles[channel]).bp_id};
 }
 
-// Whether this is a safety encoder. A standard encoder is known as one when every slave of the
+// Whether this is a safety encoder. An encoder counts as a standard encoder when every slave of the
 // device has a channel with a known profile, and none is BP3S.
 constexpr std::optional<bool> is_safety_encoder(const EdsImage& image) {
   bool all_known = image.common != nullptr;

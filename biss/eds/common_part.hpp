@@ -2,7 +2,7 @@
 //
 // The document was not available. Names and addresses are from NXP's driver (fsl_biss 1.0.2), and
 // the first four also from Balluff. If no source gives a range, it is the full range of the bytes.
-// Most units of time are hypotheses. The checksum is assumed to be BP3's.
+// Most units of time are hypotheses. The checksum is assumed to be the one of BP3.
 #pragma once
 
 #include <algorithm>

@@ -44,11 +44,11 @@ struct EdsOverride {
 
 /// The kinds of remarks.
 enum class EdsRemarkKind : std::uint8_t {
-  overridden,     ///< `used` instead of what the bank holds
+  overridden,     ///< `used` instead of the value in the bank
   disagrees,      ///< another source has another value, which is used: `used`
   repaired,       ///< a common mistake, corrected: `used`
-  not_usable,     ///< not a valid value; the profile's or the widest value is used
-  not_given,      ///< nothing is stored; the profile's or the widest value is used
+  not_usable,     ///< not a valid value; the value of the profile or the widest value is used
+  not_given,      ///< nothing is stored; the value of the profile or the widest value is used
   undivided,      ///< the lengths do not fit DL: the position is not divided into turns
   other_reading,  ///< C = 1: the lengths fit DL only in the other reading, which is used
   hypothesis,     ///< used in a unit or a layout that no source confirms
@@ -60,19 +60,19 @@ enum class EdsRemarkKind : std::uint8_t {
 constexpr std::string_view text_of(EdsRemarkKind kind) {
   constexpr std::string_view texts[] = {
       "overridden by hand",
-      "another source says otherwise and is believed",
-      "a usual mistake, read as what it means",
-      "not usable, the default stands in",
-      "not given, the default stands in",
-      "MT_LEN, CO_LEN and FI_LEN do not fit DL, the position is left undivided",
+      "another source has another value, which is used",
+      "a usual mistake, read with its intended meaning",
+      "not usable, so the default is used",
+      "not given, so the default is used",
+      "MT_LEN, CO_LEN and FI_LEN do not fit DL, so the position is not divided",
       "whether DL counts the CRC (BP3, table 5) or not (table 6): the lengths decide",
       "used, though no source confirms its unit or place",
-      "what the identifier means is not beyond doubt",
+      "the meaning of the identifier is not certain",
       "that the highest channel comes first on the line is an assumption"};
   return texts[static_cast<std::size_t>(kind)];
 }
 
-/// A remark. Text is static, except for the symbol of an override, which is the caller's.
+/// A remark. Text is static, except for the symbol of an override, which belongs to the caller.
 struct EdsRemark {
   EdsPart part = EdsPart::common;
   std::uint8_t channel = 0;
@@ -111,7 +111,7 @@ enum class EdsDeviceCause : std::uint8_t {
 /// The message for a user, without a full stop.
 constexpr std::string_view text_of(EdsDeviceCause cause) {
   constexpr std::string_view texts[] = {
-      "the data sheet has no data channel", "no source says how many bits this channel has",
+      "the data sheet has no data channel", "no source gives the number of bits of this channel",
       "this channel carries data to the device, which is not supported",
       "no field with this symbol takes this value", "the part with this field was not read"};
   return texts[static_cast<std::size_t>(cause)];
@@ -290,8 +290,8 @@ class ChannelReader {
     return used;
   }
 
-  // The CRC that the data sheet states: an overridden CPOLY_i, then the profile's part. Without one
-  // that is usable the profile's.
+  // The CRC that the data sheet states: an overridden CPOLY_i, then the profile's part. Without a
+  // usable one, the CRC of the profile.
   constexpr CrcSpec stated_crc(ProfileIdentifier id, bool same_layout) const {
     CrcSpec crc = raw_ ? raw_crc(id) : same_layout ? part_crc(id.crc_is_data()) : CrcSpec{};
     if (common_ && common_overrides(3)) {
@@ -334,8 +334,7 @@ class ChannelReader {
     return crc;
   }
 
-  // C = 1: whether DL counts the CRC, as the lengths of the part say. False: they fit neither
-  // reading.
+  // C = 1: whether DL counts the CRC, by the lengths of the part. False: they fit neither reading.
   constexpr bool take_reading(ProfileIdentifier id) {
     const unsigned data_bits = part_->position_bits() + 2;
     const bool counts = data_bits + options_.crc.width_bits == id.data_length();

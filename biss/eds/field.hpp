@@ -72,9 +72,9 @@ enum class EdsKind : std::uint8_t {
   encoder_type,    ///< table T: 0 rotary, 1 linear
   position_value,  ///< table N: 0 undefined, 1 or 2
   alignment,       ///< table F: 0 right, 1 left
-  // The others are no numbers: people see them in hexadecimal.
+  // The others are not numbers: people see them in hexadecimal.
   identifier,      ///< the profile identifier, registers 0x42 and 0x43
-  polynomial,      ///< without its lowest bit, which is always 1: 0x21 is 0x43
+  polynomial,      ///< without its lowest bit, which is always 1: 0x21 means 0x43
   channel_format,  ///< FORMAT_i's bits
   bus_coupler,     ///< bit 4: there is one, bits 3…0: its slave
   checksum,
@@ -145,7 +145,7 @@ constexpr std::uint32_t field_value(const EdsBank& bank, const EdsField& field) 
   return true;
 }
 
-/// The value with its bytes in reverse order: what a little-endian writer meant.
+/// The value with its bytes in reverse order: the value that a little-endian writer meant.
 constexpr std::uint32_t bytes_swapped(std::uint32_t value, unsigned bytes) {
   std::uint32_t swapped = 0;
   for (unsigned i = 0; i < bytes; ++i, value >>= 8U) swapped = swapped << 8U | (value & 0xFFU);

@@ -14,7 +14,7 @@ namespace biss {
 
 /// The faults that a data sheet can have.
 enum class EdsProblem : std::uint8_t {
-  all_zero,              ///< an empty bank, whose checksum is even right
+  all_zero,              ///< an empty bank, although its checksum is right
   all_ones,              ///< erased memory
   checksum,              ///< not the sum of the bytes
   out_of_range,          ///< outside the document's range, not marked as absent either
@@ -26,13 +26,13 @@ enum class EdsProblem : std::uint8_t {
   unnamed_not_zero,      ///< a byte or bit that no source names (only when asked)
   little_endian,         ///< lowest byte first: the other order makes sense
   polynomial_full_form,  ///< with its lowest bit, which must be left out
-  polynomial,            ///< not the profile's, or no CRC of 3 to 16 bits
+  polynomial,            ///< not the polynomial of the profile, or no CRC of 3 to 16 bits
   min_above_max,         ///< a shortest, lowest, first above its longest, highest, last
   lengths,               ///< MT_LEN, CO_LEN, FI_LEN, flags (and CRC with C = 1) do not add up to DL
   length_reading,        ///< C = 1: they add up to DL in the other reading, with or without CRC
   count_above_length,    ///< more counts than its length in bits can represent
   alignment,             ///< zeros at the wrong end of MT or of the singleturn value
-  encoder_type,          ///< rotary or linear, but counts, lengths and checksum fit the other
+  encoder_type,          ///< rotary or linear, but counts, lengths and checksum fit the other type
   crc_bit,               ///< C = 0 in a safety encoder, C = 1 in a standard encoder
   identifier,            ///< differs from registers 0x42 and 0x43
   channel_count,         ///< DC_NUM is not the number of channels that are filled in
@@ -48,7 +48,7 @@ enum class EdsProblem : std::uint8_t {
   polynomial_differs,    ///< CPOLY_i is not the profile's CPOLY
 };
 
-/// How a problem is called, and the message for a user, without a full stop.
+/// The name of a problem, and the message for a user, without a full stop.
 struct EdsProblemWords {
   std::string_view name;
   std::string_view text;
@@ -65,7 +65,7 @@ inline constexpr EdsProblemWords eds_problems[] = {
     {"data_length", "the profile does not allow this data length"},
     {"reserved_not_zero", "a reserved byte must be 0"},
     {"unnamed_not_zero", "no source names this byte or bit"},
-    {"little_endian", "the bytes stand in the wrong order, the highest comes first"},
+    {"little_endian", "the bytes are in the wrong order: the highest comes first"},
     {"polynomial_full_form", "the polynomial has its lowest bit, which must be left out"},
     {"polynomial", "not a polynomial of this profile"},
     {"min_above_max", "the lower limit is above the upper one"},
@@ -73,17 +73,17 @@ inline constexpr EdsProblemWords eds_problems[] = {
     {"length_reading",
      "the lengths and flags fit only the other reading of DL; with C = 1, BP3's table 5 adds the "
      "CRC bits to the data length, and table 6 says \"data length without CRC\""},
-    {"count_above_length", "more counts than its length can tell apart"},
+    {"count_above_length", "more counts than its length can distinguish"},
     {"alignment",
      "BP3 aligns turns right, with leading zeros, and the singleturn value left, with trailing "
      "zeros"},
     {"encoder_type", "counts, lengths and checksum fit the other type"},
     {"crc_bit", "C must be 1 in a safety encoder, and 0 in a standard encoder"},
-    {"identifier", "not what the registers 0x42 and 0x43 say"},
+    {"identifier", "not the same as the registers 0x42 and 0x43"},
     {"channel_count", "not the number of channels that are filled in"},
-    {"channel_unused", "something stands in a channel that DC_NUM leaves out"},
+    {"channel_unused", "there is a value in a channel that DC_NUM leaves out"},
     {"bank_is_common", "the bank is the common part's own"},
-    {"bank_outside", "the bank is not one of the data sheet's"},
+    {"bank_outside", "the bank does not belong to the data sheet"},
     {"bank_shared", "two channels share this bank"},
     {"bank_in_user_area", "a bank of the data sheet lies among the user banks"},
     {"too_few_banks", "the data sheet's length has no room for its parts"},
@@ -93,7 +93,7 @@ inline constexpr EdsProblemWords eds_problems[] = {
     {"polynomial_differs", "not the polynomial of the profile's part"},
 };
 
-/// The name that scripts see, the same as the enumerator's.
+/// The name that scripts see: the enumerator's name.
 constexpr std::string_view name_of(EdsProblem problem) {
   return eds_problems[static_cast<std::size_t>(problem)].name;
 }

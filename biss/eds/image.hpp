@@ -24,8 +24,8 @@ constexpr std::span<const EdsField> fields_of(EdsPart part) {
 }
 
 /// The banks of one data sheet, in memory that the caller owns and that must outlive the image.
-/// Parts that were not read are null or empty; every function that takes an image works with what is
-/// present.
+/// Parts that were not read are null or empty; every function that takes an image works with the
+/// parts that are present.
 struct EdsImage {
   const EdsBank* common = nullptr;
   /// The profile's part of data channel i, from bank BANK_i.

@@ -40,7 +40,7 @@ struct ProfileIdentifier {
   }
   /// BP3, BP3S: only version 1 is known.
   constexpr unsigned version() const { return (raw >> 9U) & 0b111U; }
-  /// BP3, BP3S: bit C; the bus master passes the CRC on with the data, and whoever uses the position
+  /// BP3, BP3S: bit C; the bus master passes the CRC on with the data, and the user of the position
   /// checks it. Mandatory within a safety encoder (BP3 Rev A3, table 5).
   constexpr bool crc_is_data() const { return (raw & 0x100U) != 0; }
   constexpr bool bit7() const { return (raw & 0x80U) != 0; }
@@ -80,7 +80,7 @@ inline constexpr std::array<Bp1Seen, 2> bp1_seen{{{0x2814, 24}, {0x2C0C, 12}}};
 constexpr std::string_view doubt_of(ProfileIdentifier id) {
   switch (id.profile()) {
     case Profile::bp0:
-      return "BP0 does not say what its bits mean: carried as padding";
+      return "BP0 does not define its bits: carried as padding";
     case Profile::bp1:
       return "BP1: seen on one device, the identifier's division is not known";
     case Profile::bp3:
@@ -88,7 +88,7 @@ constexpr std::string_view doubt_of(ProfileIdentifier id) {
                                 "says \"without CRC\""
                               : std::string_view{};
     case Profile::bp3s:
-      return "BP3S: the document was not available; assumed are BP3's identifier, and a DL that "
+      return "BP3S: the document was not available; BP3's identifier is assumed, and a DL that "
              "counts nE, nW, 6 bits of sign of life and, with C = 1, CRC16";
     default:
       return {};
@@ -132,7 +132,7 @@ struct ProfileOptions {
   /// C = 1: whether DL counts the CRC's bits. BP3's table 5 says that they are added to the data
   /// length, and 63 is 57 plus 6; table 6 says "data length without CRC". Assumed for BP3S, too.
   bool length_counts_crc = true;
-  /// The CRC if another source than the identifier states it; without one the profile's.
+  /// The CRC, if a source other than the identifier states it; otherwise the CRC of the profile.
   CrcSpec crc{};
 };
 

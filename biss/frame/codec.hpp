@@ -94,7 +94,7 @@ constexpr void unpack_into(const ChannelFormat& format, std::uint64_t data, Chan
 
 // ---- The shifts and masks of a channel in the word that BitView::window() gives, computed once
 
-// The position as one run of bits; multiturn directly above singleturn is one.
+// The position as one run of bits; multiturn directly above singleturn counts as one run.
 constexpr Field position_field(const ChannelFormat& channel) {
   if (channel.position.present()) return channel.position;
   if (!channel.multiturn.present()) return channel.singleturn;
@@ -284,7 +284,7 @@ class FrameCodec {
   }
 
   // For decode_frame(): whether every channel fits BitView::window(), whether there is one only and
-  // its position is in one piece, and whether they can be so at all.
+  // its position is in one piece, and whether this is possible at all.
   constexpr bool fits_windows() const { return fits_windows_ != 0; }
   constexpr bool one_word() const { return one_word_ != 0; }
   // From START to STOP.

@@ -151,7 +151,7 @@ constexpr bool is_ack(const FrameBounds& bounds, std::size_t ack) {
 
 // FrameBounds for the zeros of BitView::head().
 struct QuickBounds {
-  // The zeros, as ones, are a number from `least` to below `end`: the first one ends the leading
+  // The inverted zeros are a number from `least` to below `end`: the first of them ends the leading
   // ones.
   std::uint64_t least;
   std::uint64_t end;
@@ -507,7 +507,7 @@ template <class Codec, class Accepts>
 }  // namespace frame_detail
 
 /// Decodes CDS, the channels and STOP after a START that was found.
-/// \return the frame, or truncated, cds, crc, stop_bit. Bits that end before STOP are no error.
+/// \return the frame, or truncated, cds, crc, stop_bit. Bits that end before STOP are not an error.
 template <class Codec>
 constexpr Result<typename Codec::Frame, FrameFault> decode_payload(const BitView& bits,
                                                                    const FrameStart& start,

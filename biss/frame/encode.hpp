@@ -13,10 +13,10 @@ namespace biss {
 
 /// Why values do not fit a format.
 enum class EncodeError : std::uint8_t {
-  channel_count,       ///< the frame has another number of channels than the format
+  channel_count,       ///< the frame has a different number of channels than the format
   position_too_large,  ///< a position does not fit its channel
   life_counter_too_large,
-  ack_range,       ///< ACK of 0 clocks, or more than 40 µs at 10 MHz hold
+  ack_range,       ///< ACK of 0 clocks, or of more clocks than 40 µs have at 10 MHz
   lead_range,      ///< more leading ones than the longest line delay makes
   needs_previous,  ///< the format's CRC belongs to the previous frame (CrcSpec::of_previous)
 };

@@ -62,7 +62,7 @@ struct ChannelFormat {
   Field position;
   Field multiturn;
   Field singleturn;
-  /// Gray code, and lowest bit first, of each.
+  /// Whether each part is in Gray code, and whether its lowest bit comes first.
   bool position_gray : 1 = false;
   bool multiturn_gray : 1 = false;
   bool singleturn_gray : 1 = false;

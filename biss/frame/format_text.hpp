@@ -71,7 +71,7 @@ constexpr std::string_view text_of(FormatMistake mistake) {
       "the number of bits is missing",
       "an item of 0 bits",
       "too many bits for this item",
-      "this item stands in the channel already",
+      "this item is in the channel already",
       "a channel has either pos or mt and st",
       "a flag has one polarity: nE or E, nW or W",
       "crc must be the last item of its channel",
@@ -83,11 +83,11 @@ constexpr std::string_view text_of(FormatMistake mistake) {
       "write the number as 0x…",
       "hexadecimal digits are missing",
       "the number is too large",
-      "the polynomial must be in full form: as wide as the CRC says, top and bottom bit 1",
+      "the polynomial must be in full form: as wide as the CRC, top and bottom bit 1",
       "the start value is wider than the CRC",
       "a frame has at most 8 channels",
       "no such option; the option is cds0",
-      "this option stands in the format already"};
+      "this option is in the format already"};
   return texts[static_cast<std::size_t>(mistake)];
 }
 

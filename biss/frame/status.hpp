@@ -39,7 +39,7 @@ enum class CycleStatus : std::uint8_t {
   cut_start,      ///< the capture begins inside this cycle
   cut_end,        ///< the capture ends inside this cycle
   ma_glitch,      ///< fewer than two rising edges of MA: a pulse, not a request
-  ma_clock,       ///< an edge of MA is missing or too many: bits cannot be counted
+  ma_clock,       ///< MA has an edge too few or too many: bits cannot be counted
   unknown_level,  ///< MA or SLO was neither 0 nor 1 at an edge or a sample that matters
   unchecked,      ///< the structure is right; without a format nothing else can be checked
 };
@@ -75,13 +75,13 @@ static_assert(status_of(FrameError::stop_bit) == CycleStatus::stop_bit);
 
 inline constexpr std::size_t frame_error_count = static_cast<std::size_t>(CycleStatus::stop_bit);
 
-/// The number of a cause, from 0; frame_error_count for a value that is no cause.
+/// The number of a cause, from 0; frame_error_count for a value that is not a cause.
 constexpr std::size_t index_of(FrameError error) {
   const auto index = static_cast<std::size_t>(error);
   return index < frame_error_count ? index : frame_error_count;
 }
 
-/// The name users see, the same as the enumerator's.
+/// The name that users see: the enumerator's name.
 constexpr std::string_view name_of(FrameError error) { return name_of(status_of(error)); }
 
 }  // namespace biss

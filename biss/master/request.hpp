@@ -127,8 +127,8 @@ enum class SampleEvent : std::uint8_t {
   failed,  ///< no further samples follow: cause() is the reason
 };
 
-/// Samples SLO once for each rising edge of MA, from ACK's to STOP's. Sample k belongs to edge k
-/// whenever it is taken, so the line delay may be any number of periods.
+/// Samples SLO once for each rising edge of MA, from the edge of ACK to the edge of STOP. Sample k
+/// belongs to edge k whenever it is taken, so the line delay may be any number of periods.
 template <std::size_t CapacityBits>
 class BitSampler {
  public:
@@ -354,7 +354,7 @@ class BitSampler {
 
 // ---- The end of a request
 
-/// Fills in what a sampler that has stopped received.
+/// Fills in the data that a stopped sampler received.
 template <class Sampler, class Codec>
 constexpr void judge(const Sampler& sampler, RequestKind kind, const Codec& codec,
                      BasicReading<typename Codec::Frame>& reading) {
@@ -379,11 +379,11 @@ constexpr Picoseconds full_request_cycle(const MasterSetup& setup, unsigned payl
   return budget.total - budget.idle;
 }
 
-/// The end of MA's rest after a failed request. Renishaw's data sheet asks for MA high "for the
-/// remaining duration of the full request cycle, including timeout", and SLO may have any level
-/// until then. Other devices end an incomplete frame one timeout after the last edge (D2). The
-/// master does not know which edge they saw last, so it also waits one timeout after its own last
-/// edge.
+/// The end of the idle time of MA after a failed request. Renishaw's data sheet asks for MA high
+/// "for the remaining duration of the full request cycle, including timeout", and SLO may have any
+/// level until then. Other devices end an incomplete frame one timeout after the last edge (D2).
+/// The last edge that they received is unknown, so the master also waits one timeout after its own
+/// last edge.
 /// \param cycle_end of the full request cycle
 /// \param last_edge of MA
 /// \param travel    from the master to the device and back, and a period
@@ -419,11 +419,12 @@ constexpr bool released_by_time(const MasterSetup& setup, Picoseconds begin,
 ///   }
 ///   use(master.reading());
 ///
-/// Every request ends for any SLO. After a good frame, MA rests at the level of CDM (0: high, 1:
-/// low) until SLO rises, which means ready. After any other, SLO has no meaning and MA rests until
-/// the full request cycle would have ended: high, unless all bits came and CDM is 1. A request that
-/// ends with CDS ends like a good frame, or like a failed one if SLO stays at a 1 of a channel;
-/// with TimeoutRule::cycle the next one is refused until the full cycle has ended.
+/// Every request ends, with any levels of SLO. After a good frame, MA rests at the level of CDM (0:
+/// high, 1: low) until SLO rises, which means ready. After any other, SLO has no meaning and MA
+/// rests until the full request cycle would have ended: high, unless all bits were received and CDM
+/// is 1. A request that ends after CDS ends like a good frame, or like a failed one if SLO stays at
+/// 1 for a bit of a channel; with TimeoutRule::cycle the next request is refused until the full
+/// cycle has ended.
 ///
 /// With MasterSetup::trust_cycle_time, waiting after a good frame ends when the encoder is known to
 /// be ready: by TimeoutRule::cycle, a fixed time after the request began. SLO rises a line delay
@@ -535,7 +536,7 @@ class RequestCycle {
 
   constexpr void schedule() { due_ = std::min(std::min(clock_.next(), sampler_.next()), limit_); }
 
-  // Does what is due, in order of time.
+  // Does everything that is due, in order of time.
   constexpr void happen(Picoseconds now) {
     if (sampler_.next() < clock_.next()) take_samples(now);
     if (clock_.next() <= now) edge(now);
@@ -594,7 +595,7 @@ class RequestCycle {
     settle(now);
   }
 
-  // Evaluates what was read, once MA has stopped.
+  // Evaluates the received bits, once MA has stopped.
   constexpr void settle(Picoseconds now) {
     if (clock_.running()) return;
     reading_.clocks = clock_.rises();
@@ -605,7 +606,7 @@ class RequestCycle {
     if (kind_ == RequestKind::frame ? !reading_.frame.ok() : sampler_.cause().has_value()) return;
     phase_ = Phase::settling;
     quiet_ = now;
-    // Such a device takes a request that ends early for a reset, for any SLO.
+    // Such a device treats a request that ends early as a reset, for any SLO.
     if (kind_ != RequestKind::frame && setup_.timing.timeout.rule == TimeoutRule::cycle) {
       earliest_ = limit_;
     }

@@ -25,7 +25,7 @@ enum class RequestKind : std::uint8_t {
 
 inline constexpr std::size_t request_kind_count = 3;
 
-/// The name users see, the same as the enumerator's.
+/// The name that users see: the enumerator's name.
 constexpr std::string_view name_of(RequestKind kind) {
   constexpr std::array<std::string_view, request_kind_count> names{"frame", "control_only",
                                                                    "reduced"};
@@ -108,14 +108,14 @@ enum class Refusal : std::uint8_t {
 
 inline constexpr std::size_t refusal_count = 4;
 
-/// The name users see, the same as the enumerator's.
+/// The name that users see: the enumerator's name.
 constexpr std::string_view name_of(Refusal refusal) {
   constexpr std::array<std::string_view, refusal_count> names{"none", "slo_low", "too_early",
                                                               "setup"};
   return names[static_cast<std::size_t>(refusal)];
 }
 
-/// The result of one request. `Frame` is the codec's.
+/// The result of one request. `Frame` is a type of the codec.
 template <class Frame>
 struct BasicReading {
   /// The frame, or the one cause:
@@ -129,7 +129,7 @@ struct BasicReading {
   ///   truncated       control_only, reduced: everything that was requested came
   Result<Frame, FrameFault> frame = failure(FrameFault{FrameError::no_response});
   Refusal refusal = Refusal::none;
-  /// CDS as received, also in a bad frame; empty if it did not come.
+  /// CDS as received, also in a bad frame; empty if it was not received.
   std::optional<bool> cds{};
   /// The first falling edge of MA, or the time of the refusal.
   Picoseconds begin{};

@@ -87,7 +87,7 @@ struct SpiSetup {
   /// Reads positions without nE too. trusted() is then true for every good frame: this encoder
   /// cannot report that its position is wrong, and a word of zeros is position 0.
   bool no_error_flag = false;
-  /// Reads channels without CRC too. A disturbed channel is then a good one.
+  /// Reads channels without CRC too. A disturbed channel then counts as good.
   bool unchecked = false;
 
   constexpr bool operator==(const SpiSetup&) const = default;
@@ -136,7 +136,7 @@ constexpr std::optional<SpiSetupError> check_spi(const FrameFormat& format, cons
 
 namespace spi_detail {
 
-// Not constexpr: the compiler prints the name of the one that a constant reader calls.
+// Not constexpr: the compiler prints the name of the function that a constant reader calls.
 inline void the_period_is_not_positive() {}
 inline void the_line_delay_is_negative_or_its_minimum_above_its_maximum() {}
 inline void the_clock_is_above_the_encoders_clock_max() {}
@@ -244,13 +244,13 @@ class SpiReader {
     if (std::is_constant_evaluated() && error_) spi_detail::stop_the_build(*error_);
   }
 
-  /// As check_spi(); nothing if the reader can be used.
+  /// The result of check_spi(): nothing if the reader can be used.
   constexpr const std::optional<SpiSetupError>& error() const { return error_; }
   constexpr const Codec& codec() const { return codec_; }
   constexpr const FrameBounds& bounds() const { return bounds_; }
-  /// As spi_clocks().
+  /// The same as spi_clocks().
   constexpr std::size_t clocks() const { return clocks_; }
-  /// As spi_bytes().
+  /// The same as spi_bytes().
   constexpr std::size_t bytes() const { return (first_bit_ + clocks_ + 7U) / 8U; }
 
   /// Finds and decodes the frame.

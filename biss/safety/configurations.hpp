@@ -51,9 +51,10 @@ constexpr SafetyConfiguration renishaw_row(std::string_view name, std::string_vi
           .source = renishaw};
 }
 
-// On a binary symmetric channel with a bit error rate of 1e-2, with ACC_MIN bits compared, the types
-// have up to 2.24e-9 undetected errors an hour: less than 1 % of SIL 2, more than 1 % of SIL 3, which
-// the Safety Concept names the types suitable for. Its residual error model is not public.
+// On a binary symmetric channel with a bit error rate of 1e-2, with ACC_MIN bits compared, the
+// types have up to 2.24e-9 undetected errors an hour: less than 1 % of SIL 2, more than 1 % of SIL
+// 3, the level for which the Safety Concept calls the types suitable. Its residual error model is
+// not public.
 inline constexpr std::uint64_t type_residual_max_e15 = 2'500'000;
 
 // `cycle` is the shortest safety cycle of the table, `compare_bits` its ACC_MIN.

@@ -33,7 +33,7 @@ class LifeCounter {
 
   /// Whether this value may come next.
   /// \param value 0…63
-  /// \param missed frames since the last accepted one that were not accepted
+  /// \param missed frames that were not accepted since the last accepted one
   /// \return safe, or one of the counter_ causes
   constexpr SafetyVerdict judge(std::uint8_t value, unsigned missed,
                                 const SafetyCounter& setup) const {

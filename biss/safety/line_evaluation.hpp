@@ -78,7 +78,7 @@ class LineReader {
     if (at_ >= end_) return 0;
     std::uint32_t other = look(at_) ^ all;
     if (other == 0) {
-      // From here on by whole bytes; their first bits are known to have the level.
+      // From here on, whole bytes are compared; their first bits are known to have the level.
       std::size_t byte = at_ / 8U + 4U;
       while (byte + 4U <= bytes_.size() && (other = four(byte) ^ all) == 0) byte += 4U;
       if (other == 0) other = rest_from(byte) ^ all;
@@ -123,7 +123,7 @@ class LineReader {
   std::size_t at_;
 };
 
-// ---- Some hundred bits from the line in words of 32
+// ---- A few hundred bits from the line in words of 32
 
 // With offsets that are known at compile time, word and shift are constants: everything is inlined.
 template <unsigned Bits, unsigned Known>

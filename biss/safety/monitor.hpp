@@ -124,7 +124,7 @@ class SelfTest {
            good_.cpw_position == position;
   }
 
-  // Every single bit that a CRC covers, and of the CRC.
+  // Every single bit that a CRC covers, and every bit of the CRC.
   constexpr bool refuses_flips() {
     std::size_t at = payload_at_;
     for (std::uint8_t k = 0; k < format_.channel_count; ++k) {
@@ -327,7 +327,7 @@ class SafetyMonitor {
   /// The counter's range, from the setup or learned; none while it is being learned.
   constexpr std::optional<CounterMode> counter_mode() const { return memory_.first.counter_mode(); }
 
-  /// Gives every check a frame that it must refuse, and good frames. Takes as long as some hundred
+  /// Gives every check a frame that it must refuse, and good frames. Takes as long as a few hundred
   /// frames. At power-up it leads from `untested` to `starting`. In any other state it changes
   /// nothing if it passes, and clears no fault; if it fails, the state is `failed`.
   /// \param expected the fingerprint of the format and the setup, from a constant. The plan in
@@ -545,7 +545,7 @@ class SafetyMonitor {
   constexpr SafetyJudgement judgement_of(SafetyVerdict verdict) const {
     return {.verdict = verdict, .state = memory_.state};
   }
-  // An answer that is not judged. If it is the first one, no later one is.
+  // An answer that is not judged. If it is the first answer, no later answer counts as the first.
   constexpr SafetyJudgement unjudged(SafetyVerdict verdict) {
     if (memory_.freshness == Freshness::next_frame) {
       memory_.freshness = Freshness::failed;

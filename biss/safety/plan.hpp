@@ -115,7 +115,7 @@ class FixedSafetyPlan {
                 "the SPW has no sign-of-life counter of 6 bits (lc6)");
   static_assert(is_not<SafetySetupError::compare_bits>,
                 "compare_bits is more than both words have");
-  static_assert(is_not<SafetySetupError::tolerance>, "tolerance_lsb takes in every position");
+  static_assert(is_not<SafetySetupError::tolerance>, "tolerance_lsb accepts every position");
   static_assert(is_not<SafetySetupError::start_frames>, "start_frames is less than 2");
   static_assert(is_not<SafetySetupError::counter>,
                 "near_frames is above 30, learn_rollovers is 0, or the first value is above 63");
@@ -130,8 +130,8 @@ class FixedSafetyPlan {
                 "the clocks' tolerance is not from 0 to below frame_gap_max, or bit_period is not "
                 "from 0 to 1 ms");
   static_assert(is_not<SafetySetupError::bounds>,
-                "no frame is within the bounds: a minimum is above its maximum, or above what can "
-                "be, or with_timing() has a clock above the encoder's limit");
+                "no frame is within the bounds: a minimum is above its maximum, or above the "
+                "possible range, or with_timing() has a clock above the encoder's limit");
   static_assert(is_not<SafetySetupError::checksum>,
                 "the CPW's CRC is not 0x43, or the SPW's is not 0x190D9; UnratedSafetySetup "
                 "permits it");

@@ -50,10 +50,10 @@ enum class MultiturnRule : std::uint8_t {
 /// The permitted difference of the two positions.
 struct SafetyComparison {
   /// The number of upper bits of the singleturn value (or of the whole position, if there are no
-  /// turns) that are compared: ACC_MIN of the Safety Concept. 0: all that both words have.
+  /// turns) that are compared: ACC_MIN of the Safety Concept. 0: all bits that both words have.
   std::uint8_t compare_bits = 0;
   /// In counts of the lowest bit compared (Safety Concept A5: 1). The difference is measured in the
-  /// shorter direction, across the wrap-around if need be.
+  /// shorter direction, across the wrap-around if necessary.
   std::uint8_t tolerance_lsb = 1;
   MultiturnRule multiturn = MultiturnRule::with_carry;
 
@@ -92,7 +92,7 @@ struct SafetyBudget {
 
 inline constexpr std::uint8_t max_tolerated_faults = 4;
 
-/// Far above any clock of MA; times 2^32 bits it is a number of picoseconds.
+/// Far above any period of MA, and 2^32 bits of it still fit into Picoseconds.
 inline constexpr Picoseconds max_bit_period = milliseconds(1);
 
 /// The measures against a wrong time base.
@@ -238,7 +238,7 @@ enum class SafetySetupError : std::uint8_t {
   frame_gap,     ///< not 0 <= min < max <= max_frame_gap, cycle_min out of range, or
                  ///< may_lose_period()
   clocks,        ///< tolerance not from 0 to below frame_gap_max, or bit_period not from 0 to 1 ms
-  bounds,        ///< no frame is within them: a minimum above its maximum, or above what can be;
+  bounds,        ///< no frame is within them: a minimum above its maximum or its possible range;
                  ///< a clock above the encoder's limit
   checksum,      ///< the CPW's CRC is not 0x43, or the SPW's is not 0x190D9, or not as in BiSS
   weak_comparison,  ///< fewer than 9 bits compared, or a tolerance above 1
@@ -250,7 +250,7 @@ inline constexpr std::size_t safety_setup_error_count = 18;
 static_assert(static_cast<std::size_t>(SafetySetupError::residual) + 1U ==
               safety_setup_error_count);
 
-/// The name users see, the same as the enumerator's.
+/// The name that users see: the enumerator's name.
 constexpr std::string_view name_of(SafetySetupError error) {
   constexpr std::array<std::string_view, safety_setup_error_count> names{
       "channels",     "no_crc",    "no_error_bit", "no_position",     "gray",    "no_counter",

@@ -98,7 +98,7 @@ inline constexpr std::array<std::string_view, safety_event_count> safety_event_n
     "unlatched_fault",  "receiver_fault",   "acknowledged",
     "encoder_restarted"};
 
-/// The name users see, the same as the enumerator's; "invalid" for a value that is no state.
+/// The name that users see: the enumerator's name; "invalid" for a value that is not a state.
 constexpr std::string_view name_of(SafetyState state) {
   constexpr std::array<std::string_view, safety_state_count + 1> names{
       "untested", "starting", "safe", "latched", "failed", "invalid"};
@@ -110,7 +110,7 @@ constexpr SafetyState state_of(std::size_t index) {
   return static_cast<SafetyState>(safety_detail::code_word(static_cast<unsigned>(index) + 65U));
 }
 
-/// The state after an event. A value that is no state leads to `failed`.
+/// The state after an event. A value that is not a state leads to `failed`.
 constexpr SafetyState next_state(SafetyState state, SafetyEvent event) {
   const std::size_t row = safety_detail::index_of(state);
   if (row == safety_state_count) return SafetyState::failed;

@@ -67,7 +67,7 @@ enum class SafetyVerdict : std::uint16_t {
 
 inline constexpr std::size_t safety_verdict_count = 23;
 
-/// The number of a verdict, 0 for `safe`; safety_verdict_count for a value that is no verdict.
+/// The number of a verdict, 0 for `safe`; safety_verdict_count for a value that is not a verdict.
 constexpr std::size_t index_of(SafetyVerdict verdict) {
   const auto word = static_cast<std::uint16_t>(verdict);
   const unsigned number = word >> 5U;
@@ -81,7 +81,7 @@ constexpr SafetyVerdict verdict_of(std::size_t index) {
   return static_cast<SafetyVerdict>(safety_detail::code_word(static_cast<unsigned>(index) + 1U));
 }
 
-/// The name users see, the same as the enumerator's; "invalid" for a value that is no verdict.
+/// The name that users see: the enumerator's name; "invalid" for a value that is not a verdict.
 constexpr std::string_view name_of(SafetyVerdict verdict) {
   constexpr std::array<std::string_view, safety_verdict_count + 1> names{"safe",
                                                                          "starting",
@@ -175,7 +175,7 @@ enum class TransmissionError : std::uint8_t {
 
 inline constexpr std::size_t transmission_error_count = 8;
 
-/// The name users see, the same as the enumerator's.
+/// The name that users see: the enumerator's name.
 constexpr std::string_view name_of(TransmissionError error) {
   constexpr std::array<std::string_view, transmission_error_count> names{
       "corruption", "repetition", "sequence",   "loss",
@@ -241,7 +241,7 @@ inline constexpr std::array<SafetyMeasure, transmission_error_count> safety_meas
 namespace safety_detail {
 
 // A checksum of words in memory. Each step is reversible, so a change within one word always
-// changes the checksum; of all other changes, one in 2^32 does not. The rotation spreads the
+// changes the checksum; one in 2^32 of all other changes does not. The rotation spreads the
 // uppermost bit, too: in a product this bit changes no other bit.
 class Check {
  public:
@@ -265,7 +265,7 @@ struct SafetyFinding {
   /// type.
   std::int32_t difference_lsb = 0;
   std::uint8_t life_counter = 0;
-  /// Low-active; bit 1: the CPW's nW, bit 0: the SPW's.
+  /// Low-active; bit 1: nW of the CPW, bit 0: nW of the SPW.
   std::uint8_t nW = 3;
   /// no_frame … comparison, or safe.
   SafetyVerdict cause = SafetyVerdict::no_frame;
@@ -320,7 +320,7 @@ class GuardedPosition {
   constexpr const SafePosition* operator->() const { return &position_; }
 
  private:
-  // Not 0 for a position of zeros, so that a memory of zeros is no position.
+  // Not 0 for a position of zeros, so that a memory of zeros is not a position.
   static constexpr std::uint32_t check_of(const SafePosition& position) {
     safety_detail::Check check;
     for (const std::uint64_t word :

@@ -84,7 +84,8 @@ class IdAssignment {
     skip_silent();
   }
 
-  /// The bit to send at this index, 0 … 8. \param predecessor the bit that came at it
+  /// The bit to send at this index, 0 … 8. \param predecessor the bit that the predecessor sent at
+  /// this index
   constexpr bool take(unsigned index, bool predecessor) {
     if (predecessor) return true;
     if (index >= control_max_slaves) return next_ < Ids;  // IDL8: more slaves follow

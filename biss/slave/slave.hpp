@@ -85,7 +85,7 @@ enum class SlaveState : std::uint8_t {
 
 inline constexpr std::size_t slave_state_count = 9;
 
-/// The name users see, the same as the enumerator's.
+/// The name that users see: the enumerator's name.
 constexpr std::string_view name_of(SlaveState state) {
   constexpr std::array<std::string_view, slave_state_count> names{
       "idle", "requested", "latched",       "ack",       "start",
@@ -289,7 +289,7 @@ class ReleaseTimer {
 
   /// The end of the frame if no edge follows this one.
   constexpr Picoseconds after(Picoseconds edge) const { return std::max(floor_, edge + wait_); }
-  /// The same if the end without this edge is known.
+  /// Moves `end`, the end of the frame without this edge, to the end with it.
   constexpr void extend(Picoseconds& end, Picoseconds edge) const {
     const std::int64_t extended = edge.count + wait_.count;
     if (extended > end.count) [[unlikely]]

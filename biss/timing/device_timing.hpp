@@ -9,8 +9,7 @@
 
 namespace biss {
 
-/// Limits of the protocol description D2, table of characteristics (row numbers are
-/// PROTOCOL 1.3's).
+/// Limits of the protocol description D2, table of characteristics (row numbers as in PROTOCOL 1.3).
 inline constexpr Hertz biss_clock_min = kilohertz(80);                       // row 1
 inline constexpr Hertz biss_clock_max = megahertz(10);                       // row 1
 inline constexpr Picoseconds biss_line_delay_max = microseconds(40);         // row 7

@@ -19,13 +19,13 @@ enum class LineDelayError : std::uint8_t {
   before_request,  ///< SLO fell before the second rising edge of MA: it was not idle, or wires are
                    ///< swapped
   too_long,        ///< more than the 40 µs that BiSS C allows (D2, row 7)
-  too_few,         ///< fewer measurements than asked for
+  too_few,         ///< fewer measurements than requested
   jitter,          ///< a measurement is more than a quarter of a period from the mean (D2, row 8)
 };
 
 inline constexpr std::size_t line_delay_error_count = 4;
 
-/// The name users see, the same as the enumerator's.
+/// The name that users see: the enumerator's name.
 constexpr std::string_view name_of(LineDelayError error) {
   constexpr std::array<std::string_view, line_delay_error_count> names{"before_request", "too_long",
                                                                        "too_few", "jitter"};

@@ -51,7 +51,7 @@ class TurnCounter {
 
   /// Takes a sample.
   /// \param count single-turn counts; bits above the width are dropped
-  /// \param missed samples since the previous one that did not come or were bad
+  /// \param missed missing or bad samples since the previous good one
   constexpr TurnState update(std::uint64_t count, std::uint64_t missed = 0) {
     count &= mask();
     if (state_ == TurnState::empty) {

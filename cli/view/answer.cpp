@@ -95,7 +95,7 @@ PageAnswer ServedPage::answer(const PageRequest& request) {
   const std::string_view token = path.substr(0, slash);
   const bool opens = begins && slash == path.size() && same_token(token, opening_token_);
   if (!opens && (!begins || !same_token(token, token_))) {
-    return {403, "This address has not the token that biss view printed.\n"};
+    return {403, "This address does not have the token that biss view printed.\n"};
   }
   if (request.method != "GET" && request.method != "HEAD") {
     return {405, "Only GET and HEAD.\n"};

@@ -34,7 +34,7 @@ constexpr auto only_whole = std::to_array<Whole>({
     {"\x1f\x8b", "a compressed file ends with its checksum"},
     {"\x28\xb5\x2f\xfd", "a compressed file ends with its checksum"},
     {"<SALEAE>", "a binary export of Saleae Logic begins with the number of its changes"},
-    {"\x89HDF", "an HDF5 file is written at any place"},
+    {"\x89HDF", "an HDF5 file is not written from its beginning to its end"},
 });
 
 }  // namespace
@@ -57,7 +57,7 @@ tl::expected<void, verbs::VerbError> ServedCapture::open(const std::string& path
   struct stat about {};
   if (::fstat(descriptor_, &about) != 0) return refuse(std::strerror(errno));
   if (!S_ISREG(about.st_mode))
-    return refuse("is no regular file, which the page can ask for again");
+    return refuse("is not a regular file: the page must be able to read parts of it again");
   waiting_ = static_cast<std::uint64_t>(about.st_size);
   remember(whole_size(waiting_));
   const auto size = look(true);
@@ -145,12 +145,12 @@ std::string ServedCapture::wrong_kind() const {
     return (c >= 0 && c < ' ' && c != '\t' && c != '\n' && c != '\r') || c == '\x7f';
   });
   if (!is_text) {
-    return refuse("it is no text (VCD, CSV), and raw samples need --raw-rate");
+    return refuse("it is not text (VCD, CSV), and raw samples need --raw-rate");
   }
   return {};
 }
 
-// As much of the file as can be read: whole samples or lines.
+// The part of the file that can be read: complete samples or lines.
 std::uint64_t ServedCapture::whole_size(std::uint64_t available) const {
   if (!growth_) return available;
   if (growth_->sample_bytes) return available - available % *growth_->sample_bytes;

@@ -93,7 +93,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void take(error_code problem) {
     if (problem.category() == http::make_error_code(http::error::bad_target).category() &&
         problem != http::error::end_of_stream && problem != http::error::partial_message) {
-      send({400, "This is no request of HTTP.\n"}, false, false);
+      send({400, "This is not an HTTP request.\n"}, false, false);
       return;
     }
     if (problem) return;
@@ -138,7 +138,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (body_.empty() && left_ > 0) {
       body_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(left_, block_bytes)));
       const std::size_t got = capture_.read(place_, body_);
-      // The length has been sent: an end before it is the only sign left.
+      // The length has been sent already, so an early end is the only sign of the failure.
       if (got == 0) return close();
       body_.resize(got);
       place_ += got;
@@ -214,7 +214,7 @@ class Server {
     });
   }
 
-  // Such as no descriptor left.
+  // For example, no descriptor is left.
   void accept_later() {
     timer_.expires_after(pause_after_failure);
     timer_.async_wait([this](error_code problem) {

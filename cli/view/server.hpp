@@ -1,4 +1,4 @@
-// The HTTP server of `biss view`: one thread, bounded in all that a client can ask for.
+// The HTTP server of `biss view`: one thread, with a limit on everything that a client can request.
 #pragma once
 
 #include <cstdint>

@@ -44,7 +44,7 @@ struct ViewOptions {
 
 std::string name_of_file(const std::string& path) { return path.substr(path.rfind('/') + 1); }
 
-// The browser lives on when this command ends.
+// The browser continues to run when this command ends.
 void open_browser(const std::string& address, Host& host) {
   std::string program = "xdg-open";
   std::string argument = address;

@@ -1,4 +1,4 @@
-// Runs the sketch of the Arduino package on a PC: five requests, each with another line.
+// Runs the sketch of the Arduino package on a PC: five requests, each with a different line.
 #include <Arduino.h>
 #include <BissC.h>
 #include <SPI.h>

@@ -1,4 +1,4 @@
-// Runs the example of the ESP-IDF component on a PC: four requests, each with another line.
+// Runs the example of the ESP-IDF component on a PC: four requests, each with a different line.
 #include <cstdlib>
 
 #include <driver/spi_master.h>

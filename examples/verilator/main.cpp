@@ -1,5 +1,5 @@
-// Our encoder answers a master in SystemVerilog: Verilator runs the master, the C interface the
-// encoder, this loop the time and the line between them.
+// Our encoder answers a master in SystemVerilog: Verilator runs the master, the C interface runs
+// the encoder, and this loop has the time and the line between them.
 #include <Vbiss_master.h>
 #include <biss_c.h>
 #include <verilated.h>

@@ -1,5 +1,5 @@
 // The program of the examples: reads positions, registers and the electronic data sheet of an
-// encoder, and writes what it found to the serial port. All boards run it unchanged.
+// encoder, and writes the results to the serial port. All boards run it unchanged.
 //
 // The encoder: 24 bits, with registers and an EDS with profile BP3. firmware/encoder_maker is one.
 #pragma once

@@ -180,7 +180,8 @@ class EncoderAxis {
   }
 
   constexpr const AxisPosition& latest() const { return latest_; }
-  /// Whether the last request still waits for its answer: latest() is then of an earlier one.
+  /// Whether the last request still waits for its answer: latest() then belongs to an earlier
+  /// request.
   constexpr bool waits() const { return buffer_.waits(); }
   constexpr const biss::CycleCounts& counts() const { return counts_; }
   constexpr const biss::TurnCounter& turns() const { return turns_; }

@@ -83,8 +83,8 @@ void expect(bool right, const char* what) {
 void check_measured(const control_loop::AxisPosition& latest, biss::Picoseconds now) {
   ++loop.summary.measured;
   expect(loop.bad_in_a_row == 0, "a damaged frame was taken");
-  expect(latest.output.position == loop.truth.position, "the position is not the axis's");
-  expect(loop.axis.turns().turns() == loop.truth.position >> 26, "the turns are not the axis's");
+  expect(latest.output.position == loop.truth.position, "the position differs from the axis");
+  expect(loop.axis.turns().turns() == loop.truth.position >> 26, "the turns differ from the axis");
   // Half a clock to the first rising edge, 3.25 µs to the sampling moment.
   expect(latest.age(now) == tick * ticks_a_period - biss::nanoseconds(50 + 3'250), "age");
 }
@@ -96,7 +96,7 @@ void check_extrapolated(const control_loop::AxisPosition& latest) {
   // The speed changed once more for each cycle since it was measured, over up to trip_after cycles
   // before that.
   const std::int64_t most = Axis::acceleration * n * (n + limits.trip_after);
-  expect(error <= most && error >= -most, "the extrapolation is farther off than it can be");
+  expect(error <= most && error >= -most, "the extrapolation has a larger error than possible");
 }
 
 void check_period(biss::Picoseconds now) {

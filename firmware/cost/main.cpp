@@ -99,7 +99,8 @@ int firmware_main() {
   firmware::write_decimal(ruler.ticks_of_long_block - ruler.ticks_of_none);
   firmware::write(" ticks for 8000 instructions, ");
   firmware::write_decimal(ruler.ticks_of_none);
-  firmware::write(ruler.straight ? " for none, straight\n" : " for none, NOT STRAIGHT\n");
+  firmware::write(ruler.straight ? " for 0 instructions, linear\n"
+                                 : " for 0 instructions, NOT LINEAR\n");
   if (!ruler.straight) return 1;
 
   // Through a volatile pointer, so that the format is unknown to the compiler.

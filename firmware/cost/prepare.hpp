@@ -19,18 +19,19 @@ void ack(Sample& sample, Random& random);
 /// Random bytes and an index with 28 bits after it.
 void word(Sample& sample, Random& random);
 
-/// A counter with one sample and the next one in `value`, across zero every other time.
+/// A counter with one sample; `value` has the next sample, across zero every other time.
 void step(Sample& sample, Random& random);
-/// A slave within its data, MA high; in `value` the time of the next falling edge.
+/// A slave within its data; MA is high. `value` has the time of the next falling edge.
 void data_bit(Sample& sample, Random& random);
-/// A master within the data, MA low; in `value` the time of the next rising edge, in `index` SLO.
+/// A master within the data; MA is low. `value` has the time of the next rising edge, `index` has
+/// SLO.
 void data_sample(Sample& sample, Random& random);
-/// A control session somewhere in an access; in `value` the time, in `index` CDS.
+/// A control session somewhere in an access; `value` has the time, `index` has CDS.
 void control_frame(Sample& sample, Random& random);
-/// A register server somewhere in an access; in `index` CDM.
+/// A register server somewhere in an access; `index` has CDM.
 void server_frame(Sample& sample, Random& random);
-/// A safety monitor in the safe state and the next frame, which is good, damaged or hostile; in
-/// `value` the time.
+/// A safety monitor in the safe state and the next frame, which is good, damaged or hostile;
+/// `value` has the time.
 void safety_frame(Sample& sample, Random& random);
 
 }  // namespace cost::prepare

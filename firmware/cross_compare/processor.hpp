@@ -82,12 +82,12 @@ class Processor {
   constexpr biss::SafetyVerdict cause() const { return monitor_.latched_cause(); }
   constexpr bool acknowledge(biss::SafetyVerdict cause) { return monitor_.acknowledge(cause); }
 
-  /// As SafetyMonitor::expect_position(), on both processors, before the request is made.
+  /// The same as SafetyMonitor::expect_position(), on both processors, before the request is made.
   constexpr void expect_position(std::uint64_t low, std::uint64_t high) {
     monitor_.expect_position(low, high);
   }
-  /// As SafetyMonitor::encoder_restarted(), on both processors. An answer that was not yet compared
-  /// is dropped.
+  /// The same as SafetyMonitor::encoder_restarted(), on both processors. An answer that was not yet
+  /// compared is dropped.
   constexpr void encoder_restarted() {
     waits_ = false;
     monitor_.encoder_restarted();

@@ -106,7 +106,7 @@ void check_position(const biss::BitBuffer<64>& bits) {
   expect(frame.ok() && frame->trusted(), "a frame that cannot be trusted");
   if (!frame.ok()) return;
   const std::uint32_t expected = (line.latched + line.board.stored_offset) & 0xFF'FFFFU;
-  expect(frame->channel_list[0].position == expected, "the position is not the sensor's");
+  expect(frame->channel_list[0].position == expected, "the position differs from the sensor");
   ++line.summary.positions;
 }
 
@@ -204,8 +204,8 @@ void preset() {
   expect(
       ((line.board.sensor(line.board.time) + line.board.stored_offset) & 0xFF'FFFFU) - 0x123456U <
           20'000U,
-      "the position is not the preset's");
-  expect(write(address::command, std::array<std::uint8_t, 1>{0x77}), "a command that is none");
+      "the position differs from the preset");
+  expect(write(address::command, std::array<std::uint8_t, 1>{0x77}), "an unknown command");
   std::array<std::uint8_t, 2> status{};
   expect(read(address::status, status) && status[0] == 1, "the status does not show the refusal");
   expect(status[1] == 63, "23 °C");

@@ -62,8 +62,8 @@ class SafeAxis {
 
   /// Judges the transfer. Call it in the DMA's interrupt at the end of the transfer. An end that no
   /// request waits for is ignored: its buffer has nothing new.
-  /// \param transfer_time the time of all clocks of the transfer, as another clock than MA's has
-  ///   measured it; needed with SafetyClocks::bit_period, otherwise ignored
+  /// \param transfer_time the time of all clocks of the transfer, measured by a different clock,
+  /// not the clock of MA; needed with SafetyClocks::bit_period, otherwise ignored
   constexpr void transfer_complete(biss::Picoseconds transfer_time = {}) {
     const auto received = buffer_.end();
     if (!received) return;

@@ -1,7 +1,7 @@
 """Read, simulate and judge encoders with the BiSS C interface.
 
 The verbs of the command ``biss`` as functions (``decode``, ``check``, ``explain``, …), on files and on
-NumPy arrays; a decoder for a capture that still goes on (``Decoder``); frames and SPI buffers
+NumPy arrays; a decoder for a capture that is still running (``Decoder``); frames and SPI buffers
 (``Format``, ``SpiReader``). docs/python.md of the project describes all of it.
 """
 

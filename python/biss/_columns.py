@@ -14,16 +14,16 @@ MaskedArray = np.ma.MaskedArray[Any, Any]
 # Has no types.
 _ma: Any = np.ma
 
-# They ignore the mask, and what is below it gets into results that look like others.
+# They ignore the mask, so the values below it get into results that look normal.
 _WITHOUT_MASK = frozenset((np.interp, np.median, np.percentile, np.quantile, np.nanmedian,
                            np.nanpercentile, np.nanquantile))
 
 
 class MaskedColumn(_ma.MaskedArray):  # type: ignore[misc]
-    """A masked array that refuses to make positions of what was not received.
+    """A masked array that refuses to use empty cells as positions.
 
-    Functions of NumPy that drop the mask see NaN below it, in integers a number as far from all
-    others as there is: 2**63 in uint64, -2**63 in int64, 255 in flags.
+    Functions of NumPy that drop the mask see NaN below it, in integers the number that is farthest
+    from all others: 2**63 in uint64, -2**63 in int64, 255 in flags.
     """
 
     def __array_function__(self, func: Any, types: Any, args: Any, kwargs: Any) -> Any:

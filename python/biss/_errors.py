@@ -25,11 +25,12 @@ class CaptureError(Error, OSError):
 
 
 class DataError(Error):
-    """The data do not carry what was asked for, as a request cycle. The command's exit status 1."""
+    """The data do not have the requested content, for example a request cycle. The command's exit
+    status 1."""
 
 
 class FrameError(DataError):
-    """The bits are no frame. ``cause`` is the status that ``decode`` gives such a row."""
+    """The bits are not a frame. ``cause`` is the status that ``decode`` gives such a row."""
 
     def __init__(self, text: str, cause: str, channel: int = 0) -> None:
         super().__init__(text)

@@ -59,7 +59,7 @@ class Frame:
 
     @property
     def trusted(self) -> bool:
-        """No channel reports an error, and each has what shows one."""
+        """No channel reports an error, and each has nE and a CRC."""
         missing = self.no_error_flag or self.unchecked
         return not missing and all(channel.nE for channel in self.channels)
 
@@ -192,12 +192,12 @@ class SpiReader:
     """Reads frames from the bytes that an SPI peripheral received, MA being its clock.
 
     ``clock_hz`` is the SPI clock. ``phase`` is the edge of MA at which the peripheral samples:
-    ``rising`` (mode 3) or ``falling`` (mode 2). The line delay is that from MA to SLO, both at the
+    ``rising`` (mode 3) or ``falling`` (mode 2). The line delay is from MA to SLO, both at the
     master; the narrower its range, the more wrong frames are detected. ``first_bit`` is the number
     of bits in the buffer before the sample of the first clock.
 
     A clock above the encoder's limit is refused. So is a position without nE and a channel without
-    CRC, unless ``no_error_flag`` or ``unchecked`` says that this is intended.
+    CRC, unless ``no_error_flag`` or ``unchecked`` states that this is intended.
     """
 
     def __init__(self, format: Format | str, clock_hz: int, *, phase: str = "rising",
@@ -217,7 +217,7 @@ class SpiReader:
 
     @property
     def clocks(self) -> int:
-        """How many clocks of MA that takes."""
+        """The number of clocks of MA that this takes."""
         return self._spi.clocks
 
     @property
@@ -226,9 +226,9 @@ class SpiReader:
         return self._spi.transfer_bytes
 
     def read(self, buffer: Any, clocks: int | None = None) -> Frame:
-        """The frame in a buffer: bytes, an array of them, or a sequence of their numbers, as the list
-        that spidev returns. ``clocks`` is the number of clocks that were sent; by default all that are
-        needed. Raises FrameError with the cause."""
+        """The frame in a buffer: bytes, an array of them, or a sequence of their numbers, such as
+        the list that spidev returns. ``clocks`` is the number of clocks that were sent; by default
+        all that are needed. Raises FrameError with the cause."""
         return _frame(self._spi.read(_bytes(buffer), _clocks(clocks)))
 
     def read_all(self, buffers: np.ndarray[Any, Any], clocks: int | None = None) -> SpiColumns:

@@ -12,7 +12,7 @@ Option = Any
 
 
 def number_of(value: Any, name: str) -> int:
-    """A whole number of any type, as one of NumPy."""
+    """A whole number of any type, such as one of NumPy."""
     if isinstance(value, bool) or not hasattr(value, "__index__"):
         raise TypeError(f"{name}: a whole number is needed, not {type(value).__name__}")
     return int(value.__index__())

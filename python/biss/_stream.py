@@ -15,7 +15,7 @@ from ._options import bits_of, given_of, number_of
 class Field(NamedTuple):
     """A stretch of a request cycle on the line.
 
-    The times are those at which SLO is sampled, half a period to each side.
+    The times are the sampling times of SLO, with half a period on each side.
     """
 
     begin_ps: int
@@ -68,10 +68,10 @@ class Decoder:
     ``options`` are the options of ``biss decode`` with underscores: ``safety="rsm"``,
     ``invert_slo=True``, ``only_errors=True``, ``resolution="10ns"``.
 
-    The rows are the same as from ``biss decode`` on the same capture. The first ones come when
-    ``beginning`` edges are there, because polarity, format and the rate of requests are measured in
-    them; the command takes as many as the default. A smaller number gives rows sooner and measures
-    in less.
+    The rows are the same as from ``biss decode`` on the same capture. The first ones come after
+    ``beginning`` edges, because polarity, format and the rate of requests are measured in them; the
+    command takes as many as the default. A smaller number gives rows sooner and measures with fewer
+    edges.
 
     Several threads may use a decoder; it does the work of one at a time.
 
@@ -115,7 +115,7 @@ class Decoder:
         return self._rows(self._stream.edges(*_arrays(times_ps, "times_ps", ma, slo)))
 
     def changes(self, numbers: Any, ma: Any, slo: Any) -> list[Row]:
-        """As edges(), at the samples of these numbers; the decoder needs ``sample_rate``."""
+        """The same as edges(), at samples with these numbers; the decoder needs ``sample_rate``."""
         return self._rows(self._stream.changes(*_arrays(numbers, "numbers", ma, slo)))
 
     def samples(self, samples: Any, *, ma: int = 0, slo: int = 1) -> list[Row]:

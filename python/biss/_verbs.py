@@ -56,7 +56,7 @@ class Capture:
 
     @classmethod
     def content(cls, data: bytes, name: str = "capture") -> Capture:
-        """The content of a file of any format; of ``name`` the extension counts."""
+        """The content of a file of any format; only the extension of ``name`` matters."""
         if not isinstance(data, bytes):
             raise TypeError(f"data: bytes are needed, not {type(data).__name__}")
         return cls((data, os.fspath(name), None))
@@ -91,7 +91,7 @@ Source = Union[str, "os.PathLike[str]", Capture, np.ndarray]
 class Result:
     """The output of a verb of the command."""
 
-    #: The exit status: 0 done, 1 the data failed what was asked.
+    #: The exit status: 0 done, 1 the data failed.
     status: int
     #: The command's standard output.
     output: bytes
@@ -170,7 +170,7 @@ def run(verb: str, *arguments: Source, sample_rate: int | str | None = None,
     underscores; True gives it without a value, a list repeats it. Every verb but ``view`` is there.
 
     Raises UsageError if the command's exit status is 2, and CaptureError if it is 3. Status 1, the
-    data failed what was asked, is in the result.
+    data failed, is in the result.
     """
     return _run_on(verb, arguments, {**options, "sample_rate": sample_rate})
 
@@ -180,7 +180,7 @@ def records(verb: str, *arguments: Source, sample_rate: int | str | None = None,
     """The rows of a verb that has ``--to jsonl``, as dictionaries: ``records("encoders")``.
 
     Integers above 2**53 are texts, as in the command's JSON. Raises DataError if there is no row
-    because the data failed what was asked.
+    because the data failed.
     """
     result = _run_on(verb, arguments, {**options, "sample_rate": sample_rate, "to": "jsonl"})
     if result.status == 1 and not result.output and result.messages:
@@ -281,7 +281,7 @@ def draw(capture: Source, *, cycle: int, svg: bool = False, **options: Any) -> s
 
 
 def encoders(*names: str, **options: Any) -> list[dict[str, Any]]:
-    """The encoders of the catalogue, or what is known of some, as ``biss encoders --to jsonl``."""
+    """The encoders of the catalogue, or the data of some, as ``biss encoders --to jsonl``."""
     return records("encoders", *names, **options)
 
 

@@ -1,5 +1,5 @@
 // An archive to read: simulated captures of several encoders in several file formats, some of them
-// damaged, and some files that are no captures.
+// damaged, and some files that are not captures.
 #pragma once
 
 #include <cstddef>

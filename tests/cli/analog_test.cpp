@@ -114,7 +114,7 @@ TEST_F(Analog, WrongOptions_AreNamed) {
   expect_refusal({pairs, "--differential", "MA"}, 2, "'MA' is not A-B or A-B=NAME");
   expect_refusal({pairs, "--differential", "MA+-MA-="}, 2, "is not A-B or A-B=NAME");
   expect_refusal({pairs, "--threshold", "1"}, 2, "no unit; use nV, uV, mV, V or kV");
-  expect_refusal({pairs, "--threshold", "1V:-1V"}, 2, "the hysteresis is not negative");
+  expect_refusal({pairs, "--threshold", "1V:-1V"}, 2, "the hysteresis must not be negative");
   expect_refusal({line, "--threshold", "1V"}, 2, "has levels, not voltages");
   expect_refusal({line, "--differential", "MA-SLO"}, 2, "has levels, not voltages");
   EXPECT_THAT(run("simulate -f resolute-26 --threshold 1V -o {}", folder_.path("x.vcd")),

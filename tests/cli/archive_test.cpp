@@ -415,10 +415,11 @@ TEST_F(Archive, PartsThatDoNotFit_AreRefusedWithTheCause) {
   refused({first, shard("2/2", "-f resolute-26")}, "made with other options than");
   shard("2/2");
   simulated("c.csv", "-f resolute-26");
-  refused({first, shard("2/2")}, "the shards are not of one list of files, or some are missing");
+  refused({first, shard("2/2")},
+          "the shards are from different lists of files, or some are missing");
   refused({path("none.json")}, "cannot open it");
-  refused({folder_.file("text.json", "hello")}, "it is no JSON, or ends early");
-  refused({folder_.file("other.json", "{}")}, "it is no summary of biss archive");
+  refused({folder_.file("text.json", "hello")}, "it is not JSON, or ends early");
+  refused({folder_.file("other.json", "{}")}, "it is not a summary of biss archive");
   const std::string text = content_of(first);
   refused({folder_.file("cut.json", text.substr(0, text.size() - 10))}, "ends early");
   const auto edited = [&](const std::string& from, const std::string& to) {
@@ -444,7 +445,7 @@ TEST_F(Archive, NothingToRead_IsOneLine) {
     EXPECT_THAT(outcome.err, HasSubstr(cause));
   };
   refused({}, 2, "no folder given");
-  refused({"-"}, 2, "standard input is no folder");
+  refused({"-"}, 2, "standard input is not a folder");
   refused({captures(), "--shard", "0/3"}, 2, "--shard");
   refused({captures(), "--shard", "4/3"}, 2, "--shard");
   refused({captures(), "-f", "pos0"}, 2, "pos0");
@@ -577,7 +578,7 @@ TEST_F(Archive, ChangedByteOfASummary_IsRefused) {
   }
   EXPECT_EQ(refused, tried);
   EXPECT_GT(tried, 40);
-  // As an older version wrote it.
+  // The text of an older version.
   std::string old = text;
   old.replace(old.find(",\n\"checksum\""), std::string::npos, "}\n");
   EXPECT_THAT(merge({folder_.file("old.json", old)}),

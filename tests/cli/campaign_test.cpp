@@ -179,7 +179,7 @@ TEST_F(Campaign, ChangedByteOfAState_IsRefused) {
     EXPECT_EQ(run(arguments).status, 3) << at << " of " << changed;
     EXPECT_EQ(content_of(state), changed) << "a refused state is not overwritten";
   }
-  // As an older version wrote it.
+  // The text of an older version.
   folder.file("state.json", text.substr(0, text.find(",\n\"checksum\"")) + "}\n");
   EXPECT_THAT(run(arguments), fails(3, "not a usable campaign state: its checksum is missing"));
 }

@@ -264,7 +264,7 @@ TEST_F(ConfiguringMaster, DataSheetThatContradictsItself_IsRefusedByNameEverywhe
   const std::string sheet = folder.path("encoder.hex");
   run_ok("eds build --force {} -o {}", description, sheet);
   const std::string capture = folder.path("line.vcd");
-  constexpr const char* cause = "MT_CNT: more counts than its length can tell apart";
+  constexpr const char* cause = "MT_CNT: more counts than its length can distinguish";
   const Outcome configured =
       run("simulate --registers {} -f mt12,st19,nE,nW,crc6 --configure -o {}", sheet, capture);
   EXPECT_EQ(configured.status, 1);

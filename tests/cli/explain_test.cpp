@@ -147,7 +147,7 @@ TEST_F(ExplainVerb, Cycle_IsDrawnWithTheFlipThatMendsIt) {
   }
   EXPECT_THAT(mending, testing::Contains(7U));
   EXPECT_EQ(received.size(), 26U);
-  // The next cycle is whole.
+  // The next cycle is complete.
   EXPECT_THAT(run("explain {} -f {} --cycle 21", capture, format).out, HasSubstr(": right\n"));
 }
 

@@ -126,7 +126,7 @@ TEST_F(Identify, DamagedCycles_DoNotSpoilIt) {
   EXPECT_THAT(row["encoders"].get<std::string>(), HasSubstr("lenz-b3"));
 }
 
-// A pulse makes CDS 1 in a frame whose checksum is right; no control frame has asked for it.
+// A pulse makes CDS 1 in a frame whose checksum is right; no control frame has requested it.
 TEST_F(Identify, SingleOneOfCds_DoesNotRuleOutEncodersWithoutRegisters) {
   const std::string capture =
       simulated("line.vcd", "-f pos26,nE,nW,crc6;cds0 --cycles 400 --fault glitch_slo@50,clock=4");

@@ -191,7 +191,7 @@ TEST_F(Limits, Summary_CountsThemAndSaysWhatToDo) {
       simulate("line.vcd", "-f resolute-26 --clock 10MHz --timeout cycle:20us --cycle-min 20us");
   const std::string summary = decode(capture, "-f resolute-26").err;
   EXPECT_THAT(summary, HasSubstr("19 cycle_min, 20 release"));
-  EXPECT_THAT(summary, HasSubstr("release: SLO does not keep the timeout cycle:31.25us"));
+  EXPECT_THAT(summary, HasSubstr("release: SLO contradicts the timeout cycle:31.25us"));
 }
 
 TEST_F(Limits, LimitThatTheDeviceHasNot_IsRefused) {

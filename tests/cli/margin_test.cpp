@@ -90,13 +90,13 @@ TEST_F(Margin, AnswersToARecordedMaster_AreNotJudged) {
   expect_all(content_of(truth), "");
 }
 
-// 50 MS/s: edges are known to 20 ns, and the margin is 10 ns.
+// 50 MS/s: edges are accurate to 20 ns, and the margin is 10 ns.
 TEST_F(Margin, SamplesTooFarApart_TellNothingAndSaySo) {
   const std::string capture = simulate(folder, "line.sr", "100ns", "--sample-rate 50MHz");
   expect_all(content_of(folder.path("truth.csv")), "1");
   const Outcome coarse = decode(capture, "--to csv --no-compensation");
   expect_all(coarse.out, "");
-  EXPECT_NE(coarse.err.find("not known           edges are known to 20 ns, 5 % of a period is "
+  EXPECT_NE(coarse.err.find("not known           edges are accurate to 20 ns, 5 % of a period is "
                             "10 ns"),
             std::string::npos)
       << coarse.err;

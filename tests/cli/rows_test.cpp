@@ -471,8 +471,8 @@ TEST_F(DecodeRows, FullDisk_LeavesTheOldFile) {
   EXPECT_EQ(folder.files(), 2U);
 }
 
-// Removes what runs that were killed while they replaced a file have left, and counts it. Such a file
-// has a name only between the last byte and the replacement, so it is whole.
+// Removes what runs that were killed while they replaced a file have left, and counts it. Such a
+// file has a name only between the last byte and the replacement, so it is complete.
 std::size_t remove_left(const Folder& folder, const std::string& whole) {
   std::size_t count = 0;
   for (const auto& entry : std::filesystem::directory_iterator(folder.path(""))) {

@@ -222,7 +222,7 @@ TEST_F(ViewVerb, Range_IsGivenToTheByte) {
     EXPECT_THAT(answer, StartsWith("HTTP/1.1 416 ")) << beyond;
     EXPECT_THAT(answer, HasSubstr("Content-Range: bytes */38\r\n"));
   }
-  // What is no range is the whole file.
+  // A text that is not a range means the whole file.
   for (const char* const wrong : {"7-5", "a-b", "--1", "0-1,3-4", "99999999999999999999-", "-"}) {
     EXPECT_EQ(body_of(server.get("capture", fmt::format("Range: bytes={}\r\n", wrong))),
               capture_text)
@@ -424,7 +424,8 @@ TEST_F(ViewVerb, FileThatCannotBeFollowed_IsNamed) {
   };
   expect("a.sr", "PK\3\4", "the directory of an archive");
   expect("a.vcd.gz", "\x1f\x8b\b", "a compressed file ends with its checksum");
-  expect("a.bin", std::string("\1\0\1", 3), "it is no text (VCD, CSV), and raw samples need --raw");
+  expect("a.bin", std::string("\1\0\1", 3),
+         "it is not text (VCD, CSV), and raw samples need --raw");
 }
 
 TEST_F(ViewVerb, Signal_EndsItWithSuccess) {
@@ -490,7 +491,7 @@ TEST_F(ViewVerb, WrongUsage_IsOneLineThatSaysWhy) {
   expect({path, "--port", "65536"}, 2, "--port");
   expect({path, "--max-step", "3"}, 2, "--max-step: only with --unwrap or --velocity");
   expect({"/nowhere/a.csv"}, 3, "/nowhere/a.csv: No such file or directory");
-  expect({folder.path("")}, 3, "is no regular file");
+  expect({folder.path("")}, 3, "is not a regular file");
   expect({path, "--page", path}, 3, "is not the page of biss");
 }
 

@@ -436,7 +436,7 @@ TEST_F(DecodeWords, EndingOfTheOutput_ChoosesTheFormatOfEveryVerbWithRows) {
   EXPECT_THAT(content_of(folder.path("r.vcd")), HasSubstr("$var"));
   run_ok("crc -f {} 5 -o {}", format18, folder.path("f.jsonl"));
   EXPECT_THAT(content_of(folder.path("f.jsonl")), testing::StartsWith("{\"position\":5,"));
-  // A table for the eye is no CSV.
+  // A table for the eye is not a CSV.
   EXPECT_THAT(run("crc -f {} 5 -o {}", format18, folder.path("f.csv")),
               fails(2, AllOf(HasSubstr("csv"), HasSubstr("--to"))));
 }

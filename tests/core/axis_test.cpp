@@ -30,7 +30,7 @@ BISS_TEST(CauseCounts, EveryVerdict_HasItsOwnCounter) {
   for (const std::uint32_t word : memory.after) BISS_EXPECT_EQ(word, 0U);
 }
 
-// As after a fault of the memory.
+// The same as after a fault of the memory.
 BISS_TEST(CauseCounts, EveryValueOfTheType_IsCountedInside) {
   CauseCounts<SafetyVerdict> verdicts;
   std::uint32_t no_cause = 0;

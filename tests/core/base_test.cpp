@@ -96,8 +96,8 @@ static_assert(rate_of(Picoseconds{std::numeric_limits<std::int64_t>::max()}) == 
 static_assert(clocks_to_cover(Picoseconds{std::numeric_limits<std::int64_t>::max()},
                               picoseconds(2)) == std::int64_t{1} << 62U);
 
-// A bare number is no time, rate or length: neither by conversion nor by the braces of an aggregate
-// around it, which initialise the first member of an aggregate inside.
+// A bare number is not a time, rate or length: neither by conversion nor by the braces of an
+// aggregate around it, which initialise the first member of an aggregate inside.
 template <class Unit>
 inline constexpr bool is_named_only =
     !std::is_aggregate_v<Unit> && !std::is_convertible_v<int, Unit> &&

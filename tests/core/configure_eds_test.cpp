@@ -272,7 +272,8 @@ BISS_TEST(ConfigureEds, DataSheetThatCannotBeRead_KeepsTheCauseOfTheAccess) {
               unreadable(ConfigureStep::select_bank, ControlError::refused_or_not_addressed));
 }
 
-// The CPW is the slave next to the master. Bank 2 has the SPW's part, bank 3 the CPW's.
+// The CPW is the slave next to the master. Bank 2 has the part of the SPW, bank 3 the part of the
+// CPW.
 void put_safety_eds(Registers& registers) {
   CommonPart common{
       .eds_len = 3, .tma = 125, .dc_num = 2, .sl_num = 2, .sl_off = 1, .unnamed_13 = 0};

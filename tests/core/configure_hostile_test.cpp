@@ -1,4 +1,4 @@
-// Configuration with faults: a cable that is cut, bits that are no answers, a device that exceeds
+// Configuration with faults: a cable that is cut, bits that are not answers, a device that exceeds
 // the limits.
 #include "biss/configure/configurator.hpp"
 #include "biss/configure/configure_cycle.hpp"

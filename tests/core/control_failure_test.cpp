@@ -145,7 +145,7 @@ BISS_TEST(ControlFailure, SlavesPresent_AreCounted) {
 }
 
 BISS_TEST(ControlFailure, Commands_AreExecutedIfEnoughAccept) {
-  // Slaves 0 and 7 are addressed; the last word is IDA7's, in the frame that EX ends.
+  // Slaves 0 and 7 are addressed; the last word is the one of IDA7, in the frame that EX ends.
   const auto run = [](ExecuteIf execute_if, std::string_view ids, std::string_view ida) {
     CdsScript cds;
     cds.add(ids);

@@ -170,7 +170,7 @@ BISS_TEST(SafetySelfTest, OfAMonitorThatLetsOneThingPass_Fails) {
   BISS_EXPECT(!passes({.step = turned<safe, starting>}, false));
 }
 
-// Each at one time of the self test, so that only one of its checks can detect it.
+// Each at a single time of the self test, so that only one of its checks can detect it.
 BISS_TEST(SafetySelfTest, OfAMonitorThatIsNeverSafeOrDoesNotLatchOnce_Fails) {
   BISS_EXPECT(!passes({.at = [](SafetyVerdict judged, const TwoClocks& now) {
     return now.now == Picoseconds{} && judged == safe ? starting : judged;

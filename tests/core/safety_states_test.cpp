@@ -123,7 +123,7 @@ BISS_TEST(SafetyStates, OnlyAPowerUpLeavesFailed) {
   for (std::size_t column = 0; column < safety_event_count; ++column) {
     BISS_EXPECT_EQ(next_state(SafetyState::failed, static_cast<SafetyEvent>(column)),
                    SafetyState::failed);
-    // Nor does a value that is no state.
+    // Nor does a value that is not a state.
     BISS_EXPECT_EQ(next_state(SafetyState{}, static_cast<SafetyEvent>(column)),
                    SafetyState::failed);
   }

@@ -104,7 +104,7 @@ BISS_TEST(SafetyTime, Budget_IsOfAWindowWhateverStartUpsItHolds) {
       BISS_EXPECT_EQ(bench.send_flipped(50).tolerated, goods == 19) << goods;
     }
   }
-  // A restart of the encoder, or several of them, is no new budget.
+  // A restart of the encoder, or several of them, is not a new budget.
   for (const unsigned goods : {3U, 18U, 19U}) {
     SafetyBench bench(one_fault);
     bench.until_safe();
@@ -335,7 +335,7 @@ BISS_TEST(SafetyClock, TransferOfAWrongTime_IsAFault) {
   BISS_EXPECT_EQ(verdict_of(-tolerance, true), safe);
   BISS_EXPECT_EQ(verdict_of(tolerance + picoseconds(1), true), SafetyVerdict::clock);
   BISS_EXPECT_EQ(verdict_of(-tolerance - picoseconds(1), true), SafetyVerdict::clock);
-  // A time that was not measured is no transfer's time.
+  // A time that was not measured is not a transfer's time.
   BISS_EXPECT_EQ(verdict_of({}, false), SafetyVerdict::clock);
 }
 
@@ -363,7 +363,7 @@ BISS_TEST(SafetyClock, FindingWithoutItsTransfer_IsAFaultWhereTransfersAreTimed)
   BISS_EXPECT_EQ(verdict_of({bench.now, {nanoseconds(10'000), 100}}), starting);
   bench.now += SafetyBench::cycle;
   BISS_EXPECT_EQ(verdict_of({bench.now}), SafetyVerdict::clock);
-  // No answer is no transfer.
+  // A missing answer is not a transfer.
   BISS_EXPECT_EQ(bench.silence().verdict, no_frame);
 }
 

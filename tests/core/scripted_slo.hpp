@@ -77,7 +77,7 @@ struct ScriptedSlo {
     }
     if (new_ma == ma) return;
     ma = new_ma;
-    // The edge of MA that ends CDM is no clock.
+    // The edge of MA that ends CDM is not a clock.
     if (rises == 0 && ma && expires == never) return;
     expires = now + timeout;
     if (!ma) return;

@@ -261,7 +261,7 @@ static_assert(!check_text("pos18,crc6", with_words(true, false)));
 static_assert(check_text("pos18,nE,nW", with_words(true, false)) == SpiSetupError::crc);
 static_assert(!check_text("pos18,nE,nW", with_words(false, true)));
 static_assert(!check_text("pos18", with_words(true, true)));
-// Each position needs a flag of its own; what is no position needs none.
+// Each position needs a flag of its own; a value that is not a position needs none.
 static_assert(check_text("pos18,nE,crc6+pos18,crc6", with_words(false, false)) ==
               SpiSetupError::error_flag);
 static_assert(!check_text("pos18,nE,crc6+pad8,crc6", with_words(false, false)));

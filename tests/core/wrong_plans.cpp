@@ -59,7 +59,7 @@ constexpr auto wrong_5 = payload_bits<format("pos9,nE,nW,crc6+pos9,nE,nW,crc16")
 constexpr auto wrong_6 = payload_bits<good, one_word>;
 // says: compare_bits is more than both words have
 constexpr auto wrong_7 = payload_bits<good, wide>;
-// says: tolerance_lsb takes in every position
+// says: tolerance_lsb accepts every position
 constexpr auto wrong_8 = payload_bits<good, tolerant>;
 // says: start_frames is less than 2
 constexpr auto wrong_9 = payload_bits<good, hasty>;

@@ -106,7 +106,7 @@ std::optional<Items> items_of(const Shape& shape, std::size_t data_bits) {
   return items;
 }
 
-// Index 0 is no CRC, then the widths from 3 to 16; inversion and start take turns.
+// Index 0 is not a CRC, then the widths from 3 to 16; inversion and start take turns.
 std::optional<oracle::Checksum> checksum_at(std::uint64_t index) {
   const auto width = static_cast<unsigned>(index % 15);
   if (width == 0) return std::nullopt;

@@ -1,5 +1,5 @@
-// Frames whose maker computes the checksum in another way: the rule is found, and where a format
-// reads such frames, it is named.
+// Frames whose maker computes the checksum in a different way: the rule is found, and where a
+// format reads such frames, it is named.
 #include "explain/checksum_variant.hpp"
 
 #include <gtest/gtest.h>

@@ -16,7 +16,7 @@ TEST(Explain, SampleOfEachCause_IsFoundFirst) {
   std::uint64_t all = 0;
   for (std::size_t c = 1; c < cause_count; ++c) {
     const auto cause = static_cast<Cause>(c);
-    // A foreign frame on a fast axis is no step beyond its motion.
+    // A foreign frame on a fast axis is not a step beyond its motion.
     const std::uint64_t least = cause == Cause::position_implausible ? 3 : 6;
     EXPECT_GE(matrix.right(cause), least) << name_of(cause) << '\n' << matrix.misses;
     first += matrix.right(cause);

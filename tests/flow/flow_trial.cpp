@@ -138,7 +138,7 @@ std::vector<std::string> by_flow(const Trial& trial, const Container& container,
   const auto source = open(trial, container, piece_bytes);
   if (!source) return {};
   return rows(trial, **source, [&](decode::Decoder& decoder, const decode::MarginSetup& margin) {
-    // As the command, which has read the beginning.
+    // The same as the command, which has read the beginning.
     const auto first = (*source)->next_block();
     std::vector<wire::Edge> beginning;
     if (first.ok()) beginning.assign(first->begin(), first->end());

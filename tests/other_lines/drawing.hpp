@@ -14,7 +14,7 @@
 namespace biss::other_lines {
 
 /// A seeded source of the values that a real setup has. An expression draws one number at most: the
-/// order within an expression is the compiler's.
+/// order within an expression is a choice of the compiler.
 class Dice {
  public:
   explicit Dice(std::uint64_t seed) : random_(seed) { random_.next(); }

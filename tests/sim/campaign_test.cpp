@@ -59,7 +59,7 @@ TEST(Damage, AMillionCyclesWithEveryKind_UndamagedAreOkAndWrongPositionsAsRareAs
     EXPECT_GE(100 * outcome.injected[k], cycles) << sim::fault_list[k].name;
   }
   expect_wrong_positions_as_explained(outcome);
-  // An error that the encoder itself reports is no fault of the line.
+  // An error that the encoder itself reports is not a fault of the line.
   for (const auto kind : {sim::FaultKind::nE, sim::FaultKind::nW, sim::FaultKind::frozen}) {
     EXPECT_EQ(alone(outcome, kind).right(), alone(outcome, kind).cycles);
   }

@@ -1,5 +1,5 @@
-// Every encoder of the catalogue: the core's slave compared with the oracle's, edge by edge, at
-// each clock rate, with each permitted cable, as fast and as slow as the data sheet permits.
+// Every encoder of the catalogue: the slaves of the core and of the oracle compared, edge by edge,
+// at each clock rate, with each permitted cable, as fast and as slow as the data sheet permits.
 #include <gtest/gtest.h>
 
 #include <algorithm>

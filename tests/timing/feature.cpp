@@ -50,7 +50,7 @@ oracle::TimeoutKind kind_of(const std::string& word) {
   if (word == "adaptive") return oracle::TimeoutKind::adaptive;
   if (word == "fixed") return oracle::TimeoutKind::fixed;
   if (word == "cycle") return oracle::TimeoutKind::cycle;
-  refuse("'" + word + "' is no kind of timeout");
+  refuse("'" + word + "' is not a kind of timeout");
 }
 
 Device device_of(std::istream& in, bool chained) {

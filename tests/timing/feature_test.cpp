@@ -1,4 +1,4 @@
-// Each file in features/ run with the core's slave and with the oracle's.
+// Each file in features/ run with the slave of the core and with the slave of the oracle.
 #include <gtest/gtest.h>
 
 #include <fstream>

@@ -12,7 +12,7 @@ using oracle::Time;
 constexpr std::size_t name_width = 7;
 constexpr const char* between_pieces = " … ";
 constexpr std::size_t between_width = 3;
-// Columns of time in a row of a picture: 100 without the line's name and a mark's.
+// Columns of time in a row of a picture: 100 without the names of the line and of a mark.
 constexpr std::size_t row_width = 86;
 
 std::string padded(std::string name) {

@@ -1,5 +1,5 @@
-// The core's slave compared with the oracle's, edge by edge, on clocks of a master and on other
-// clocks.
+// The slaves of the core and of the oracle compared, edge by edge, on clocks of a master and on
+// other clocks.
 #include <gtest/gtest.h>
 
 #include <cstdint>

@@ -139,7 +139,7 @@ Answers answers_of_oracle(const Scenario& scenario) {
 }
 
 std::string difference(const Answers& first, const Answers& second) {
-  if (first.size() != second.size()) return "another number of slaves";
+  if (first.size() != second.size()) return "a different number of slaves";
   for (std::size_t k = 0; k < first.size(); ++k) {
     const oracle::SlaveAnswer& a = first[k];
     const oracle::SlaveAnswer& b = second[k];

@@ -35,7 +35,7 @@ struct ArchiveOptions {
   std::optional<Verb> merge;
 };
 
-// The options that decide what is read in a file, in the order of their names.
+// The options that decide how a file is read, in the order of their names.
 std::vector<std::string> settings_of(const Verb& verb) {
   std::vector<std::string> settings;
   for (const Option& option : verb.given_options()) {
@@ -94,7 +94,7 @@ tl::expected<std::vector<std::string>, std::string> read_list(const std::string&
   if (file.bad()) return tl::unexpected(fmt::format("{}: cannot read it", path));
   if (!file.eof()) {
     return tl::unexpected(
-        fmt::format("{}: line {} has more than {} bytes, as no path has; write "
+        fmt::format("{}: line {} has more than {} bytes, more than any path has; write "
                     "one path a line",
                     path, number, PATH_MAX));
   }
@@ -132,7 +132,7 @@ ExitStatus run_read(const ArchiveOptions& options, Host& host) {
   };
   if (names_stdin(paths) || names_stdin(listed)) {
     return host.fail(ExitStatus::usage,
-                     "standard input is no folder; for a file of that name give ./-");
+                     "standard input is not a folder; for a file of that name give ./-");
   }
   // The options are wrong for each file, or for none.
   CaptureArguments checked = options.capture;
@@ -208,9 +208,10 @@ void add_archive(Command& command) {
   add_count_option(own, "--threads", into(options->threads),
                    "Worker threads; by default one per core. The summary does not depend on it",
                    1024);
-  add_output_option(verb, options->summary.output,
-                    "The summary as JSON. FILE.journal keeps what is read: after an interruption "
-                    "the same command continues");
+  add_output_option(
+      verb, options->summary.output,
+      "The summary as JSON. FILE.journal keeps the results so far: after an interruption "
+      "the same command continues");
   add_summary_options(verb, options->summary);
   Verb merge =
       verb.add_verb({.name = "merge",

@@ -32,8 +32,8 @@ struct ArchiveTask {
   std::string journal;
 };
 
-/// Reads the files of the shard that the journal does not know. Prints why it cannot: nothing that
-/// is wrong with a file, but with the journal.
+/// Reads the files of the shard that the journal does not know. Prints the reason if the journal
+/// fails; the failure of a file is in its entry.
 /// \param files all files, as list_files() gives them
 ExitStatus read_archive(const ArchiveTask& task, const std::vector<archive::ListedFile>& files,
                         archive::Summary& summary, Host& host);
@@ -52,7 +52,7 @@ struct ArchiveProgress {
 };
 
 /// `312 of 1000 files, 1.2 of 4.5 GB, 85.3 files/s, 210.00 MB/s, 0:12 left`.
-/// \param before what was done when the time began
+/// \param before the work that was done when the time began
 std::string progress_text(const ArchiveProgress& now, const ArchiveProgress& before,
                           double seconds);
 

@@ -56,7 +56,7 @@ ExitStatus Journal::open_and_lock(const std::string& path) {
     if (!S_ISREG(opened.st_mode)) {
       return host_.fail(ExitStatus::io, fmt::format("{}: not a regular file", path));
     }
-    // The one who had the lock before may have replaced the file.
+    // The previous owner of the lock may have replaced the file.
     if (::stat(path.c_str(), &named) == 0 && named.st_ino == opened.st_ino &&
         named.st_dev == opened.st_dev) {
       return ExitStatus::done;
@@ -87,7 +87,7 @@ ExitStatus Journal::read_lines(const std::string& header, const OnEntry& on_entr
     }
   }
   if (file.bad()) return fail_with(EIO);
-  // The piece of a line at the end is of a run that was killed.
+  // The piece of a line at the end comes from a run that was killed.
   return ::ftruncate(file_, static_cast<off_t>(place)) == 0 ? ExitStatus::done : fail_with(errno);
 }
 

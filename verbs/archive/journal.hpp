@@ -16,7 +16,7 @@ namespace biss::verbs {
 /// end at most. One process at a time.
 class Journal {
  public:
-  /// True: the entry is used. Any other is of no use any more.
+  /// True: the entry is used. Any other entry is no longer of use.
   using OnEntry = std::function<bool(archive::StampedEntry entry)>;
 
   explicit Journal(Host& host) : host_(host) {}
@@ -24,7 +24,7 @@ class Journal {
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
-  /// Opens or makes the file and reads what is in it. Entries under another header are dropped, and
+  /// Opens or makes the file and reads its content. Entries under another header are dropped, and
   /// if most lines are useless, the file is written again. Prints why it cannot: another process
   /// has it open, the file is not a journal, it cannot be written.
   ExitStatus open(const std::string& path, const std::string& header, const OnEntry& on_entry);

@@ -108,7 +108,7 @@ class ArchiveRun {
     return status_;
   }
 
-  // A file that one thread would still read when the others have read the rest.
+  // A file so long that one thread would still read it when the others have read the rest.
   static bool is_for_all_threads(const ListedFile& file, std::uint64_t left, unsigned threads) {
     constexpr std::uint64_t worth_threads = std::uint64_t{1} << 20U;
     return file.stamp.bytes >= worth_threads && file.stamp.bytes > left / threads;
@@ -152,7 +152,7 @@ std::string progress_text(const ArchiveProgress& now, const ArchiveProgress& bef
   std::string text = fmt::format("{} of {} files, {} of {} GB", now.files, now.all_files,
                                  volume_text(now.bytes), volume_text(now.all_bytes));
   text += rate_text(files, "files") + rate_text(bytes, "B");
-  // Large files take their bytes, small ones their number: whichever is longer.
+  // The bytes determine the time for large files, the number for small ones: whichever is longer.
   const double by_files = static_cast<double>(now.all_files - now.files) / files;
   const double by_bytes = bytes > 0 ? static_cast<double>(now.all_bytes - now.bytes) / bytes : 0;
   return text + left_text(std::max(by_files, by_bytes));

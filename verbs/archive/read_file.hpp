@@ -14,8 +14,8 @@ archive::FileEntry read_listed_file(const archive::ListedFile& file,
                                     const CaptureArguments& arguments, unsigned threads,
                                     Host& host);
 
-/// The same file will have the same entry as long as its stamp does not change: no cause that
-/// depends on the machine and the moment.
+/// The same file will have the same entry as long as its stamp does not change: its cause, if any,
+/// does not depend on the machine or the moment.
 bool is_lasting(const archive::FileEntry& entry);
 
 }  // namespace biss::verbs

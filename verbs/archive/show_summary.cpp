@@ -154,7 +154,7 @@ std::string sums_text(const archive::Summary& summary, const archive::Totals& su
     text.entry("drift",
                fmt::format("{}{} a year", change < 0 ? "-" : "+",
                            text_of(picoseconds(std::abs(change)), 3)),
-               fmt::format("line delay in {}, the most of all", key->folder));
+               fmt::format("line delay in {}, the largest of all", key->folder));
   }
   return text.text();
 }

@@ -286,7 +286,7 @@ void add_check(Command& command) {
   verb.add_option("--against", options->against,
                   "The limits: biss-c (the default: BiSS C and the name given to -f), "
                   "renishaw (its data sheets), or a name that 'biss encoders' lists, whose format "
-                  "-f then has by default")
+                  "is then the default of -f")
       .type_name("LIMITS");
   add_capture_options(verb, options->capture);
   add_range_options(verb, options->capture);

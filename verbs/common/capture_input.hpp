@@ -77,7 +77,7 @@ class CaptureInput {
  public:
   explicit CaptureInput(Host& host) : host_(&host) {}
 
-  /// Opens what is not open yet. Prints why it cannot be read.
+  /// Opens the files that are not open yet. Prints why it cannot be read.
   ExitStatus open(std::vector<CaptureFile> files, const InputArguments& arguments);
   /// Opens the capture again from its beginning. Prints why it cannot.
   ExitStatus reopen(const InputArguments& arguments);
@@ -115,11 +115,11 @@ class CaptureInput {
   bool end_pairs();
 
   Picoseconds end_time() const { return pairs_ ? pairs_->end_time() : source_->end_time(); }
-  /// As EdgeSource::sample_period().
+  /// The same as EdgeSource::sample_period().
   Picoseconds sample_period() const { return source_->sample_period(); }
-  /// As EdgeSource::sample_rate().
+  /// The same as EdgeSource::sample_rate().
   Hertz sample_rate() const { return source_->sample_rate(); }
-  /// As EdgeSource::is_analog().
+  /// The same as EdgeSource::is_analog().
   bool is_analog() const { return source_->is_analog(); }
   /// For a progress line: how much has been read in `seconds`, how fast, and the time left.
   std::string progress_text(double seconds) const;

@@ -62,7 +62,7 @@ const char* cause_text(capture::WriteCause cause, CaptureFormat format) {
 }  // namespace
 
 std::optional<CaptureFormat> capture_format_of(std::string_view path) {
-  // The longest extension that fits counts.
+  // The longest matching extension is used.
   for (const CaptureFormat format :
        {CaptureFormat::saleae_csv, CaptureFormat::saleae_binary, CaptureFormat::vcd,
         CaptureFormat::event_csv, CaptureFormat::sr, CaptureFormat::raw, CaptureFormat::dsl}) {

@@ -55,10 +55,11 @@ class CaptureOutput final : public capture::ByteSink {
   CaptureOutput(const CaptureOutput&) = delete;
   CaptureOutput& operator=(const CaptureOutput&) = delete;
 
-  /// As for EdgeWriter; false if writing failed; status() is then the exit status of the verb.
+  /// The same as for EdgeWriter; false if writing failed; status() is then the exit status of the
+  /// verb.
   bool write(std::span<const wire::Edge> edges);
   bool finish(Picoseconds end_time);
-  /// Says on stderr why writing failed, unless only the reader left.
+  /// Prints on stderr why writing failed, unless only the reader left.
   ExitStatus status() const;
 
  private:

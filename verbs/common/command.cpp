@@ -277,9 +277,10 @@ ExitStatus Command::run_given(const WrongWords& words) {
   } catch (const std::bad_alloc&) {
     return host_.fail(ExitStatus::io, "out of memory");
   } catch (const std::exception& error) {
-    return host_.fail(ExitStatus::io, fmt::format("stopped by an error inside: {}", error.what()));
+    return host_.fail(ExitStatus::io,
+                      fmt::format("stopped by an internal error: {}", error.what()));
   } catch (...) {
-    return host_.fail(ExitStatus::io, "stopped by an error inside");
+    return host_.fail(ExitStatus::io, "stopped by an internal error");
   }
 }
 

@@ -50,7 +50,7 @@ class CycleRun {
   }
 
  protected:
-  // As DecodedCapture::read(), after begin().
+  // The same as DecodedCapture::read(), after begin().
   bool read_cycles() {
     if (ChangeWatcher* const own = watcher()) capture_.watch(*own);
     const bool read = capture_.read([this](std::uint64_t number, const decode::Cycle& cycle) {

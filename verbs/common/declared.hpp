@@ -17,7 +17,7 @@ namespace biss::verbs {
 
 struct DeclaredOption {
   std::string names;  ///< `-f,--format`; without a dash an argument: `FILE`
-  std::string value;  ///< what the help calls the value; empty for a flag
+  std::string value;  ///< the name of the value in the help; empty for a flag
   std::string meaning;
   std::string heading;
   Scope scope = Scope::reading;

@@ -27,7 +27,7 @@ std::string file_of_line(const std::string& text) {
 
 constexpr std::uint64_t least_contradiction = 20;
 
-// The frame is whole, and not one of the format.
+// The frame is complete, but not a frame of the format.
 bool contradicts(decode::CycleStatus status) {
   using enum decode::CycleStatus;
   return status == crc || status == stop_bit || status == truncated || status == cds;
@@ -346,11 +346,12 @@ ExitStatus DecodedCapture::identify_from_all() {
     take_finding(samples);
     sure = finding_->sure();
     if (before && (sure == nullptr || sure->format != *before)) {
-      host_.warn(fmt::format("{}: later frames contradict {}, which the beginning shows; {}",
-                             input_.name(), format_text(*before).view(),
-                             sure == nullptr ? std::string("no format is sure for all: give -f")
-                                             : fmt::format("all frames are judged by {}",
-                                                           format_text(sure->format).view())));
+      host_.warn(fmt::format(
+          "{}: later frames contradict {}, which was identified at the beginning; {}",
+          input_.name(), format_text(*before).view(),
+          sure == nullptr
+              ? std::string("no format is certain for all: give -f")
+              : fmt::format("all frames are judged by {}", format_text(sure->format).view())));
     }
   }
   return input_.reopen(list_.arguments());
@@ -540,8 +541,9 @@ void DecodedCapture::end_following() {
       4 * contradict_ <= good_) {
     return;
   }
-  host_.warn(fmt::format("{}: {} frames contradict {}, which the beginning shows; give -f",
-                         input_.name(), contradict_, format_text(*format_).view()));
+  host_.warn(
+      fmt::format("{}: {} frames contradict {}, which was identified at the beginning; give -f",
+                  input_.name(), contradict_, format_text(*format_).view()));
   status_ = std::max(status_, ExitStatus::data_failed);
 }
 

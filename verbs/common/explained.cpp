@@ -6,7 +6,7 @@ namespace biss::verbs {
 
 namespace {
 
-// The format that the frames show; the given format if both judge every frame alike.
+// The format that the frames show; the given format if both judge every frame in the same way.
 std::optional<explain::IdentifiedFormat> identified_format(const DecodedCapture& capture) {
   const auto* finding = capture.finding();
   const auto* sure = finding != nullptr ? finding->sure() : nullptr;

@@ -11,7 +11,7 @@ namespace biss::verbs {
 class Verb;
 
 /// Declares `-f, --format`. \pre arguments outlives the parsing
-/// \param more what the verb adds to the help of the option
+/// \param more the text that the verb adds to the help of the option
 void add_format_option(Verb verb, FormatArguments& arguments, bool required,
                        const std::string& more = {});
 /// Declares `--ack-max`, `--ack-clocks`, `--timeout`, `--release`, `--clock-max`, `--cycle-min`.

@@ -107,7 +107,7 @@ std::string help_text(const VerbHelp& verb) {
 
 namespace {
 
-// Text of the manual page: no dash becomes a hyphen, no line a request.
+// Text of the manual page: no dash becomes a hyphen and no line becomes a request.
 std::string roff(std::string_view text) {
   std::string out;
   if (text.starts_with('.') || text.starts_with('\'')) out += "\\&";

@@ -60,7 +60,8 @@ class Host {
   }
   ExitStatus fail(const VerbError& error) { return fail(error.status, error.text); }
 
-  /// Takes what the verb writes to standard output; null: the standard output of the process.
+  /// Takes the text that the verb writes to standard output; null: the standard output of the
+  /// process.
   virtual std::string* output() { return nullptr; }
   /// Takes the rows of a table without conversion; null: they are written as text.
   virtual std::unique_ptr<report::TableWriter> keep_rows(

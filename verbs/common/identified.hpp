@@ -23,7 +23,8 @@ std::string text_of(const FrameFormat& format);
 /// dots.
 std::string encoders_text(const identify::FormatCandidate& candidate, std::size_t most);
 
-/// Why no format is sure and what to capture instead; empty if one is sure. One sentence each.
+/// Why no format is certain and what to capture instead; empty if one is certain. One sentence
+/// each.
 std::vector<std::string> what_is_missing(const identify::FormatFinding& finding);
 
 /// Bits that have not moved: `6 of the 26 bits of the position, nE, nW`; empty if all have.

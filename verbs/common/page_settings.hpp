@@ -14,7 +14,7 @@ struct PageOption {
   std::vector<std::string> words;
 };
 
-/// As `Settings` of the page, see view/src/state.ts.
+/// The same members as `Settings` of the page, see view/src/state.ts.
 struct PageSettings {
   std::string format;
   std::string ma;
@@ -28,7 +28,7 @@ struct PageSettings {
 
   /// The further options as one text, which view/src/core/arguments.ts splits again.
   std::string further_text() const;
-  /// As the part of an address after #, see view/src/shell/link.ts.
+  /// The part of an address after #, see view/src/shell/link.ts.
   std::string link_text() const;
 };
 

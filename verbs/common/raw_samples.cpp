@@ -23,7 +23,7 @@ capture::Threshold threshold_of(const std::string& text) {
   if (colon == std::string::npos) return threshold;
   threshold.hysteresis = voltage_of(text.substr(colon + 1));
   if (threshold.hysteresis < Nanovolts{}) {
-    wrong_value("--threshold", "the hysteresis is not negative");
+    wrong_value("--threshold", "the hysteresis must not be negative");
   }
   return threshold;
 }

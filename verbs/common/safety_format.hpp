@@ -64,7 +64,7 @@ Option add_safety_format_option(Verb verb, std::string& target);
 Hertz rate_of_cycle(const SafetySetup& setup);
 
 /// Returns configuration.json: the frame, every parameter of the setup.
-/// \param name of the configuration, or a text that says that there is none
+/// \param name of the configuration, or a text that states that there is none
 std::string configuration_json(const SafetyFormat& monitored, std::string_view name);
 
 /// Reads what configuration_json() writes. \return nothing if it is something else

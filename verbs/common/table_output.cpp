@@ -12,7 +12,7 @@ namespace biss::verbs {
 
 namespace {
 
-// Hands on some cells of each row.
+// Passes on some cells of each row.
 class ChosenColumns final : public report::TableWriter {
  public:
   ChosenColumns(std::vector<std::size_t> places, std::unique_ptr<report::TableWriter> writer)

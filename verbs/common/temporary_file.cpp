@@ -117,7 +117,7 @@ bool TemporaryFile::link_and_rename() {
                     AT_SYMLINK_FOLLOW) == 0;
   };
   if (!link_to(target_)) {
-    // No call replaces a file by one without a name, so it gets one for a moment.
+    // No call replaces a file by a file without a name, so the new file gets a name for a moment.
     if (errno != EEXIST) return false;
     name_ = make_beside(target_, link_to);
     if (name_.empty() || std::rename(name_.c_str(), target_.c_str()) != 0) return false;

@@ -11,7 +11,8 @@ namespace biss::verbs {
 
 class Host;
 
-/// Columns of the terminal that `descriptor` is; 0 if it is not a terminal, or its width is unknown.
+/// The width of the terminal `descriptor` in columns; 0 if it is not a terminal, or its width is
+/// unknown.
 std::size_t terminal_columns(int descriptor);
 
 /// One line on stderr that a long run replaces while it runs:
@@ -19,8 +20,8 @@ std::size_t terminal_columns(int descriptor);
 ///     Progress progress(host);
 ///     while (…) if (progress.due()) progress.show(fmt::format("{} of {} blocks", done, all));
 ///
-/// Nothing is shown when stderr is no terminal, nor in the first second. One thread at a time. The
-/// destructor removes the line.
+/// Nothing is shown when stderr is not a terminal, nor in the first second. One thread at a time.
+/// The destructor removes the line.
 class Progress {
  public:
   explicit Progress(Host& host);

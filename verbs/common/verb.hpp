@@ -149,8 +149,8 @@ class Verb {
   Option get_option(const std::string& name) const;
   /// The options that the command line has.
   std::vector<Option> given_options() const;
-  /// A verb below this one, as `merge` in `biss safety campaign merge`. Without `run`, the verb
-  /// above runs; a top verb without `run` needs a verb below it.
+  /// A verb below this one, such as `merge` in `biss safety campaign merge`. Without `run`, the
+  /// verb above runs; a top verb without `run` needs a verb below it.
   Verb add_verb(const VerbText& text, Run run = {}) const;
   void on_run(Run run) const;
   void add_help_flag() const;
@@ -189,10 +189,10 @@ class Command {
   Verb add_verb(const VerbText& text, Run run);
 
   /// Runs a verb once.
-  /// \param words name the verb, as `safety analyse`; the further ones are its arguments
+  /// \param words name the verb, such as `safety analyse`; the further ones are its arguments
   ExitStatus run(const std::vector<std::string>& words, const GivenOptions& options);
 
-  /// The same by a parser, which puts the values into the records.
+  /// The same with a parser: it puts the values into the records.
   DeclaredVerb& declared();
   ExitStatus run_given(const WrongWords& words);
 
@@ -207,7 +207,8 @@ class Command {
   bool version_ = false;
 };
 
-/// A verb below a verb, as `biss eds show`. `add` declares its options and returns what runs it.
+/// A verb below a verb, such as `biss eds show`. `add` declares its options and returns what runs
+/// it.
 struct GroupVerb {
   VerbText text;
   Run (*add)(Verb verb);

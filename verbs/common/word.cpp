@@ -15,7 +15,7 @@ namespace biss::verbs {
 namespace {
 
 constexpr std::size_t least_binary_digits = 32;
-// A reading is not sure if it fits by chance more often than this.
+// A reading is not certain if it fits by chance more often than this.
 constexpr double largest_chance = 0.02;
 // Further words show nothing new.
 constexpr std::size_t words_to_try = 200;
@@ -307,8 +307,8 @@ std::array<Digits, 3> digits_in_order(std::string_view text) {
 void add_word_options(Verb given, WordReading& reading, const Option& of) {
   Verb verb = given.section("Words");
   add_name_option(verb, "--digits", reading.digits, {"hex", "binary", "decimal"},
-                  "Digits of the text; by default hexadecimal if they can be, but 32 or more that "
-                  "are only 0 and 1 are binary. decimal is a list of bytes")
+                  "Digits of the text; by default hexadecimal if possible, but binary if there are "
+                  "32 or more and all are 0 or 1. decimal is a list of bytes")
       .needs(of);
   add_name_option(verb, "--bit-order", reading.bit_order, {"msb", "lsb"},
                   "Bit of each byte that was received first: the highest (default) or lowest")
@@ -328,7 +328,7 @@ void add_word_options(Verb given, WordReading& reading, const Option& of) {
                    "Number of clocks, from the first bit on; all bits by default", 65'535)
       .needs(of);
   verb.add_flag("--payload", reading.payload,
-                "The last bits (with --bits: of these) are the frame after CDS up to its CRC, "
+                "The word (or the bits of --bits) ends with the frame after CDS up to its CRC, "
                 "without ACK and START")
       .needs(of);
   verb.after_parsing([&reading] {

@@ -43,7 +43,8 @@ struct WordReading {
   std::string bit_order = "msb";
   std::string byte_order = "big";
   bool invert = false;
-  /// The first clock; -1: only LAT is missing, or more up to a part of ACK; -2: LAT and ACK are.
+  /// The first clock of the word. -1: LAT is missing, or LAT and a part of ACK; -2: LAT and ACK are
+  /// missing.
   std::int64_t first_bit = 0;
   std::uint64_t bits = 0;  ///< from first_bit on; 0: all
   bool payload = false;
@@ -63,7 +64,7 @@ Word arrange(const Word& word, const WordReading& reading, const FrameFormat& fo
 bool is_good(const Word& word, const WordReading& reading, const FrameFormat& format);
 
 /// One line: the options with which more than half of the words are good frames, all if there are
-/// several, and how sure that is. Empty if there are none, or the format has no checksum.
+/// several, and how certain that is. Empty if there are none, or the format has no checksum.
 /// \param texts the words of a text by its digits; the first one was read by `given`
 std::string fitting_options(const std::vector<std::pair<Digits, std::vector<Word>>>& texts,
                             const WordReading& given, const FrameFormat& format);

@@ -80,7 +80,7 @@ tl::expected<std::vector<LoggedWord>, std::string> read_word_log(const WordArgum
     lines.push_back(line_of(number, row));
     const auto is_control = [](char c) { return static_cast<unsigned char>(c) < ' ' && c != '\t'; };
     if (std::any_of(row.begin(), row.end(), is_control)) {
-      return wrong(lines.back(), "no plain text (compressed, UTF-16?); save the log as text");
+      return wrong(lines.back(), "not plain text (compressed, UTF-16?); save the log as text");
     }
   }
   if (lines.empty()) return tl::unexpected(name + ": has no word; write one word a line");
@@ -99,10 +99,11 @@ tl::expected<std::vector<LoggedWord>, std::string> read_word_log(const WordArgum
       if (words.size() < lines.size()) continue;
       if (possible.size() == 1 && with_number && words != possible.front() &&
           first_numbers_rise(lines)) {
-        return wrong(lines.front(),
-                     fmt::format("'{0}' is a number in front or a part of the word; write '{0}: ' "
-                                 "if it is a number, else join it to the rest",
-                                 lines.front().first));
+        return wrong(
+            lines.front(),
+            fmt::format("'{0}' is a number in front of the word or a part of it; write '{0}: ' "
+                        "if it is a number, else join it to the rest",
+                        lines.front().first));
       }
       if (possible.empty()) possible.push_back(std::move(words));
       break;
@@ -110,7 +111,7 @@ tl::expected<std::vector<LoggedWord>, std::string> read_word_log(const WordArgum
   }
   if (possible.empty()) {
     return wrong(lines[farthest],
-                 fmt::format("'{}' is no word{}; correct the line, or begin it with #",
+                 fmt::format("'{}' is not a word{}; correct the line, or begin it with #",
                              lines[farthest].text.substr(0, 40),
                              farthest == 0 ? "" : " in the digits of the others"));
   }

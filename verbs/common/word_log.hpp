@@ -24,7 +24,8 @@ struct LoggedWord {
   Word word;
 };
 
-/// Reads the words; all lines have the same digits, and all or none a number in front of the word.
+/// Reads the words; all lines have the same number of digits, and either all or none have a number
+/// before the word.
 /// \return the words, or one line: the file, the line, the remedy
 tl::expected<std::vector<LoggedWord>, std::string> read_word_log(const WordArguments& arguments);
 

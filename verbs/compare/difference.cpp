@@ -254,7 +254,7 @@ class Comparison {
         rounded(of_bad.share(), 1e4), share_effect(of_good, of_bad, true));
   }
 
-  // A master without an answer makes its next requests in another way.
+  // A master without an answer makes its next requests in a different way.
   double request_weight() const {
     const bool good = good_.statistics.ack().count() != 0;
     return good == (bad_.statistics.ack().count() != 0) ? 1 : consequence * consequence;

@@ -18,7 +18,7 @@ struct Difference {
   std::string_view unit;
   std::variant<double, std::string> good;
   std::variant<double, std::string> bad;
-  /// 0 to 1, two places.
+  /// 0 to 1, two decimal places.
   double effect = 0;
 };
 

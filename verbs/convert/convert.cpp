@@ -160,7 +160,7 @@ class ConvertRun {
     if (cutter_->is_before(input_.end_time())) {
       output.abandon();
       return host_.fail(ExitStatus::data_failed,
-                        fmt::format("--since: {} ends before, at {}; nothing to convert",
+                        fmt::format("--since: {} ends earlier, at {}; nothing to convert",
                                     input_.name(), text_of(input_.end_time())));
     }
     if (!any_ && cutter_->past_end()) {
@@ -286,9 +286,10 @@ void add_convert(Command& command) {
                     "biss convert capture.csv part.csv --since 1ms --until 2ms",
                     "biss convert capture.sr - --to vcd"}},
       [options](Host& host) { return ConvertRun(*options, host).run(); });
-  verb.add_option("FILE", options->input.files,
-                  "Captures, read as one whose times count from the same moment; the last file is "
-                  "the one to write, unless -o names it; - is standard input or output");
+  verb.add_option(
+      "FILE", options->input.files,
+      "Captures, read as one capture, with times from the same moment; the last file is "
+      "the one to write, unless -o names it; - is standard input or output");
   verb.add_option("-o,--output", options->output, "Output file; the last FILE by default")
       .type_name("FILE");
   std::vector<std::string> names;

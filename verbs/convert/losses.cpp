@@ -16,7 +16,7 @@ bool is_blank_or_control(char c) {
   return code <= ' ' || code == 0x7F;
 }
 
-// As an option takes it.
+// The text for an option.
 template <class Quantity>
 std::string option_text(Quantity quantity) {
   std::string text = text_of(quantity);
@@ -105,7 +105,7 @@ void Losses::report_names(report::Summary& summary, std::string_view path) const
     const std::string_view file = path.substr(path.rfind('/') + 1);
     if (!file.starts_with(names_.front() + '.')) {
       summary.entry("not in it", fmt::format("name '{}'", names_.front()),
-                    "the line is called as the file");
+                    "the line has the name of the file");
     }
   }
 }
@@ -119,7 +119,8 @@ void Losses::report(report::Summary& summary, const CaptureClock& input,
   }
   const bool unknown_at_end = std::find(unknown_.begin(), unknown_.end(), true) != unknown_.end();
   if (format_ == CaptureFormat::saleae_binary && unknown_at_end) {
-    summary.entry("lost", "unknown level at the end", "the file ends where it begins");
+    summary.entry("lost", "unknown level at the end",
+                  "the file ends at the beginning of this level");
   }
   report_names(summary, path);
   if (input.period > Picoseconds{} && !is_sampled(format_) &&

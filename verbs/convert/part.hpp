@@ -33,7 +33,7 @@ tl::expected<LineSelection, std::string> select_lines(const std::vector<std::str
 /// Cuts the selected lines and a time range out of a stream of edges.
 ///
 /// At the begin of the range every line gets the level that it has there. Edges after its end are
-/// dropped. Edges of one time are in the order of the selected lines.
+/// dropped. Edges with the same time are in the order of the selected lines.
 class PartCutter {
  public:
   PartCutter(LineSelection selection, std::optional<Picoseconds> since,

@@ -377,7 +377,7 @@ void add_crc(Command& command) {
   const Option read =
       verb.add_option("--read", options->buffer.text,
                       "Show the frame in the bits that an SPI peripheral received: SLO once per "
-                      "clock, in digits as debuggers, dumps and sources have them")
+                      "clock, in digits as in debuggers, dumps and source code")
           .type_name("BYTES")
           .excludes(position)
           .excludes(error)

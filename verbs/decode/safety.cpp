@@ -66,7 +66,7 @@ std::string counter_text(const decode::SafetyWatch& watch) {
 std::string_view message_of(SafetySetupError mistake) {
   switch (mistake) {
     case SafetySetupError::channels:
-      return "the frame has no two words";
+      return "the frame does not have two words";
     case SafetySetupError::no_crc:
       return "a word has no CRC";
     case SafetySetupError::no_error_bit:
@@ -116,7 +116,8 @@ void add_check_options(Verb verb, SafetyArguments& arguments) {
                   {counter_mode_names.begin(), counter_mode_names.end()},
                   "Range of the sign-of-life counter; count_1_63 by default");
   add_count_option(verb, "--compare-bits", into(arguments.compare_bits),
-                   "Number of upper singleturn bits to compare; 0: all that both words have", 64);
+                   "Number of upper singleturn bits to compare; 0: all bits that both words have",
+                   64);
   add_count_option(
       verb, "--tolerance", into(arguments.tolerance),
       "Largest difference of the two words, in counts of the lowest bit compared; 1 by default",

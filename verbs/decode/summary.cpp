@@ -130,7 +130,7 @@ std::string what_to_try(CycleStatus status, const decode::Statistics& statistics
   return usual_hint(status, statistics);
 }
 
-// The most frequent cause that something can be done about.
+// The most frequent cause that has a remedy.
 std::optional<CycleStatus> foremost_cause(const decode::Statistics& statistics) {
   std::optional<CycleStatus> foremost;
   for (std::size_t i = 0; i < decode::cycle_status_count; ++i) {
@@ -149,7 +149,7 @@ void add_marginal(report::Summary& summary, const decode::Statistics& statistics
                   "SLO changes within 5 % of a period of the sampling point");
   } else if (margin.resolution.count != 0 && statistics.line_delay().count() != 0) {
     summary.entry("marginal", "not known",
-                  fmt::format("edges are known to {}, 5 % of a period is {}",
+                  fmt::format("edges are accurate to {}, 5 % of a period is {}",
                               time_text(margin.resolution.count),
                               time_text(statistics.period().median() / 20)));
   }
@@ -178,7 +178,7 @@ std::string limit_hint(decode::Limit limit, const DeviceTiming& timing) {
                          text_of(timing.cycle_min));
     case decode::Limit::release:
       return fmt::format(
-          "SLO does not keep the timeout {}: does -f name this encoder? else --timeout",
+          "SLO contradicts the timeout {}: does -f name this encoder? else give --timeout",
           text_of(timing.timeout));
   }
   return "";

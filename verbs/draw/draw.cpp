@@ -163,13 +163,12 @@ class DrawRun {
 
   ExitStatus draw_capture() {
     if (options_.capture.device.format.empty()) {
-      host_.warn(
-          capture_.format()
-              ? fmt::format("{}: drawn with the format that its frames show, -f '{}'",
-                            capture_.input().name(), text_of(*capture_.format()))
-              : fmt::format("{}: its frames show no format that is sure; bits have no names, "
-                            "give -f",
-                            capture_.input().name()));
+      host_.warn(capture_.format()
+                     ? fmt::format("{}: drawn with the format that its frames show, -f '{}'",
+                                   capture_.input().name(), text_of(*capture_.format()))
+                     : fmt::format("{}: its frames show no certain format; bits have no names, "
+                                   "give -f",
+                                   capture_.input().name()));
     }
     const std::uint64_t first = options_.cycle.value_or(0);
     const std::size_t before = panels_.size();

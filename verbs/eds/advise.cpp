@@ -157,7 +157,8 @@ std::string description_of(const Advice& advice) {
 // No lengths, neither in the options nor in the file.
 std::string nothing_to_advise(const std::string& file) {
   if (file.empty()) {
-    return "give what the encoder sends, --resolution and --turns in bits, or a FILE with its BP3 "
+    return "give the lengths that the encoder sends, --resolution and --turns in bits, or a FILE "
+           "with its BP3 "
            "part; for example: biss eds advise --resolution 18 --turns 12";
   }
   return fmt::format(
@@ -215,10 +216,10 @@ Run add_eds_advise(Verb verb) {
   bits("--resolution-field", options->resolution_field, "Width of the field of the resolution");
   bits("--turns-field", options->turns_field, "Width of the field of the turns");
   verb.add_flag("--safety", options->safety,
-                "Word of a safety encoder: C = 1, its CRC stays with the data");
+                "Word of a safety encoder: C = 1, its CRC counts as data");
   add_rate_option(verb, "--rate", into(options->rate), "Required requests per second");
   add_rate_option(verb, "--clock", into(options->clock),
-                  "Frequency of MA; the highest of the encoder by default");
+                  "Frequency of MA; by default the highest of the encoder");
   add_length_option(verb, "--cable", into(options->cable), "Cable length from master to encoder");
   add_timing_options(verb, options->timing);
   add_eds_options(verb, options->arguments);

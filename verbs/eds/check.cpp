@@ -24,7 +24,7 @@ struct CheckArguments {
   std::string output;
 };
 
-// A profile part of which no byte is in the dump is a finding, as one of which a byte is missing.
+// A profile part without any byte in the dump is a finding, and so is a part with a missing byte.
 void add_missing(std::vector<EdsFindingRow>& rows, const dump::DataSheet& sheet, Host& host) {
   if (!sheet.common) {
     host.warn("the common part is not in the dump: the profile part is judged alone");
@@ -40,7 +40,8 @@ void add_missing(std::vector<EdsFindingRow>& rows, const dump::DataSheet& sheet,
     row.symbol = find_field(common_fields, fmt::format("BANK_{}", i))->symbol;
     row.problem = "incomplete";
     row.value = bank;
-    row.text = fmt::format("the bank of channel {} is not in the dump, the part is not judged", i);
+    row.text =
+        fmt::format("the bank of channel {} is not in the dump, so the part is not judged", i);
   }
 }
 
@@ -66,7 +67,7 @@ bool write_findings(const std::vector<EdsFindingRow>& rows, report::Format forma
   return table->finish();
 }
 
-// A remark and no finding: the value can mean that the delay is not given.
+// A remark, not a finding: the value can mean that the delay is not given.
 void warn_of_power_on_delay(const EdsSource& source, Host& host) {
   const EdsField& field = *find_field(bp3_fields, "PON_PDL");
   for (const EdsPartRow& part : eds_parts(source.sheet)) {

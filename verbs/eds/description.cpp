@@ -194,7 +194,7 @@ class DescriptionReader {
   Done take_bytes(const Assignment& each, unsigned bank, unsigned first, unsigned end) {
     const auto address = dump::prefixed_hex_number(each.symbol);
     if (!address || *address < first || *address >= end) {
-      return each.error("'{}' is no register here: 0x{:02X} to 0x{:02X}{}", each.symbol, first,
+      return each.error("'{}' is not a register here: 0x{:02X} to 0x{:02X}{}", each.symbol, first,
                         end - 1, first == 0 ? "" : register_names());
     }
     unsigned place = *address;
@@ -203,7 +203,7 @@ class DescriptionReader {
       if (place >= end) return each.error("bytes beyond 0x{:02X}", end - 1);
       if (word == "--") continue;
       const auto byte = dump::hex_byte(word);
-      if (!byte) return each.error("'{}': expected bytes as 00 1A FF", word);
+      if (!byte) return each.error("'{}': expected bytes such as 00 1A FF", word);
       if (Done done = put(each, bank, place, *byte); !done) return done;
     }
     return {};
@@ -218,12 +218,12 @@ class DescriptionReader {
     return {};
   }
 
-  // Derives what was left out, and puts the parts into their banks.
+  // Derives the fields that were left out, and puts the parts into their banks.
   Done place_parts() {
     if (const auto bank = dump_.direct_byte(reg::eds_bank)) draft_.eds_bank = *bank;
     if (draft_.common && draft_.eds_bank == 0) {
       return tl::unexpected<std::string>(
-          "EDS_BANK = 0 says that there is no data sheet, but there is [common]");
+          "EDS_BANK = 0 means that there is no data sheet, but there is [common]");
     }
     draft_.derive();
     if (draft_.common) {
@@ -287,7 +287,7 @@ void append_fields(std::string& out, const dump::FoundPart& part, EdsPart kind) 
   }
 }
 
-// Fields that are whole by their name, the rest byte by byte.
+// Complete fields by their name, the rest byte by byte.
 void append_registers(std::string& out, const dump::RegisterDump& dump,
                       std::optional<std::uint8_t> eds_bank) {
   dump::DumpedBytes rest = dump.direct();
@@ -338,7 +338,7 @@ std::string write_description(const dump::RegisterDump& dump, const dump::DataSh
   for (std::size_t i = 0; i < max_channels; ++i) {
     const auto& part = sheet.profiles[i];
     if (!part || !part->whole || written.contains(part->bank)) continue;
-    // Without common part nothing says in which bank it is.
+    // Without common part nothing shows in which bank it is.
     if (!has_common && part->bank != i) continue;
     if (profile_part(image, i) != EdsPart::bp3) continue;
     heading(i == 0 ? "bp3" : fmt::format("bp3 {}", i));

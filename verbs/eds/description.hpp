@@ -12,9 +12,9 @@
 //     [bank 5]
 //     0x00 = 01 02 03
 //
-// Fields that are left out and follow from the rest are derived: see draft.hpp, and the registers
-// EDS_BANK and BP_ID. docs/eds.md has the rules. Given values stay as given; check_eds() judges
-// whether they fit.
+// Fields that are left out are derived if they follow from the rest: see draft.hpp. This includes
+// the registers EDS_BANK and BP_ID. docs/eds.md has the rules. Given values stay as given;
+// check_eds() judges whether they fit.
 #pragma once
 
 #include <istream>

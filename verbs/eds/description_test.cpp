@@ -104,7 +104,8 @@ TEST(Description, Mistakes_NameTheirLine) {
   EXPECT_THAT(error("[bp3 8]\n"), HasSubstr("line 1: a section is"));
   EXPECT_THAT(error("[bank]\n"), HasSubstr("line 1: a section is"));
   EXPECT_THAT(error("[common 1]\n"), HasSubstr("line 1: a section is"));
-  EXPECT_THAT(error("[registers]\n0x3F = 00\n"), HasSubstr("line 2: '0x3F' is no register here"));
+  EXPECT_THAT(error("[registers]\n0x3F = 00\n"),
+              HasSubstr("line 2: '0x3F' is not a register here"));
   EXPECT_THAT(error("[registers]\nDEV_IX = 0\n"),
               HasSubstr("0x40 to 0x7F, BSEL, EDS_BANK, BP_ID, DEV_SN, DEV_ID, MFR_ID"));
   EXPECT_THAT(error("[registers]\n0x7F = 00 01\n"), HasSubstr("bytes beyond 0x7F"));

@@ -116,7 +116,7 @@ DiffSides sides_of(const Fields& fields, const Fields& others) {
   return sides;
 }
 
-// A file of banks only cannot hold registers: no difference.
+// A file that has only banks cannot hold registers, so these do not differ.
 bool comparable(const RowOrder& place, const dump::RegisterDump& other) {
   return place.part != 0 || other.direct() != dump::DumpedBytes{};
 }

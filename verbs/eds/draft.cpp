@@ -65,7 +65,7 @@ void EdsDraft::derive_common() {
     const auto& [bank, length, format, polynomial] = eds_detail::channel_symbols[i];
     derive(bank, (eds_bank + 1U + static_cast<unsigned>(i)) & 0xFFU);
     derive(length, (part.position_bits() + 2) & 0xFFU);
-    // A wider polynomial does not fit; with 0 the one of the profile part counts.
+    // A wider polynomial does not fit; with 0, the polynomial of the profile part is used.
     derive(polynomial, part.cpoly <= 0xFF ? part.cpoly : 0);
     last_bank = std::max(last_bank, profile_bank(i));
   }

@@ -79,7 +79,7 @@ TEST_F(Eds, Build_WritesEveryFormat_AndAllReadBackToTheSame) {
 
 TEST_F(Eds, FileOfAnotherKind_IsNamedWithTheKnownKinds) {
   std::string page = "# biss\n\nAn open toolkit for the BiSS C encoder interface.\n";
-  while (page.size() < 3 * 4096) page += "One more line of text that is no dump.\n";
+  while (page.size() < 3 * 4096) page += "One more line of text that is not a dump.\n";
   write("README.md", page);
   const Ran text = eds({"show", path("README.md")});
   EXPECT_EQ(text.status, ExitStatus::io);
@@ -100,8 +100,10 @@ TEST_F(Eds, FileOfAnotherKind_IsNamedWithTheKnownKinds) {
 TEST_F(Eds, AdviseWithoutLengths_SaysWhatToGive) {
   const Ran alone = eds({"advise"});
   EXPECT_EQ(alone.status, ExitStatus::usage);
-  EXPECT_THAT(alone.err, HasSubstr("give what the encoder sends, --resolution and --turns in bits, "
-                                   "or a FILE with its BP3 part"));
+  EXPECT_THAT(
+      alone.err,
+      HasSubstr("give the lengths that the encoder sends, --resolution and --turns in bits, "
+                "or a FILE with its BP3 part"));
   EXPECT_THAT(alone.err, HasSubstr("biss eds advise --resolution 18 --turns 12"));
   EXPECT_EQ(eds({"advise", "--resolution", "18", "--turns", "12"}).status, ExitStatus::done);
   write("common.eds", "[common]\nTMA = 100ns\n");
@@ -115,7 +117,7 @@ TEST_F(Eds, BuildWithAContradiction_WritesNothingUnlessForced) {
   const Ran ran = eds({"build", path("wrong.eds"), "-o", path("w.hex")});
   EXPECT_EQ(ran.status, ExitStatus::data_failed);
   EXPECT_THAT(ran.err,
-              HasSubstr("bp3 of channel 0: BP_ID: not what the registers 0x42 and 0x43 say "
+              HasSubstr("bp3 of channel 0: BP_ID: not the same as the registers 0x42 and 0x43 "
                         "(25104, expected 25120)"));
   EXPECT_FALSE(std::filesystem::exists(path("w.hex")));
   EXPECT_EQ(eds({"build", path("wrong.eds"), "-o", path("w.hex"), "--force"}).status,
@@ -139,7 +141,7 @@ TEST_F(Eds, BuildOfPartsToWhichNoRegisterLeads_ChecksThem) {
   EXPECT_THAT(last.err, HasSubstr("common: CHKSUM: "));
   const Ran none = built("[registers]\nEDS_BANK = 0\n[common]\nTMA = 100ns\n" + part);
   EXPECT_EQ(none.status, ExitStatus::io);
-  EXPECT_THAT(none.err, HasSubstr("EDS_BANK = 0 says that there is no data sheet"));
+  EXPECT_THAT(none.err, HasSubstr("EDS_BANK = 0 means that there is no data sheet"));
 }
 
 TEST_F(Eds, ShowAsJsonLines_HasAnObjectAPart) {

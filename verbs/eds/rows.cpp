@@ -67,7 +67,7 @@ void add_incomplete(std::vector<EdsFindingRow>& rows, const EdsPartRow& part) {
     row.channel = part.channel;
     row.symbol = field.symbol;
     row.problem = "incomplete";
-    row.text = "bytes are missing from the dump, the part is not judged";
+    row.text = "bytes are missing from the dump, so the part is not judged";
     return;
   }
 }

@@ -1,4 +1,4 @@
-// Rows of a data sheet: its parts, its fields, and what is wrong with them.
+// Rows of a data sheet: its parts, its fields, and its findings.
 #pragma once
 
 #include <cstdint>

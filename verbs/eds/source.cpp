@@ -136,8 +136,8 @@ std::string nothing_found(const EdsSource& source, const EdsArguments& arguments
   }
   const auto stated = source.dump.direct_byte(reg::eds_bank);
   if (stated && *stated != 0 && *stated != 0xFF) {
-    return fmt::format(
-        "register 0x41 says that the data sheet is in bank {}, which is not in the dump", *stated);
+    return fmt::format("register 0x41 places the data sheet in bank {}, which is not in the dump",
+                       *stated);
   }
   if (stated) {
     return fmt::format(
@@ -161,7 +161,8 @@ void add_eds_file(Verb verb, std::string& file, bool required) {
 void add_eds_options(Verb verb, EdsArguments& arguments) {
   add_count_option(
       verb, "--bank", into(arguments.bank),
-      "First bank of the file, 0 by default; of accesses, the bank before the first one", 255);
+      "First bank of the file, 0 by default; for accesses, the bank selected before the first one",
+      255);
   add_count_option(verb, "--eds-bank", into(arguments.eds_bank),
                    "Bank of the common part, instead of register 0x41", 255);
   add_count_option(verb, "--slave", into(arguments.slave), "Read only the accesses to this ID", 7);

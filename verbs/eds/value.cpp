@@ -42,7 +42,7 @@ Value parse_time_field(const EdsField& field, std::string_view text) {
   if (!time.ok()) return wrong(quantity_error_text(Quantity::duration, text, time.error()));
   if (scale.hypothesis && !confirmed) {
     return wrong(
-        fmt::format("that {} counts steps of {} is a hypothesis; write the number of "
+        fmt::format("it is a hypothesis that {} counts steps of {}; write the number of "
                     "steps, or {}? to rely on it",
                     field.symbol, text_of(scale.step), text));
   }

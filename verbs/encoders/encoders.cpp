@@ -42,7 +42,8 @@ bool contains(std::string_view text, std::string_view word) {
   return std::search(text.begin(), text.end(), word.begin(), word.end(), same) != text.end();
 }
 
-// By name, maker and family. A safety configuration matches with the encoder that it is named after.
+// By name, maker and family. A safety configuration matches if the encoder matches from which it
+// has its name.
 Matches matches_of(std::string_view word) {
   Matches found;
   for (const CatalogueEntry& each : catalogue) {

@@ -129,12 +129,12 @@ class ExplainRun final : public CycleRun {
     return {};
   }
 
-  // Before the cycles are read. As choose_watch().
+  // To be called before the cycles are read. The result is as for choose_watch().
   std::string prepare() {
     std::string wrong = choose_watch();
     if (!wrong.empty()) return wrong;
     context_ = explain_context(capture_, options_.capture, options_.margin);
-    // Frames are judged by the likeliest format with a usual checksum, if none is sure.
+    // Frames are judged by the likeliest format with a usual checksum, if none is certain.
     const auto* finding = capture_.finding();
     const bool moves = finding != nullptr && !finding->still;
     if (!capture_.format() && !context_.given && moves && !context_.candidates.empty() &&

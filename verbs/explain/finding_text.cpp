@@ -146,8 +146,8 @@ void add_limits(const Evidence& evidence, Parts& parts) {
 void add_plausibility(const Evidence& evidence, Parts& parts) {
   if (evidence.late_turns != 0) {
     parts.add(
-        "the turns do not follow the zero of the singleturn: at it the position is wrong by "
-        "one turn for up to {} frame{}",
+        "the turns change before or after the zero of the singleturn: in between the position is "
+        "wrong by one turn for up to {} frame{}",
         evidence.late_turns, evidence.late_turns == 1 ? "" : "s");
   }
   if (evidence.steps.count != 0) {
@@ -229,7 +229,7 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
       if (4 * evidence.likely_positions > 3 * evidence.failed_checks &&
           evidence.failed_checks != 0) {
         parts.add(
-            "in {} of {} wrong frames the position is a likely one: the bits after it are "
+            "in {} of {} wrong frames the position is plausible: the bits after it are "
             "wrong",
             evidence.likely_positions, evidence.failed_checks);
       }
@@ -264,7 +264,7 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
       return add_warnings(evidence, parts);
     case Cause::frames_lost_or_repeated:
       if (evidence.life_zeros != 0) {
-        parts.add("after its last value the sign of life is 0 in {} frames, and not 1",
+        parts.add("after its highest value the sign of life is 0, not 1, in {} frames",
                   evidence.life_zeros);
       }
       return;
@@ -277,7 +277,7 @@ void add_figures(Cause cause, const Evidence& evidence, const Context& context, 
     case Cause::master_pauses_clock:
       if (evidence.usual.rest_in_group) {
         parts.add(
-            "the requests come in groups, with rests of {} between them; each group begins with "
+            "the requests come in groups, with pauses of {} between them; each group begins with "
             "ACK, as one request with pauses does",
             time_words(evidence.usual.rest_in_group->count));
       }
@@ -310,7 +310,7 @@ std::string remedy_text(Cause cause, const Evidence& evidence, const Context& co
   }
   if (cause == Cause::healthy && evidence.warnings.count != 0) {
     remedy =
-        "the link needs nothing, and the positions are valid; the warning of a Renishaw encoder "
+        "the link needs no action, and the positions are valid; the warning of a Renishaw encoder "
         "asks to clean the scale or the reading window; for other encoders see the data sheet";
   }
   if (cause == Cause::wrong_format && context.identified) {
@@ -324,7 +324,7 @@ std::string remedy_text(Cause cause, const Evidence& evidence, const Context& co
   if ((cause == Cause::healthy || cause == Cause::frames_lost_or_repeated) &&
       evidence.life_zeros != 0) {
     remedy =
-        "the sign of life counts from 0 to its last value, and not from 1: give decode "
+        "the sign of life counts from 0 to its highest value, not from 1: give decode "
         "--counter count_0_63, and set the safety monitor to that range";
   }
   if (cause == Cause::sampling_too_slow && evidence.period.count() != 0) {

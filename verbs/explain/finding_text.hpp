@@ -7,7 +7,7 @@
 
 namespace biss::verbs {
 
-/// Counts, times and cycles of this capture that speak for the cause.
+/// Counts, times and cycles of this capture that support the cause.
 std::string evidence_text(Cause cause, const explain::Evidence& evidence,
                           const explain::Context& context);
 

@@ -232,7 +232,7 @@ class IdentifyRun final : public CycleRun {
     add_protocol(out, guess);
     out.entry(
         "lines", fmt::format("MA = {}, SLO = {}", capture_.ma_name(), capture_.slo_name()),
-        capture_.lines().look_swapped ? "exchanged? the other way round cycles can be read" : "");
+        capture_.lines().look_swapped ? "exchanged? cycles can be read if they are exchanged" : "");
     for (const identify::FormatPart& part : line.parts) {
       if (line.parts.size() > 1) {
         out.entry("length", fmt::format("{} bits after CDS", part.bits),

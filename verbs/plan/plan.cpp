@@ -158,7 +158,7 @@ bool write_parts(const Plan& plan, report::TextSink& sink,
   in_time("timeout", budget.timeout, rule);
   if (budget.idle != Picoseconds{})
     in_time("idle", budget.idle, "until the encoder's shortest cycle has passed");
-  in_time("cycle", budget.total, "least time from request to request");
+  in_time("cycle", budget.total, "shortest time from request to request");
   return good && table->finish();
 }
 
@@ -454,7 +454,7 @@ void add_plan(Command& command) {
   add_rate_option(verb, "--clock", into(options->clock),
                   "Frequency of MA; by default one line for each usual clock");
   add_length_option(verb, "--cable", into(options->cable),
-                    "Cable length; by default 0 m, also in the table that shows the longest ones");
+                    "Cable length; 0 m by default, also in the table of the longest cables");
   add_duration_option(
       verb, "--master-delay", into(options->master_delay),
       "Delay of the master itself from MA to SLO: its drivers, receivers and logic; "

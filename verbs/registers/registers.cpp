@@ -44,7 +44,7 @@ class Dumps {
     slaves_.try_emplace(access.id, bank_).first->second.take(access);
   }
   std::size_t slaves() const { return slaves_.size(); }
-  /// That slave's, or the only one's.
+  /// The registers of that slave, or of the only one.
   const dump::RegisterDump* find(std::optional<std::uint64_t> id) const {
     if (!id) return slaves_.size() == 1 ? &slaves_.begin()->second.registers() : nullptr;
     const auto at = slaves_.find(static_cast<unsigned>(*id));
@@ -122,7 +122,7 @@ class RegistersRun {
       out.entry("CDS", fmt::format("{} cycles with CDS = 1 and no access", listener.stray_cds()));
     }
     if (listener.stray_cdm() != 0) {
-      out.entry("CDM", fmt::format("{} cycles with CDM = 1 less than {} zeros after another",
+      out.entry("CDM", fmt::format("{} cycles with CDM = 1 after fewer than {} zeros",
                                    listener.stray_cdm(), control_reset_zeros));
     }
     if (accesses_ == 0) {

@@ -41,7 +41,7 @@ class Excerpt final : public ChangeWatcher {
   const std::vector<ExcerptCycle>& cycles() const { return cycles_; }
   /// The first `count` cycles as a VCD of the lines MA and SLO.
   std::string vcd(std::size_t count) const;
-  /// Cycles of the excerpt that are not there: their edges were too many, or before 0.
+  /// Cycles of the excerpt that are missing: they had too many edges, or began before 0.
   std::uint64_t lost() const { return lost_; }
 
  private:

@@ -23,7 +23,7 @@ class Overview {
   void add(std::span<const report::Cell> cells);
 
   std::uint64_t rows() const { return rows_; }
-  /// As `envelope` and `causes` of view/src/core/report.ts.
+  /// The same as `envelope` and `causes` of view/src/core/report.ts.
   nlohmann::json envelope() const;
   nlohmann::json causes() const;
 

@@ -116,7 +116,7 @@ class PartMaker final : private ChangeWatcher {
     return settings;
   }
 
-  // As many cycles of the excerpt as there is room for.
+  // All cycles of the excerpt for which there is room.
   std::string packed_part(std::size_t room) {
     for (;;) {
       std::string text = packed(excerpt_->vcd(count_));
@@ -186,8 +186,8 @@ class PartMaker final : private ChangeWatcher {
           excerpt_->lost()));
     }
     if (accesses_ > accesses_max) {
-      notes.push_back(fmt::format("Of {} accesses to registers the first {} are in it.", accesses_,
-                                  accesses_max));
+      notes.push_back(fmt::format("The first {1} of {0} accesses to registers are in it.",
+                                  accesses_, accesses_max));
     }
     notes.emplace_back(
         "Plots, causes, summary, identify, check, explain and accesses to registers cover "
@@ -259,7 +259,7 @@ class PartMaker final : private ChangeWatcher {
   std::string header_;
   // Cycles of the excerpt that are in the part.
   std::size_t count_ = 0;
-  // As `biss registers --to jsonl` writes them.
+  // The text that `biss registers --to jsonl` writes.
   report::StringSink access_text_;
   std::unique_ptr<report::TableWriter> access_rows_ =
       report::make_table_writer(report::Format::jsonl, access_columns(), access_text_);

@@ -132,7 +132,7 @@ void add_report(Command& command) {
   const auto verb = std::make_shared<std::optional<Verb>>();
   *verb = command.add_verb(
       {.name = "report",
-       .purpose = "Write a page that shows a capture in any browser, as one file to be sent",
+       .purpose = "Write a page that shows a capture in any browser, in a single file",
        .examples = {"biss report capture.vcd -f resolute-26 -o report.html",
                     "biss report ma.csv slo.csv --ma ma.csv:D0 --slo slo.csv:D1 -o report.html",
                     "biss report samples.bin --raw-rate 100MHz --ma D0 --slo D3 -o report.html"}},

@@ -178,10 +178,10 @@ Run add_safety_analyse(Verb verb) {
           "--limit", asked.limit,
           "Find the bit error rate with this many undetected errors per hour; 1e-9 by default")
       .type_name("N");
-  add_count_option(
-      verb, "--compare", into(asked.comparison.compare_bits),
-      "Number of upper singleturn bits to compare (ACC_MIN); by default all that both words have",
-      64)
+  add_count_option(verb, "--compare", into(asked.comparison.compare_bits),
+                   "Number of upper singleturn bits to compare (ACC_MIN); by default all bits that "
+                   "both words have",
+                   64)
       .type_name("BITS");
   add_count_option(
       verb, "--tolerance", into(asked.comparison.tolerance_lsb),

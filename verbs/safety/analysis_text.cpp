@@ -62,7 +62,7 @@ void add_word(report::Summary& out, const SafetyQuestion& question, const WordAn
   out.title(fmt::format("{}: {} bits, {} of data", word.name, word.channel.total_bits(),
                         word.channel.data_bits));
   out.entry("distance", fmt::format("{}", lab::min_distance(word.weights)),
-            "wrong bits, the fewest that can pass");
+            "the fewest wrong bits that can pass");
   out.entry("by data bits", distance_text(word));
   out.entry("undetected", weights_text(word.weights, [](lab::Count count) {
               return fmt::format("{}", static_cast<unsigned __int128>(count));

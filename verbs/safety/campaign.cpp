@@ -242,8 +242,9 @@ ExitStatus run_merge(const CampaignOptions& options, Host& host) {
     if (!part) return host.fail(ExitStatus::io, part.error());
     const auto frame = frame_of(part->plan.format);
     if (!frame || rules_of(*frame) != part->plan.rules) {
-      return host.fail(ExitStatus::io,
-                       fmt::format("{}: made with other monitor rules than this program's", path));
+      return host.fail(
+          ExitStatus::io,
+          fmt::format("{}: made with monitor rules that this program does not have", path));
     }
     if (!fits(*frame, *part)) return host.fail(ExitStatus::io, too_many_bits(path));
     if (!sum) {
@@ -334,7 +335,7 @@ Run add_safety_campaign(Verb verb) {
   verb.add_flag("--no-importance", options->plain,
                 "Omit the rows by importance sampling, which are for rare events");
   add_count_option(verb, "--replay", into(options->replay),
-                   "Show one frame of a single --fault, for example a missed one",
+                   "Show one frame of a single --fault, for example one listed as missed",
                    lab::max_campaign_frames - 1);
   Verb merge = verb.add_verb(
       {.name = "merge", .purpose = "Add up the states of several shards", .examples = {}});

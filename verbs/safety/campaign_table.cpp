@@ -59,7 +59,7 @@ FieldRow fields_of(const CampaignRow& row) {
   return fields;
 }
 
-// A row for eyes: one check of a fault.
+// A row for people: one check of a fault.
 FieldRow readable_fields(const CampaignRow& row, std::size_t what) {
   const lab::CampaignEstimate& found = *row.estimates[what];
   const auto scientific = [](std::optional<long double> value) {

@@ -54,7 +54,7 @@ EvidenceFile manifest_file(const std::vector<std::string>& made_by,
   return {"manifest.json", manifest.dump(2) + "\n"};
 }
 
-// The shortest text by which the other verbs know this monitor.
+// The shortest text that selects this monitor in the other verbs.
 std::string format_argument(const EvidenceSubject& subject) {
   for (const std::string& text : {subject.options.format, subject.configuration}) {
     const auto known = parse_safety_format(text);
@@ -131,7 +131,7 @@ class Experiments {
  private:
   static constexpr auto csv = report::Format::csv;
 
-  // As a command reads its -f.
+  // The format that a command gets from this -f.
   static SafetyFormat monitored_by(const EvidenceSubject& subject) {
     const std::string text = format_argument(subject);
     return text == configuration_name ? subject.monitored : *parse_safety_format(text);
@@ -153,7 +153,7 @@ class Experiments {
 struct Bundle {
   std::vector<EvidenceFile> files;
   std::vector<EvidenceCommand> commands;
-  /// Not done or data_failed: a command could not run and said why.
+  /// Not done or data_failed: a command could not run and printed the reason.
   ExitStatus status = ExitStatus::done;
 };
 
@@ -200,7 +200,7 @@ void warn_of_choice(const EvidenceSubject& subject, Host& host) {
   const auto named = choose_safety({}, options.format, monitored.format, {});
   if (options.setup.configuration.empty() && named && named->name != subject.configuration) {
     host.warn(
-        fmt::format("the text of a format is monitored by the widths of its words; "
+        fmt::format("a format given as text is monitored by the widths of its words; "
                     "-f {} is the configuration with these words",
                     named->name));
   }
@@ -284,12 +284,12 @@ ExitStatus run_check(const VerbOptions& options, Host& host) {
       host.warn(file.name + ": from another build of the program");
     } else {
       differs = true;
-      host.warn(file.name + (before != nullptr ? ": differs from what its command prints now"
+      host.warn(file.name + (before != nullptr ? ": differs from the present output of its command"
                                                : ": missing, this program writes it"));
     }
   }
-  host.print_summary(fmt::format("{}: {} of {} files made again and the same\n", options.checked,
-                                 same, again.files.size()));
+  host.print_summary(fmt::format("{}: {} of {} files are the same when made again\n",
+                                 options.checked, same, again.files.size()));
   return differs ? ExitStatus::data_failed : again.status;
 }
 
@@ -439,7 +439,7 @@ void add_evidence_options(Verb verb, EvidenceOptions& options) {
   add_count_option(verb, "--budget", into(options.budget),
                    "Faults that are tolerated within --budget-window; 0 by default", 255);
   add_duration_option(verb, "--budget-window", into(options.budget_window),
-                      "Time window of --budget; 64 times the watchdog time by default");
+                      "Time window of --budget; by default 64 times the watchdog time");
 }
 
 Run add_safety_evidence(Verb verb) {
@@ -452,8 +452,8 @@ Run add_safety_evidence(Verb verb) {
                             .type_name("DIR");
   own.add_flag("--force", options->force, "Replace an existing bundle").needs(folder);
   own.add_option("--check", options->checked,
-                 "Check the hashes of a bundle, make it again and compare; of the other options "
-                 "only --threads is allowed")
+                 "Check the hashes of a bundle, make it again and compare; the only other option "
+                 "allowed is --threads")
       .type_name("DIR");
   return [options, verb](Host& host) {
     if (!options->checked.empty()) {

@@ -43,7 +43,7 @@ void add_evidence_options(Verb verb, EvidenceOptions& options);
 struct EvidenceSubject {
   EvidenceOptions options;
   SafetyFormat monitored;
-  /// A name of configurations.hpp, or a text that says that there is none.
+  /// A name of configurations.hpp, or a text that states that there is none.
   std::string configuration;
   Hertz rate;
 };
@@ -51,11 +51,11 @@ struct EvidenceSubject {
 /// The subject, or one line of text with the error (usage: exit status 2).
 tl::expected<EvidenceSubject, std::string> choose_evidence(const EvidenceOptions& options);
 
-/// A command line of the bundle and the file that holds what it prints.
+/// A command line of the bundle and the file that holds its output.
 struct EvidenceCommand {
   std::string file;
   std::vector<std::string> arguments;
-  /// Exit status 0: everything is as theory says.
+  /// Exit status 0: everything agrees with the theory.
   int status = 0;
 };
 
@@ -86,7 +86,7 @@ struct CoverageRow {
 std::vector<CoverageRow> coverage_of(const SafetyFormat& monitored, const LineResult& line,
                                      std::span<const CampaignRow> campaign,
                                      std::span<const lab::SequenceResult> sequences);
-/// Sets share and limits (Wilson's, 95 %) from the counts.
+/// Sets share and limits (Wilson limits, 95 %) from the counts.
 void set_share(CoverageRow& row);
 
 EvidenceFile coverage_file(const std::vector<CoverageRow>& rows);

@@ -25,7 +25,7 @@
 namespace biss::verbs {
 namespace {
 
-// Flips leave some frames as they were: these are no faults.
+// Flips leave some frames as they were: these are not faults.
 double damaged_share(const SafetyFormat& monitored, const lab::FaultChoice& fault) {
   if (fault.rate == 0) return 1;
   const unsigned bits = monitored.cpw().total_bits() + monitored.spw().total_bits();

@@ -158,7 +158,7 @@ TEST(EvidenceSubject, FormatsText_IsMonitoredByItsWidths) {
   EXPECT_EQ(subject_of(options).monitored.setup, SafetySetup{});
   options.setup.configuration = "rsh";
   EXPECT_EQ(subject_of(options).monitored.setup, rsh->setup);
-  // As the campaign takes each -f.
+  // The format that the campaign gets from each -f.
   for (const char* name :
        {"rsh", "fs-36-28", "fortis-fs-36-28", "mt12,st24,nE,nW,crc6+mt12,st16,nE,nW,lc6,crc16"}) {
     options = {};
@@ -339,7 +339,7 @@ TEST(EvidenceReadme, BothFiguresAndTheRating_AreThoseOfTheConfiguration) {
   EXPECT_THAT(wide, HasSubstr("returns `weak_comparison`"));
 }
 
-// The ratings count errors of the CPW; the safe position is the SPW's.
+// The ratings count errors of the CPW; the safe position is the position of the SPW.
 TEST(EvidenceResidual, SafePositionOfEveryConfiguration_IsWithinItsLimitCountedByEitherWord) {
   for (const SafetyConfiguration& each : safety_configurations) {
     const auto shares = lab::undetected_shares(each.frame_format(), each.setup.comparison);

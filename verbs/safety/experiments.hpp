@@ -1,5 +1,5 @@
-// The experiments of `biss safety` as functions: the request, the result, its table, and whether it is
-// as it must be. A verb prints one experiment; evidence puts all of them into a folder.
+// The experiments of `biss safety` as functions: the request, the result, its table, and whether it
+// is as expected. A verb prints one experiment; evidence puts all of them into a folder.
 #pragma once
 
 #include <array>
@@ -37,7 +37,7 @@ struct ExperimentOptions {
 void add_seed_option(Verb verb, std::uint64_t& seed);
 void add_threads_option(Verb verb, unsigned& threads);
 
-/// Prints a line of usage: what is wrong with `-f`.
+/// Prints a line of usage: the mistake in `-f`.
 ExitStatus fail_format(const std::string& format, Host& host);
 
 /// Writes a table to the output that the options name.
@@ -82,7 +82,7 @@ tl::expected<lab::CampaignState, std::string> run_usual_campaign(const lab::Camp
                                                                  const ExperimentOptions& options,
                                                                  Host& host);
 
-/// A fault of a campaign, and what was measured.
+/// A fault of a campaign, and its measurements.
 struct CampaignRow {
   lab::FaultChoice fault;
   /// The counts of the fault in the state.
@@ -108,7 +108,7 @@ std::string sigma_text(long double sigma);
 /// counter ranges; the eight errors with the setup's counter (1…63 if it is learned).
 lab::SequencePlan usual_sequences(const SafetyFormat& monitored, std::uint64_t frames,
                                   std::uint64_t faults, std::uint64_t seed);
-/// As lab::run_sequences(), with the progress on a terminal.
+/// The same as lab::run_sequences(), with the progress on a terminal.
 std::optional<std::vector<lab::SequenceResult>> run_sequence_plan(const lab::SequencePlan& plan,
                                                                   unsigned threads, Host& host);
 /// The sum of an error's rows follows them.

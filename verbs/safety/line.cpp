@@ -90,9 +90,9 @@ class FaultWatch {
     if (now_.faulty) begin_or_extend();
   }
 
-  // Only a fault that finds the monitor safe counts: it can do harm, and it is the cause of the
-  // next verdicts. A fault that begins before the monitor is safe again belongs to the one before;
-  // so does a fault in the next cycle if nothing shows that it is another one.
+  // Only a fault that begins while the monitor is safe counts: it can do harm, and it is the cause
+  // of the next verdicts. A fault that begins before the monitor is safe again belongs to the one
+  // before; so does a fault in the next cycle if nothing shows that it is another one.
   void begin_or_extend() {
     if (open_ && now_.begins && is_over(*open_)) close();
     if (!open_) open_ = Open{.begin = now_.number, .counts = safe_};
@@ -117,7 +117,8 @@ class FaultWatch {
     open_->reaction = now_.number - open_->begin;
   }
 
-  // A frozen encoder sends what it means to send, but the position of an earlier cycle.
+  // A frozen encoder sends the frame that it means to send, but with the position of an earlier
+  // cycle.
   bool is_wrong(const Frame& frame) const {
     if (kind_ == sim::FaultKind::frozen && now_.faulty) return true;
     return frame.channel_list[cpw_].position != now_.position;

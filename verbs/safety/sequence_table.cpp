@@ -72,12 +72,12 @@ std::string failure_of(const SequenceResult& result) {
   add(counts.false_alarms, "false alarms");
   add(counts.misread, "misread");
   add(counts.late, "late");
-  add(counts.unexpected, "with a verdict that is none of the error's");
+  add(counts.unexpected, "with a verdict that does not belong to the error");
   if (result.sigma && std::abs(*result.sigma) > lab::sequence_sigma_limit) {
     text += fmt::format(" {} accepted are {:+.1f} standard deviations from the theory,",
                         counts.accepted, *result.sigma);
   } else if (result.theory && *result.theory == 0 && counts.accepted != 0) {
-    text += fmt::format(" {} accepted that must be 0,", counts.accepted);
+    text += fmt::format(" {} accepted instead of 0,", counts.accepted);
   }
   text.back() = ';';
   return text + fmt::format(" the first at {}", fmt::join(counts.odd, ", "));

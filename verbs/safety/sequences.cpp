@@ -143,10 +143,9 @@ ExitStatus run_safety_sequences(const SequenceOptions& options, Host& host) {
   if (!known) return fail_format(options.format, host);
   const lab::SequencePlan plan = plan_of(options, *known);
   if (plan.rows.empty()) {
-    return host.fail(
-        ExitStatus::usage,
-        "nothing to run: the --kind has no such --variant, or the monitor expects another "
-        "counter than the encoder's");
+    return host.fail(ExitStatus::usage,
+                     "nothing to run: the --kind has no such --variant, or the counters of monitor "
+                     "and encoder differ");
   }
   if (options.replay) return run_replay(plan, options, host);
   const auto results = run_sequence_plan(plan, options.threads, host);
@@ -201,13 +200,12 @@ Run add_safety_sequences(Verb verb) {
       .one_of({lab::sequence_motion_names.begin(), lab::sequence_motion_names.end()});
   add_name_option(verb, "--counter", options->counter,
                   {counter_mode_names.begin(), counter_mode_names.end()},
-                  "Sign-of-life counter that the monitor expects; all by default, for faults the "
-                  "configuration's");
-  add_name_option(
-      verb, "--encoder-counter", options->encoder_counter,
-      {counter_mode_names.begin(), counter_mode_names.begin() + 2},
-      "Sign-of-life counter of the encoder; both by default, for faults the same as the "
-      "monitor's");
+                  "Sign-of-life counter that the monitor expects; by default all; for faults the "
+                  "counter of the configuration");
+  add_name_option(verb, "--encoder-counter", options->encoder_counter,
+                  {counter_mode_names.begin(), counter_mode_names.begin() + 2},
+                  "Sign-of-life counter of the encoder; by default both; for faults the counter of "
+                  "the monitor");
   add_seed_option(verb, options->seed);
   add_threads_option(verb, options->threads);
   add_count_option(verb, "--replay", into(options->replay),

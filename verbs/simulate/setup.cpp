@@ -180,7 +180,7 @@ std::string put_rate(const LineOptions& options, sim::LineSetup& setup) {
   setup.clock_error_ppm = options.clock_error_ppm;
   setup.duty_per_mille = options.duty_per_mille;
   if (!options.rate) return {};
-  // As soon as the encoder is ready: with the rate itself, its jitter would come on top.
+  // As soon as the encoder is ready: with a given rate, the jitter would add to it.
   setup.interval = picoseconds(1);
   const Picoseconds least = sim::least_interval(setup);
   setup.interval = period_of(*options.rate);

@@ -25,7 +25,7 @@ struct LineOptions {
   Millimetres cable{};
   /// Empty: the device's longest.
   std::optional<Picoseconds> internal_delay;
-  /// One way each in the cable. Empty: half of the cable's.
+  /// One way each in the cable. Empty: half of the delay of the cable.
   std::optional<Picoseconds> ma_delay;
   std::optional<Picoseconds> slo_delay;
   /// The jitter of each line without its own value.

@@ -183,9 +183,9 @@ void add_line_options(Verb all, LineOptions& line) {
   add_length_option(verb, "--cable", into(line.cable),
                     "Cable length; 10 ns of line delay per metre");
   add_duration_option(verb, "--ma-delay", into(line.ma_delay),
-                      "Delay of MA to the encoder; half of the cable's by default");
+                      "Delay of MA to the encoder; by default half of the delay of the cable");
   add_duration_option(verb, "--slo-delay", into(line.slo_delay),
-                      "Delay of SLO to the master; half of the cable's by default");
+                      "Delay of SLO to the master; by default half of the delay of the cable");
   add_duration_option(
       verb, "--internal-delay", into(line.internal_delay),
       "Delay from MA to SLO in the encoder; by default the longest of this encoder");
@@ -201,7 +201,7 @@ void add_line_options(Verb all, LineOptions& line) {
       "all further channels",
       max_channels);
   add_rate_option(verb, "--rate", into(line.rate),
-                  "Requests per second; the highest that the encoder allows by default");
+                  "Requests per second; by default the highest rate that the encoder allows");
   verb.add_flag("--no-compensation", line.no_compensation,
                 "Sample half a period after the master's own edge, without the line delay");
   add_timing_options(verb, line.device);
@@ -325,7 +325,7 @@ void add_output_options(Verb verb, WriteOptions& write, LineOptions& line) {
       "that is at least eight times the clock");
   verb.add_flag("--at-slave", line.at_slave, "Also record MA and SLO at the encoder");
   verb.add_option("--truth", write.truth,
-                  "Write what the encoder meant to send, and the faults, as CSV")
+                  "Write the values that the encoder meant to send, and the faults, as CSV")
       .type_name("FILE")
       .file(FileUse::write);
 }

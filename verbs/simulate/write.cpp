@@ -208,7 +208,7 @@ class LineWriter {
     return edges_->write(idle_levels(names.size())) ? ExitStatus::done : edges_->status();
   }
 
-  // Prints what was found. False: the capture cannot be written.
+  // Prints the result. False: the capture cannot be written.
   bool configure() {
     ConfigureLog log;
     const Picoseconds begin = line_->end();

@@ -32,7 +32,7 @@ export interface Settings {
 }
 
 export interface OpenFile {
-  /** As messages and verbs name it. */
+  /** The name in messages and verbs. */
   name: string;
   bytes: number;
   /** A capture that the page made or contains; a link to the state can name it. */
@@ -55,13 +55,13 @@ export const defaultSettings: Settings = {
   further: '',
 };
 
-// The capture and what has been read of it; only src/core/reading.ts sets these.
+// The capture and the data read from it; only src/core/reading.ts sets these.
 export const file = signal<OpenFile | undefined>(undefined);
 export const about = signal<About | undefined>(undefined);
 export const progress = signal<Progress>({ state: 'none', done: 0 });
 export const columns = signal<readonly Column[]>([]);
 export const rowCount = signal(0);
-/** Counts the sessions opened: whoever keeps rows or drawings drops them when it changes. */
+/** Counts the sessions opened: code that keeps rows or drawings drops them when it changes. */
 export const generation = signal(0);
 /** Messages of the command on stderr, and errors of the page itself. */
 export const messages = signal('');
@@ -82,7 +82,7 @@ export const panel = signal<Panel>('cycle');
 export const theme = signal<Theme>('system');
 export const systemIsDark = signal(false);
 
-/** A part is read as the whole capture was, so that what is known of that one holds. */
+/** A part is read in the same way as the whole capture, so that the results of the whole capture hold. */
 export const isWhole = computed(() => {
   const whole = report.value?.settings;
   const keys = Object.keys(defaultSettings) as (keyof Settings)[];
@@ -95,7 +95,7 @@ export const shownTheme = computed<'light' | 'dark'>(() => {
   return systemIsDark.value ? 'dark' : 'light';
 });
 
-/** The end of what has been read so far. */
+/** The end of the data read so far. */
 export const endTime = computed(() => BigInt(about.value?.endTime ?? '0'));
 
 /** The first change of a line, which can be before 0. */

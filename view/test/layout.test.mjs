@@ -101,7 +101,7 @@ test('Crc_WithAFlippedBit_SaysWhichFlipMendsIt', () => {
   assert.ok(part.wrong);
   assert.match(part.texts[0], /^crc=0x[0-9A-F]+, expected 0x[0-9A-F]+$/);
   assert.equal(layout.failures[0].at, part.from);
-  assert.match(layout.failures[0].text, /^crc: received .*; mended by a flip of (.* or )?pos18\b/);
+  assert.match(layout.failures[0].text, /^crc: received .*; corrected by a flip of (.* or )?pos18\b/);
   assert.ok(layout.samples.find(({ name }) => name === 'pos18').mends);
 });
 
@@ -109,7 +109,7 @@ test('Crc_OfTheSecondChannel_IsNamed', () => {
   const { cycle, layout } = cyclesOf('fs-36-28', '--cycles', '10', '--fault', 'flip@4,bit=70')[4];
   assert.deepEqual(cycle.checks.map(({ right }) => right), [true, false]);
   assert.equal(layout.failures.length, 1);
-  assert.match(layout.failures[0].text, /^crc: channel 2: received 0x[0-9A-F]+, expected 0x[0-9A-F]+; mended by a flip of .*\.2\b/);
+  assert.match(layout.failures[0].text, /^crc: channel 2: received 0x[0-9A-F]+, expected 0x[0-9A-F]+; corrected by a flip of .*\.2\b/);
   assert.equal(layout.failures[0].at, partOf(layout, 'crc.2').from);
 });
 

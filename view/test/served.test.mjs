@@ -75,7 +75,7 @@ describe('a capture that is served', () => {
     assert.deepEqual(requests.filter((url) => !url.startsWith(address) && !/^(blob|data):/.test(url)), []);
     assert.deepEqual(errors, []);
     assert.equal(await end(), 0);
-    await page.locator('.message', { hasText: 'biss view has ended. What it gave stays here.' }).waitFor();
+    await page.locator('.message', { hasText: 'biss view has ended. The data so far stay here.' }).waitFor();
     await page.close();
   });
 

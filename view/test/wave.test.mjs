@@ -117,7 +117,7 @@ test('Waveform_FailedCycle_SaysWhatItsChecksumNeeds', async () => {
     await page.mouse.move(box.x + x, y);
     said = await pointer.textContent();
   }
-  assert.match(said, /#3 crc: received 0x[0-9A-F]+, expected 0x[0-9A-F]+; mended by a flip of .*pos20/);
+  assert.match(said, /#3 crc: received 0x[0-9A-F]+, expected 0x[0-9A-F]+; corrected by a flip of .*pos20/);
   await closed(tab);
 });
 

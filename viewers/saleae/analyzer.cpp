@@ -30,7 +30,7 @@ class Follower {
 
   void next() {
     const U64 rested = ma_.GetSampleNumber() + rest_;
-    // The last request of a capture, and of the data so far in a live one.
+    // The last request of a capture, or of the data so far in a live capture.
     if (!ma_.DoMoreTransitionsExistInCurrentData() &&
         !ma_.WouldAdvancingToAbsPositionCauseTransition(rested)) {
       push_slo_until(rested);

@@ -51,7 +51,7 @@ Samples simulated(Analyzer& analyzer) {
   constexpr U64 count = 50'000;
   SimulationChannelDescriptor* channels = nullptr;
   if (analyzer.GenerateSimulationData(count, analyzer.sample_rate, &channels) != 2) {
-    throw std::pair("the simulation has not two channels", U64{0});
+    throw std::pair("the simulation does not have two channels", U64{0});
   }
   const auto line = [](const SimulationChannelDescriptor& channel) {
     return Line{channel.initial == BIT_HIGH, channel.changes};

@@ -37,7 +37,7 @@ class Results final : public AnalyzerResults {
   Texts texts_of(U64 frame_index);
 
   Settings& settings_;
-  // Logic draws in another thread than the one that decodes.
+  // Logic draws in another thread than the thread that decodes.
   std::mutex mutex_;
   std::string heading_;
   std::deque<Texts> rows_;

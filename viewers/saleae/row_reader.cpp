@@ -10,7 +10,7 @@ namespace biss::saleae {
 
 namespace {
 
-// As `biss decode` takes it of a capture with samples: the sample period, rounded up.
+// The sample period, rounded up, as in `biss decode` for a capture of samples.
 decode::MarginSetup margin_of(Hertz rate) {
   const std::int64_t count = rate.count;
   return {.resolution = picoseconds((picoseconds_per_second + count - 1) / count)};

@@ -96,7 +96,7 @@ class BissReader {
   /// Requests a position. Wait for the timeout of the encoder between two calls.
   BissReading read() {
     if (bytes() == 0) return {.fault = biss::FrameFault{biss::FrameError::truncated}};
-    buffer_.fill(0xFF);  // what is not received is no_response
+    buffer_.fill(0xFF);  // bytes that are not received give no_response
     spi_.beginTransaction(settings());
     spi_.transfer(buffer_.data(), bytes());
     spi_.endTransaction();

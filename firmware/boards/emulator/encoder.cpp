@@ -91,7 +91,7 @@ extern "C" {
   emulator::drive_ma(biss::Picoseconds{time}, level != 0);
 }
 
-/// Eight clocks of an SPI in mode 3, the first falling edge at `time`. \return what it received
+/// Eight clocks of an SPI in mode 3, the first falling edge at `time`. \return the received bits
 [[gnu::used, clang::export_name("clock_byte")]] std::int32_t clock_byte(std::int64_t time,
                                                                         std::int64_t period) {
   std::int32_t byte = 0;

@@ -20,7 +20,7 @@ function isFor(verb: string, name: string): boolean {
   return scope !== 'rows' && scope !== 'command';
 }
 
-/** Splits as a shell does, with '…' and "…" round what has spaces. */
+/** Splits as a shell does, with '…' and "…" around words with spaces. */
 export function splitArguments(text: string): string[] {
   const found = text.matchAll(/(?:[^\s'"]|'[^']*'|"[^"]*")+/g);
   return [...found].map(([word]) => word.replace(/'([^']*)'|"([^"]*)"/g, '$1$2'));

@@ -21,7 +21,7 @@ export class Superseded extends Error {
 let allWaiting = 0;
 let whenAnswered: (isWaiting: boolean) => void = () => {};
 
-/** Calls with whether any request waits, when that may have changed. */
+/** Calls the function with whether any request waits, when that may have changed. */
 export function watchWaiting(watch: (isWaiting: boolean) => void): void {
   whenAnswered = watch;
 }
@@ -47,7 +47,7 @@ export class Client {
   #waiting = new Map<number, Waiting>();
   // Lanes with a request under way, and the newest request that waits for its end.
   #lanes = new Map<string, RequestMessage | undefined>();
-  /** Called as the worker reads on. */
+  /** Called while the worker reads. */
   onReading: (reading: ReadingMessage['reading']) => void = () => {};
 
   constructor(worker: Worker) {

@@ -22,7 +22,7 @@ export type Condition =
   | { kind: 'or' | 'and'; of: Condition[] }
   | { kind: 'not'; of: Condition }
   | { kind: 'compare'; column: string; operator: Operator; text: string; value?: Decimal; unit: string }
-  /** As `biss decode --only-errors`. */
+  /** The same rows as with `biss decode --only-errors`. */
   | { kind: 'error' }
   | { kind: 'verdict'; name: string };
 

@@ -6,7 +6,7 @@ import type { ServedFile } from './source';
 
 const pauseMilliseconds = 500;
 
-/** The page reads the file on as it grows. */
+/** The page continues to read the file as it grows. */
 export const isFollowing = signal(false);
 
 /**
@@ -45,7 +45,7 @@ async function ask(address: string): Promise<Answer> {
     if (response.ok) return { size: Number(text) };
     return { problem: `biss: ${text.trim()}`, failed: true };
   } catch {
-    return { problem: 'biss view has ended. What it gave stays here.', failed: false };
+    return { problem: 'biss view has ended. The data so far stay here.', failed: false };
   }
 }
 

@@ -6,7 +6,7 @@ import { markOf } from './statuses';
 // Rows are read in stretches, so that memory does not grow with the capture.
 const stretch = 16_384;
 
-/** Says for rows of a stretch, by their place in it, whether they match. */
+/** Returns for rows of a stretch, by their place in it, whether they match. */
 type Test = (place: number) => boolean;
 
 /** Rows for which the condition is true, from `from` on (exclusive), or back from it with a step of -1. */

@@ -67,14 +67,14 @@ export interface RequestMessage {
 export interface AnswerMessage {
   id: number;
   answer?: unknown;
-  /** The text of what was thrown. */
+  /** The text of the thrown value. */
   error?: string;
   status?: number;
   /** The capture was closed before the request came. */
   isClosed?: boolean;
 }
 
-/** Sent by the worker of its own accord while it reads. */
+/** Sent by the worker without a request while it reads. */
 export interface ReadingMessage {
   reading: {
     generation: number;

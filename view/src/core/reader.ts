@@ -8,8 +8,8 @@ import { messageOf } from './texts';
 const sliceMilliseconds = 16;
 // New rows are reported to the page at this interval.
 const reportMilliseconds = 100;
-// Analyses of what has been read take at most this share of the time of reading; what was not used
-// is kept up to a time.
+// Analyses of the rows so far take at most this share of the reading time; unused time is kept, up
+// to a limit.
 const analysesShare = 0.05;
 const mostSavedMilliseconds = 50;
 

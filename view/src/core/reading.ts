@@ -1,4 +1,4 @@
-// Opens captures and keeps the state in step with what the worker has read.
+// Opens captures and keeps the state in step with the data that the worker has read.
 import { batch } from '@preact/signals';
 import * as state from '../state';
 import { decodeArguments } from './arguments';
@@ -51,7 +51,7 @@ function endBehind(): void {
   if (behind) void core().ask('endBehind', {});
 }
 
-// One that fails does not stop those after it.
+// A request that fails does not stop the requests after it.
 function inTurn(action: () => Promise<void> | undefined): Promise<void> {
   turn = turn.then(action).catch((error: unknown) => fail(messageOf(error)));
   return turn;
@@ -133,7 +133,7 @@ async function replaceGrown(file: NamedContent): Promise<void> {
   });
 }
 
-// A view of the end stays one, and a view of all.
+// A view of the end stays a view of the end, and a view of all stays a view of all.
 function goWithTheEnd({ end, whole }: { end: bigint; whole: state.Range }): void {
   const range = state.range.value;
   if (range === undefined || range.to < end) return;
@@ -176,7 +176,7 @@ async function open(name: 'open' | 'openBehind'): Promise<Opened | undefined> {
   for (const args of all) {
     try {
       const opened = await core().ask(name, { args, anyLines: false, isWhole });
-      // A scale was asked for; the velocity is an extra.
+      // The user requested a scale; the velocity is an extra.
       const refused = all.length > 2 && errors.length > 0 ? messageOf(errors[0]) : '';
       return withWarning(opened, refused);
     } catch (error) {

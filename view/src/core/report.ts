@@ -60,7 +60,7 @@ export function wholeCauses({ causes }: Report): Causes {
   };
 }
 
-// A time of the CSV, in nanoseconds with up to three places.
+// A time of the CSV, in nanoseconds with up to three decimals.
 function picoseconds(text: string): bigint {
   const [whole = '', places = ''] = text.split('.');
   return BigInt(whole + places.padEnd(3, '0'));

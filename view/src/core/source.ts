@@ -1,9 +1,9 @@
 // A file of the page as the core pulls it, in a worker.
 import type { ByteSource } from 'biss';
 
-/** A source that knows how far it has been read. */
+/** A source that records how far it has been read. */
 export interface MeasuredSource extends ByteSource {
-  /** The end of the last bytes that were asked for. */
+  /** The end of the last requested bytes. */
   readonly reached: number;
   /** Fetches the bytes that will be read next, if they are known. A promise: wait, they are needed soon. */
   prefetch?(): Promise<void> | undefined;
@@ -16,7 +16,7 @@ export interface ServedFile {
   size: number;
 }
 
-/** All that a capture may be read from. */
+/** Everything from which a capture may be read. */
 export type Content = File | Uint8Array | ServedFile;
 
 export function sizeOf(content: Content): number {
@@ -49,7 +49,7 @@ class BytesSource implements MeasuredSource {
 // meanwhile.
 const aheadBytes = 16 << 20;
 const aheadBlocks = 2;
-// More than a slice of reading takes.
+// More bytes than one slice of the reading uses.
 const soonBytes = 10 << 20;
 
 interface Ahead {
@@ -81,7 +81,7 @@ class FileSource implements MeasuredSource {
     return piece;
   }
 
-  // A file that is read here and there has only short pieces.
+  // A file that is read at scattered places has only short pieces.
   prefetch(): Promise<void> | undefined {
     if (this.#held.length < aheadBytes) return undefined;
     const end = this.#begin + this.#held.length;
@@ -148,7 +148,7 @@ async function readBeside(piece: Blob): Promise<Uint8Array<ArrayBuffer>> {
   });
 }
 
-// Asked for at once, as the core reads: a worker may wait for an answer.
+// Requested at once while the core reads: a worker may wait for an answer.
 class ServedSource implements MeasuredSource {
   reached = 0;
 
@@ -166,7 +166,7 @@ class ServedSource implements MeasuredSource {
     request.send();
     const bytes = new Uint8Array((request.response as ArrayBuffer | null) ?? new ArrayBuffer(0));
     if (request.status !== 206 || bytes.length === 0 || bytes.length > length) {
-      throw new Error(`${this.file.address}: bytes ${offset} to ${offset + length} did not come`);
+      throw new Error(`${this.file.address}: bytes ${offset} to ${offset + length} did not arrive`);
     }
     this.reached = offset + bytes.length;
     return bytes;

@@ -8,7 +8,7 @@ declare const WORDS: Words;
 export const statuses: Readonly<Record<string, string>> =
   Object.fromEntries(WORDS.statuses.map(({ name, seen }) => [name, seen]));
 
-/** Statuses that are no error of the link: those that `decode --only-errors` leaves out. */
+/** Statuses that are not an error of the link: those that `decode --only-errors` leaves out. */
 export const harmlessStatuses = namesOf(WORDS.statuses.filter(({ fault }) => !fault));
 
 export const cutStatuses = namesOf(WORDS.statuses.filter(({ cut }) => cut));

@@ -1,4 +1,4 @@
-// Texts of the core as what they hold.
+// Texts of the core as data.
 
 export function decoded(bytes: Uint8Array): string {
   return new TextDecoder().decode(bytes);

@@ -30,8 +30,8 @@ export function setVerbFiles(given: readonly NamedContent[]): void {
 }
 
 /**
- * Ends what is under way; its promise never settles. A worker that is idle stays, and one that makes
- * a new capture.
+ * Ends the run that is under way; its promise never settles. An idle worker is kept, and so is a
+ * worker that makes a new capture.
  */
 export function endVerbs(): void {
   if (underWay === 0 || making > 0) return;
@@ -75,7 +75,7 @@ export async function runVerb(args: string[]): Promise<RunResult> {
   }
 }
 
-/** Gives the verbs a file that is no part of the capture. */
+/** Gives the verbs a file that is not part of the capture. */
 export async function writeFile(name: string, content: Uint8Array): Promise<void> {
   await (await ready()).ask('addFile', { name, content });
 }
@@ -90,7 +90,7 @@ export async function runToFile(args: string[], name: string): Promise<Uint8Arra
   return bytes;
 }
 
-/** Runs a verb on a file that is no capture, such as a dump of registers. */
+/** Runs a verb on a file that is not a capture, such as a dump of registers. */
 export async function runOnFile(file: NamedContent, args: string[]): Promise<RunResult> {
   const core = await ready();
   await core.ask('addFile', file);

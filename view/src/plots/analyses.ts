@@ -6,7 +6,7 @@ import { envelope, type Envelope, type EnvelopeAsk } from './envelope';
 import { eye, type Eye, type EyeAsk } from './eye_of';
 import { rows, strip, type Rows, type RowsAsk, type Strip, type StripAsk } from './row_classes';
 
-/** The names of what can be asked by `client.ask('analyse.NAME', …)`. */
+/** The names of the analyses for `client.ask('analyse.NAME', …)`. */
 export interface Analyses {
   envelope: { ask: EnvelopeAsk; answer: Envelope };
   strip: { ask: StripAsk; answer: Strip };

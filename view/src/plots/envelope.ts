@@ -6,7 +6,7 @@ export interface EnvelopeAsk {
   column: string;
   from: bigint;
   to: bigint;
-  /** About the maximum number of points. */
+  /** The approximate maximum number of points. */
   points: number;
 }
 

@@ -1,4 +1,4 @@
-/** Which plots there are for the columns of a capture. */
+/** The plots for the columns of a capture. */
 import type { Column } from 'biss';
 import type { PlotSpec } from './plot_view';
 

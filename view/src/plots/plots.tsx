@@ -16,11 +16,11 @@ import { columnPlots, type ColumnPlot } from './plot_list';
 import { listenToPlot } from './plot_input';
 import { PlotView, type PlotSpec, type Source } from './plot_view';
 
-/** The plots show what the waveform shows, and not the whole capture. */
+/** The plots show the same range as the waveform, and not the whole capture. */
 const follows = signal(false);
 const shown = computed(() => (follows.value ? state.range.value : wholeCapture()));
 
-// The most cycles of the eye, evenly spread over what is shown.
+// The most cycles of the eye, evenly spread over the range shown.
 const eyeCycles = 120;
 const eyeBins = 200;
 

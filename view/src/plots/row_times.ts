@@ -1,8 +1,8 @@
-// Finds rows by time, in the worker, and keeps what is computed of blocks of rows.
+// Finds rows by time, in the worker, and keeps the results of blocks of rows.
 import type { Session } from 'biss';
 import { firstWhere } from '../core/first_where';
 
-/** Rows of a block; whatever is kept of all rows is kept by block. */
+/** Rows of a block; the data about all rows are kept by block. */
 export const blockRows = 64;
 /** Rows that are read at once. */
 export const stretch = 65_536;
@@ -61,7 +61,7 @@ export function rowFrom(session: Session, least: bigint, column = 'time_ns'): nu
     BigInt(session.column(column, row, row + 1).values[0] ?? 0) >= least);
 }
 
-/** Rows that are seen from `from` to `to`: the one that has begun before included. */
+/** Rows visible from `from` to `to`, including the row that began before. */
 export function rowsIn(session: Session, from: bigint, to: bigint): { first: number; end: number } {
   const first = Math.max(0, rowFrom(session, from + 1n) - 1);
   return { first, end: Math.max(first, rowFrom(session, to)) };

@@ -3,7 +3,7 @@ import { signal } from '@preact/signals';
 
 export const announcement = signal('');
 
-/** Has this said, once what is being said has ended. */
+/** Lets the screen reader say this after its present text. */
 export function announce(text: string): void {
   announcement.value = text;
 }

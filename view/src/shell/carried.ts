@@ -2,11 +2,11 @@
 //
 //     <script type="text/plain" id="biss-capture" data-name="NAME" data-view="VIEW">BASE64</script>
 //
-// with the bytes as base64 of gzip; or empty, with data-address and data-size, if the server gives them in
-// pieces (Range). data-watch is an address that gives the size: with it the page reads on as the file grows;
-// data-follow permits this. VIEW is the part of a link after #; a view in the address of the page takes
-// precedence. If the capture is a part of a larger one, an element `biss-report` has the object of
-// core/report.ts, as JSON in base64 of gzip.
+// with the bytes as base64 of gzip; or empty, with data-address and data-size, if the server gives
+// them in pieces (Range). data-watch is an address that gives the size: with it the page continues
+// to read as the file grows; data-follow permits this. VIEW is the part of a link after #; a view
+// in the address of the page takes precedence. If the capture is a part of a larger one, an element
+// `biss-report` has the object of core/report.ts, as JSON in base64 of gzip.
 import { isFollowing, watchServed } from '../core/following';
 import { openFiles } from '../core/reading';
 import type { Report } from '../core/report';

@@ -1,4 +1,4 @@
-// Captures that the page simulates: examples, and what the dialog asks for.
+// Captures that the page simulates: examples, and the requests of the dialog.
 import { splitArguments } from '../core/arguments';
 import { CoreError } from '../core/client';
 import { openFiles } from '../core/reading';
@@ -62,7 +62,7 @@ const fileName = 'simulated.vcd';
 
 let newest = 0;
 
-/** Simulates with these arguments and opens the capture, unless a newer one has been asked for. */
+/** Simulates with these arguments and opens the capture, unless a newer one has been requested. */
 export async function openSimulated(args: string, format: string): Promise<void> {
   const own = ++newest;
   state.progress.value = { state: 'loading', done: 0 };
@@ -82,7 +82,7 @@ export async function openSimulated(args: string, format: string): Promise<void>
   }
 }
 
-/** A simulation under way is not opened any more. */
+/** A running simulation is no longer opened. */
 export function leaveSimulation(): void {
   newest += 1;
 }

@@ -1,4 +1,4 @@
-// Export of what is seen: rows as CSV, lines as VCD, the waveform as PNG.
+// Export of the present view: rows as CSV, lines as VCD, the waveform as PNG.
 import { verbFurther } from '../core/arguments';
 import { core } from '../core/core';
 import { fileNames } from '../core/reading';
@@ -13,7 +13,7 @@ import { rowAtPlace, shownCount } from './table_rows';
 
 export const exportActions: readonly Action[] = [
   { name: 'CSV of the waveform', about: 'the rows of the cycles that it shows', run: () => void attempt(rowsOfRange) },
-  { name: 'CSV of the table', about: 'all rows, or those that the filter leaves', run: () => void attempt(rowsOfTable) },
+  { name: 'CSV of the table', about: 'all rows, or the rows that the filter leaves', run: () => void attempt(rowsOfTable) },
   { name: 'VCD of the waveform', about: 'MA and SLO, every edge that it shows', run: () => void attempt(linesOfRange) },
   { name: 'PNG of the waveform', run: () => void attempt(() => picture('.wave')) },
   { name: 'PNG of the plots', run: () => void attempt(() => picture('.plots')) },

@@ -49,7 +49,7 @@ export function Help() {
         <code>position &gt; 1000 and not ok</code>, <code>ack &gt; 10us</code>, <code>error</code>. Join with{' '}
         <code>and</code>, <code>or</code>, <code>not</code> and brackets.
       </p>
-      <p>Nothing of a capture leaves this machine: the page asks no server for anything.</p>
+      <p>Nothing of a capture leaves this machine: the page sends no request to any server.</p>
     </dialog>
   );
 }

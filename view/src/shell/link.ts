@@ -41,7 +41,7 @@ function oneOf<T extends string>(value: string | null, values: readonly T[], usu
 // A link to a capture of the user, until this file is opened.
 let waiting: URLSearchParams | undefined;
 
-// Shows what a link asks for. The capture must be open.
+// Shows the view of a link. The capture must be open.
 function goTo(link: URLSearchParams): void {
   const numberOf = (name: string) => {
     const text = link.get(name) ?? '';

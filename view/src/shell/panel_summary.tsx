@@ -1,4 +1,4 @@
-// The summary of `biss decode`, of what has been read so far.
+// The summary of `biss decode`, of the data read so far.
 import { harmlessStatuses, statuses } from '../core/statuses';
 import * as state from '../state';
 import { useAnswer } from './use_answer';

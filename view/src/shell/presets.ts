@@ -52,13 +52,13 @@ export const presets: readonly Preset[] = [
   {
     id: 'compensation',
     name: 'Long cable, no compensation',
-    about: 'SLO comes more than 600 ns late, six clocks of 10 MHz; the master samples by its own clock, and meets the changes of SLO.',
+    about: 'SLO comes more than 600 ns late, six clocks of 10 MHz; the master samples by its own clock, while SLO changes.',
     setup: { clock: '10MHz', cable: '60m', compensation: false, jitter: '15ns' },
   },
   {
     id: 'sampling',
     name: 'Sampling at the wrong moment',
-    about: 'The cable delays SLO by half a clock, so that a master without compensation samples where SLO changes.',
+    about: 'The cable delays SLO by half a clock, so that a master without compensation samples while SLO changes.',
     setup: { clock: '5MHz', cable: '6m', compensation: false, jitter: '5ns' },
   },
   {
@@ -70,7 +70,7 @@ export const presets: readonly Preset[] = [
   {
     id: 'bit',
     name: 'Bit errors',
-    about: 'Noise inverts one bit in every twentieth frame; the CRC finds it, and says which bit would mend it.',
+    about: 'Noise inverts one bit in every twentieth frame; the CRC detects it, and shows which bit to correct.',
     setup: { faults: [{ kind: 'flip', rate: '0.05' }] },
   },
   {
@@ -82,7 +82,7 @@ export const presets: readonly Preset[] = [
   {
     id: 'start',
     name: 'Encoder too slow',
-    about: 'START comes later than the encoder promises in every tenth cycle, and the master has ended the frame.',
+    about: 'In every tenth cycle START comes later than its data sheet allows, after the master has ended the frame.',
     setup: { faults: [{ kind: 'late_start', rate: '0.1' }] },
   },
   {

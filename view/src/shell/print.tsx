@@ -116,7 +116,7 @@ function CausesTable({ causes }: { causes: Causes }) {
 }
 
 function Failed({ content }: { content: Content }) {
-  // The number and the time of the cycle, and what is plotted or counted.
+  // The number and the time of the cycle, and the quantity that is plotted or counted.
   const shown = [...state.columns.value.keys()]
     .filter((place) => place < 2 || state.columns.value[place]?.title !== '');
   const { failed, rows } = content;

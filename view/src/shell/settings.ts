@@ -1,4 +1,4 @@
-// Changes what the capture is read with, and reads it again at once.
+// Changes the settings of the capture, and reads it again at once.
 import { reopen } from '../core/reading';
 import * as state from '../state';
 

@@ -1,4 +1,4 @@
-// The rows that the table shows: which ones, and their cells as far as they have come.
+// The rows that the table shows, and their cells as far as they have arrived.
 import { effect, signal } from '@preact/signals';
 import { Superseded } from '../core/client';
 import { core } from '../core/core';
@@ -10,7 +10,7 @@ import * as state from '../state';
 export const filtered = signal<Int32Array | undefined>(undefined);
 /** The problem with the filter. */
 export const filterError = signal('');
-/** Counts what has come, so that the table draws again. */
+/** Counts the data that have come, so that the table draws again. */
 export const arrived = signal(0);
 
 // The maximum number of rows in a filtered table, so that memory does not grow with the capture.
@@ -40,7 +40,7 @@ export function cellsOf(row: number): string[] | undefined {
   return kept.get(row);
 }
 
-/** Has the cells of these places brought, and some around them. */
+/** Requests the cells of these places, and some around them. */
 export async function want(first: number, last: number): Promise<void> {
   const missing: number[] = [];
   for (let place = first; place < last; place += 1) {

@@ -1,4 +1,4 @@
-// The answer of the worker to what a part of the page shows.
+// The answer of the worker for a part of the page.
 import { useEffect, useState } from 'preact/hooks';
 import { Superseded } from '../core/client';
 import { core } from '../core/core';

@@ -32,7 +32,7 @@ export function Welcome() {
           </li>
         </ul>
       </section>
-      <p class="quiet">Nothing leaves this machine: the page reads the file here, and asks no server for anything.</p>
+      <p class="quiet">Nothing leaves this machine: the page reads the file here, and sends no request to any server.</p>
     </div>
   );
 }

@@ -32,7 +32,7 @@ export function cyclesText(cycles: readonly SeenCycle[]): string {
 }
 
 /**
- * For who does not see the picture.
+ * For readers who do not see the picture.
  * \param selected the number of the cycle that is selected
  * \param seen the cycles in the picture, in words
  */

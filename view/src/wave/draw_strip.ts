@@ -22,7 +22,7 @@ function byPixel(strip: Strip, scale: TimeScale): Sums {
   return { all: sumsOf(strip.all), failed: sumsOf(strip.failed), flagged: sumsOf(strip.flagged) };
 }
 
-/** Bars of a share of the lane, a pixel each; what is not 0 can be seen. */
+/** Bars of a share of the lane, a pixel each; every number but 0 can be seen. */
 function bars({ context, left }: Pen, lane: Lane, counts: Uint32Array, most: number, colour: string): void {
   context.fillStyle = colour;
   for (let x = 0; x < counts.length; x += 1) {

@@ -37,7 +37,7 @@ export class TrackPainter {
     return this.pen.left + this.pen.scale.x(time);
   }
 
-  // Within what is shown.
+  // Within the range shown.
   #bounds(from: bigint, to: bigint): [number, number] {
     const right = this.pen.left + this.pen.scale.width;
     return [Math.max(this.pen.left, this.#x(from)), Math.min(right, this.#x(to))];
@@ -99,7 +99,7 @@ export class TrackPainter {
       else context.arc(x, y, 3, 0, 2 * Math.PI);
       context.fill();
       if (clock >= 12) this.#bit(lane, x, clock, sample.name, sample.level, bad);
-      const note = sample.wrong ? ', not as the data need' : sample.mends ? ', its flip mends the checksum' : '';
+      const note = sample.wrong ? ', wrong for these data' : sample.mends ? ', its flip corrects the checksum' : '';
       this.#hit(lane, x - clock / 2, x + clock / 2, `${sample.name}=${sample.level ?? '?'}${note}`, row);
     }
   }

@@ -173,7 +173,7 @@ export class WaveInput {
   }
 }
 
-/** A press or a drag on the overview moves what is shown there. */
+/** A press or a drag on the overview moves the range shown there. */
 export function listenToOverview(element: HTMLElement, overview: Overview): () => void {
   const go = (event: PointerEvent) => {
     const range = state.range.value;

@@ -3,7 +3,7 @@
 export interface Lane {
   top: number;
   height: number;
-  /** Names of the lane with single cycles, and from afar. */
+  /** Names of the lane, with single cycles and without them. */
   name: string;
   farName: string;
 }

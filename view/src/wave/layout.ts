@@ -17,7 +17,7 @@ export interface Sample {
   at: bigint;
   level: 0 | 1 | undefined;
   name: string;
-  /** It differs from what the data received need. */
+  /** It differs from the value that the received data need. */
   wrong: boolean;
   /** A flip of this bit alone would make the checksum right. */
   mends: boolean;
@@ -49,7 +49,7 @@ function partOf(part: CyclePart): Part {
 function mending(cycle: Cycle, { singles }: CycleCheck): string {
   const names = singles.slice(0, 4).map(([payload]) =>
     cycle.bits.find(({ payloadBit }) => payloadBit === payload)?.name ?? `bit ${payload}`);
-  return names.length === 0 ? '' : `; mended by a flip of ${names.join(' or ')}`;
+  return names.length === 0 ? '' : `; corrected by a flip of ${names.join(' or ')}`;
 }
 
 export function layOut(cycle: Cycle): CycleLayout {

@@ -1,4 +1,4 @@
-/** The whole capture in a strip, with a window on what is shown. */
+/** The whole capture in a strip, with a window for the range shown. */
 import * as state from '../state';
 import { Layer, Surface } from './canvas';
 import { drawOverview, stripText } from './draw_strip';

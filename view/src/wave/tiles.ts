@@ -23,8 +23,8 @@ export interface Shown extends Range {
 }
 
 /**
- * The end of what has been read, in steps of some percent while it grows: what shows the whole capture
- * is not to be counted again with every row.
+ * The end of the data read so far, in steps of a few percent while it grows, so that a view of the
+ * whole capture is not counted again with every row.
  */
 export function steadyEnd(): bigint {
   const end = state.endTime.value;
@@ -53,7 +53,7 @@ export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse
     private readonly onAnswer: () => void,
   ) {}
 
-  /** Asks for what is shown, unless it is there. */
+  /** Requests the shown data, unless they are present. */
   want(shown: Shown): void {
     if (this.asked?.generation !== state.generation.value) this.drop();
     if (!this.#isOld && (serves(this.asked, shown) || serves(this.#pending, shown))) return;
@@ -73,7 +73,7 @@ export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse
     );
   }
 
-  /** There is more to be known of what is shown, such as an access that has ended since. */
+  /** There are newer data for the shown stretch, such as an access that has ended since. */
   renew(): void {
     this.#isOld = true;
   }
@@ -162,7 +162,7 @@ export class Cycles {
     return this.#kept.get(row);
   }
 
-  /** Asks for what is missing of these rows. */
+  /** Requests the missing cycles of these rows. */
   want(rows: readonly number[]): void {
     const generation = state.generation.value;
     if (generation !== this.#generation) {

@@ -48,7 +48,7 @@ export class WaveView {
     this.surface.close();
   }
 
-  /** The scale of what is shown; its x begins at the right of the names. */
+  /** The scale of the range shown; its x begins at the right of the names. */
   get scale(): TimeScale | undefined {
     const range = state.range.value;
     return range === undefined ? undefined : new TimeScale(range, this.surface.width - gutter);

@@ -115,7 +115,7 @@ function CursorBar() {
       {difference !== '' && (
         <>
           <output class="wave-difference" aria-label="B minus A">Δ {difference}</output>
-          <Button label="A–B: zoom to what is between the cursors" text="A–B" run={actions.showCursors} />
+          <Button label="A–B: zoom to the time between the cursors" text="A–B" run={actions.showCursors} />
         </>
       )}
       {(a ?? b) !== undefined && (

@@ -1,5 +1,5 @@
-// Stands in for the header of Saleae's SDK in our test. It has what the analyzer uses, with the names
-// and signatures of the SDK's documentation; the code is our own.
+// Stands in for the header of Saleae's SDK in our test. It has the parts that the analyzer uses,
+// with the names and signatures of the SDK's documentation; the code is our own.
 #pragma once
 
 #include <cstdint>

@@ -125,7 +125,8 @@ class Decoder(srd.Decoder):
         self.rows_shown = 0
         self.accesses_shown = 0
         self.over = threading.Event()
-        # Held by who decodes and shows: the thread of sigrok, or that which watches for pauses.
+        # Held by the thread that decodes and shows: the thread of sigrok, or the thread that
+        # watches for pauses.
         self.lock = threading.RLock()
         self.has_control = False
         self.names = []
@@ -183,7 +184,7 @@ class Decoder(srd.Decoder):
 
     def show_error(self, error):
         self.put(0, self.end, self.out_ann, [CLASS['cause'], [str(error), 'not decoded']])
-        # sigrok-cli shows only the outputs that were asked for, and ends with 0.
+        # sigrok-cli shows only the requested outputs, and ends with 0.
         self.tell(error)
 
     @staticmethod
@@ -226,7 +227,7 @@ class Decoder(srd.Decoder):
                 end = max(end, int(numbers[-1]))
             self.show_from(self.end_of(reader, end), first)
             self.show_accesses()
-        # It may be decoded with what is still to come.
+        # It may be decoded with later data.
         except self.biss.Error:
             pass
 

@@ -92,7 +92,7 @@ int main() {
   HAL_Init();
   setup_spi();
   for (;;) {
-    received.fill(0xFF);  // what the DMA does not write is no_response, and not the last frame
+    received.fill(0xFF);  // without bytes from the DMA: no_response, not the last frame
     HAL_SPI_TransmitReceive_DMA(&spi, ignored.data(), received.data(), received.size());
     HAL_Delay(1);  // a control loop uses a timer
   }
