@@ -11,7 +11,7 @@
 #include "draw/text.hpp"
 #include "explain/diagnose.hpp"
 #include "report/summary.hpp"
-#include "verbs/common/cycle_run.hpp"
+#include "verbs/common/decoded_capture.hpp"
 #include "verbs/common/explained.hpp"
 #include "verbs/common/host.hpp"
 #include "verbs/common/identified.hpp"
@@ -63,60 +63,38 @@ bool has_usual_counter(const FrameFormat& format) {
   });
 }
 
-class ExplainRun final : public CycleRun {
+class ExplainRun {
  public:
-  ExplainRun(ExplainOptions options, Host& host) : CycleRun(host), options_(std::move(options)) {}
+  ExplainRun(const ExplainOptions& options, Host& host) : options_(options), host_(host) {}
 
   ExitStatus run() {
-    if (options_.to != report::Format::table && !options_.cycle) {
-      return write(options_.output, options_.to);
-    }
-    const ExitStatus opened = open();
-    if (opened != ExitStatus::done) return opened;
-    if (options_.to == report::Format::table) return write_text();
-    return write_captures(capture_, options_.output, options_.to, drawing_columns, true,
-                          [this](report::TableWriter& writer, RunMessages& messages) {
-                            return write_bits(writer, messages);
-                          });
-  }
-
-  ExitStatus open() override {
     CaptureArguments arguments = options_.capture;
     arguments.any_lines = true;
     arguments.identify = true;
     arguments.identify_besides = true;
-    return capture_.open(arguments, options_.margin);
+    const ExitStatus opened = capture_.open(arguments, options_.margin);
+    if (opened != ExitStatus::done) return opened;
+    if (options_.to == report::Format::table) return write_text();
+    return write_captures(
+        capture_, options_.output, options_.to, options_.cycle ? drawing_columns : finding_columns,
+        true, [this](report::TableWriter& writer, RunMessages& messages) {
+          return options_.cycle ? write_bits(writer, messages) : write_findings(writer, messages);
+        });
   }
 
-  std::vector<report::Column> columns() const override { return finding_columns(); }
-
-  std::optional<ExitStatus> begin(report::TableWriter&, RunMessages& messages) override {
-    const std::string wrong = prepare();
-    if (!wrong.empty()) return messages.fail(ExitStatus::usage, wrong);
-    return std::nullopt;
-  }
-
-  void take(std::uint64_t number, const decode::Cycle& cycle) override {
-    if (watch_) watch_->judge(cycle);
-    observer_->add(number, cycle);
-  }
-
-  ChangeWatcher* watcher() override { return &*observer_; }
-
-  ExitStatus end(bool whole, Picoseconds end_time, report::TableWriter& writer,
-                 RunMessages& messages) override {
-    find(end_time);
-    if (!whole && evidence_.cycles == 0) return read_status(whole, messages);
+ private:
+  ExitStatus write_findings(report::TableWriter& writer, RunMessages& messages) {
+    const auto whole = find();
+    if (!whole) return messages.fail(ExitStatus::usage, whole.error());
     for (const Finding& finding : findings_) {
       const std::string evidence = evidence_text(finding.cause, evidence_, context_);
       const std::string remedy = remedy_text(finding.cause, evidence_, context_);
       const Cell cells[] = {name_of(finding.cause), rounded(finding.likelihood), evidence, remedy};
       if (!writer.row(cells)) break;
     }
-    return read_status(whole, messages);
+    return read_status(*whole, messages);
   }
 
- private:
   // The mistake in the options of the monitor, or an empty text.
   std::string choose_watch() {
     watch_.reset();
@@ -162,14 +140,26 @@ class ExplainRun final : public CycleRun {
       capture_.judge_by(*usual);
       context_.format = usual;
     }
-    observer_.emplace(capture_, context_.reading.lines);
     return wrong;
   }
 
-  void find(Picoseconds end_time) {
-    evidence_ = observer_->finish(end_time);
-    observer_.reset();
-    findings_ = diagnose(evidence_, context_);
+  // Reads the capture: false if not to its end. Without a cycle there is no finding.
+  // \return or the mistake in the options of the monitor
+  tl::expected<bool, std::string> find() {
+    std::string wrong = prepare();
+    if (!wrong.empty()) return tl::unexpected(std::move(wrong));
+    CaptureObserver observer(capture_, context_.reading.lines);
+    capture_.watch(observer);
+    const bool whole = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
+      if (watch_) watch_->judge(cycle);
+      observer.add(number, cycle);
+      return true;
+    });
+    capture_.unwatch();
+    evidence_ = observer.finish(capture_.input().end_time());
+    findings_.clear();
+    if (whole || evidence_.cycles != 0) findings_ = diagnose(evidence_, context_);
+    return whole;
   }
 
   // Reads until the requested cycle. Empty if the capture has fewer cycles.
@@ -257,11 +247,9 @@ class ExplainRun final : public CycleRun {
   }
 
   ExitStatus findings_text(std::string& text, RunMessages& messages) {
-    const std::string wrong = prepare();
-    if (!wrong.empty()) return messages.fail(ExitStatus::usage, wrong);
-    const bool whole = read_cycles();
-    find(capture_.input().end_time());
-    if (!whole && evidence_.cycles == 0) return read_status(whole, messages);
+    const auto whole = find();
+    if (!whole) return messages.fail(ExitStatus::usage, whole.error());
+    if (!*whole && evidence_.cycles == 0) return read_status(*whole, messages);
     report::Summary head;
     head.title(fmt::format("{}: {} request cycle{}, {} {}", capture_.input().name(),
                            evidence_.cycles, evidence_.cycles == 1 ? "" : "s", evidence_.good,
@@ -277,7 +265,7 @@ class ExplainRun final : public CycleRun {
       if (!seen.empty()) append_entry(text, "   seen  ", seen);
       append_entry(text, "   do    ", remedy_text(finding.cause, evidence_, context_));
     }
-    return read_status(whole, messages);
+    return read_status(*whole, messages);
   }
 
   ExitStatus drawn_text(std::string& text, RunMessages& messages) {
@@ -287,11 +275,12 @@ class ExplainRun final : public CycleRun {
     return ExitStatus::done;
   }
 
-  const ExplainOptions options_;
+  const ExplainOptions& options_;
+  Host& host_;
+  DecodedCapture capture_{host_};
   // The evidence of the current capture.
   explain::Evidence evidence_;
   explain::Context context_;
-  std::optional<CaptureObserver> observer_;
   std::vector<Finding> findings_;
   std::optional<decode::SafetyWatch> watch_;
   std::string watch_name_;
@@ -299,13 +288,6 @@ class ExplainRun final : public CycleRun {
 };
 
 }  // namespace
-
-std::unique_ptr<CycleRun> explain_run(const CaptureArguments& capture, Host& host) {
-  ExplainOptions options;
-  options.capture = capture;
-  options.to = report::Format::jsonl;
-  return std::make_unique<ExplainRun>(std::move(options), host);
-}
 
 void add_explain(Command& command) {
   const auto options = std::make_shared<ExplainOptions>();

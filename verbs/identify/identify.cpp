@@ -14,7 +14,8 @@
 #include "identify/protocol.hpp"
 #include "report/summary.hpp"
 #include "rows/columns.hpp"
-#include "verbs/common/cycle_run.hpp"
+#include "verbs/common/decoded_capture.hpp"
+#include "verbs/common/host.hpp"
 #include "verbs/common/identified.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/identify/line_facts.hpp"
@@ -103,11 +104,11 @@ std::string alternatives_of(const FormatFinding& finding, report::Format to) {
   return joined(texts);
 }
 
-class IdentifyRun final : public CycleRun {
+class IdentifyRun {
  public:
-  IdentifyRun(IdentifyOptions options, Host& host) : CycleRun(host), options_(std::move(options)) {}
+  IdentifyRun(const IdentifyOptions& options, Host& host) : options_(options), host_(host) {}
 
-  ExitStatus open() override {
+  ExitStatus run() {
     const std::string& format = options_.capture.device.format;
     if (!format.empty() && format != "none") {
       return host_.fail(
@@ -115,49 +116,49 @@ class IdentifyRun final : public CycleRun {
           "identify finds the format without -f: leave it out; biss explain compares a "
           "format with the frames");
     }
-    return capture_.open(options_.capture);
+    const ExitStatus opened = capture_.open(options_.capture);
+    if (opened != ExitStatus::done) return opened;
+    return write_captures(
+        capture_, options_.output, options_.to, [this] { return columns_for(options_.to); }, true,
+        [this](report::TableWriter& writer, RunMessages& messages) {
+          return judge(writer, messages);
+        });
   }
 
-  std::vector<report::Column> columns() const override { return columns_for(options_.to); }
-
-  std::optional<ExitStatus> begin(report::TableWriter& writer, RunMessages& messages) override {
-    guess_ = capture_.protocol();
-    const bool other = guess_.protocol != Protocol::biss_c &&
-                       guess_.protocol != Protocol::unknown &&
-                       guess_.protocol != Protocol::clock_alone;
-    if (capture_.has_lines() && !other) {
-      line_ = {};
-      return std::nullopt;
+ private:
+  // The rows of one pair of lines.
+  ExitStatus judge(report::TableWriter& writer, RunMessages& messages) {
+    const ProtocolGuess guess = capture_.protocol();
+    const bool other = guess.protocol != Protocol::biss_c && guess.protocol != Protocol::unknown &&
+                       guess.protocol != Protocol::clock_alone;
+    if (!capture_.has_lines() || other) {
+      put_other(writer, guess);
+      report::Summary summary;
+      summary.title(capture_.input().name());
+      add_protocol(summary, guess);
+      messages.add_summary(summary.text());
+      return ExitStatus::data_failed;
     }
-    put_other(writer, guess_);
-    report::Summary summary;
-    summary.title(capture_.input().name());
-    add_protocol(summary, guess_);
-    messages.add_summary(summary.text());
-    return ExitStatus::data_failed;
-  }
-
-  void take(std::uint64_t number, const decode::Cycle& cycle) override { line_.add(number, cycle); }
-
-  // The row of one pair of lines.
-  ExitStatus end(bool read, Picoseconds, report::TableWriter& writer,
-                 RunMessages& messages) override {
-    line_.parts = identify::find_parts(line_.samples.samples());
-    if (line_.parts.empty()) line_.parts.emplace_back();
+    Line line;
+    const bool read = capture_.read([&line](std::uint64_t number, const decode::Cycle& cycle) {
+      line.add(number, cycle);
+      return true;
+    });
+    line.parts = identify::find_parts(line.samples.samples());
+    if (line.parts.empty()) line.parts.emplace_back();
     bool sure = true;
-    for (const identify::FormatPart& part : line_.parts) {
-      put(writer, guess_, line_, part);
+    for (const identify::FormatPart& part : line.parts) {
+      put(writer, guess, line, part);
       sure = sure && part.finding.sure() != nullptr;
     }
-    messages.add_summary(summary(guess_, line_));
+    messages.add_summary(summary(guess, line));
     if (!read) return messages.fail(ExitStatus::io, capture_.input().error());
-    if (line_.statistics.cycles() == 0) {
+    if (line.statistics.cycles() == 0) {
       return messages.fail(ExitStatus::data_failed, capture_.no_request());
     }
     return sure ? ExitStatus::done : ExitStatus::data_failed;
   }
 
- private:
   void put_other(report::TableWriter& writer, const ProtocolGuess& guess) {
     std::vector<Cell> cells(identify_columns().size());
     cells[0] = capture_.input().name();
@@ -248,23 +249,12 @@ class IdentifyRun final : public CycleRun {
     return out.text();
   }
 
-  const IdentifyOptions options_;
-  // The guess for the current pair of lines.
-  ProtocolGuess guess_;
-  Line line_;
+  const IdentifyOptions& options_;
+  Host& host_;
+  DecodedCapture capture_{host_};
 };
 
 }  // namespace
-
-std::unique_ptr<CycleRun> identify_run(const CaptureArguments& capture, Host& host) {
-  IdentifyOptions options;
-  options.capture = capture;
-  options.to = report::Format::jsonl;
-  options.capture.device.format.clear();
-  options.capture.identify = false;
-  options.capture.each = options.capture.keep_unknown = true;
-  return std::make_unique<IdentifyRun>(std::move(options), host);
-}
 
 void add_identify(Command& command) {
   const auto options = std::make_shared<IdentifyOptions>();
@@ -275,9 +265,7 @@ void add_identify(Command& command) {
        .purpose = "Find out what the lines of a capture carry, and the frame format",
        .examples = {"biss identify capture.vcd", "biss identify *.sr --to jsonl",
                     "biss identify samples.bin --raw-rate 100MHz --ma D0 --slo D3"}},
-      [options](Host& host) {
-        return IdentifyRun(*options, host).write(options->output, options->to);
-      });
+      [options](Host& host) { return IdentifyRun(*options, host).run(); });
   add_capture_options(verb, options->capture, true);
   add_range_options(verb, options->capture);
   add_output_option(verb, options->output);

@@ -69,8 +69,7 @@ class ReportRun {
     if (status != ExitStatus::done) return status;
     if (const auto text = whole_capture()) return write(whole_page(*page, *text));
     const std::size_t room = report_max - std::min(report_max, page->size());
-    const auto part = part_of_capture(options_.decode, decode, page_settings(verb_.given_options()),
-                                      name(), room);
+    const auto part = part_of_capture(options_.decode, decode, verb_.given_options(), name(), room);
     return part ? write(part_page(*page, *part)) : part.error();
   }
 
@@ -137,10 +136,9 @@ void add_report(Command& command) {
                     "biss report ma.csv slo.csv --ma ma.csv:D0 --slo slo.csv:D1 -o report.html",
                     "biss report samples.bin --raw-rate 100MHz --ma D0 --slo D3 -o report.html"}},
       [options, verb](Host& host) { return ReportRun(*options, **verb, host).run(); });
-  options->decode.capture.identify = true;
-  // For the verbs that judge the same cycles.
-  options->decode.margin.signal = true;
-  add_single_capture_options(**verb, options->decode.capture);
+  CaptureArguments& capture = options->decode.capture;
+  capture.identify = true;
+  add_single_capture_options(**verb, capture);
   add_output_option(**verb, options->output, "The page to write").required();
   add_page_option(**verb, options->page);
 }
