@@ -25,7 +25,7 @@ using Rows = report::RowStore<Blocks>;
 ///
 /// Memory: about two bytes for each change of MA and SLO, and about 100 for each request cycle and for
 /// each access to a register.
-class Session final : private verbs::ChangeWatcher {
+class Session final : private flow::ChangeWatcher {
  public:
   /// Opens the capture that a request of `decode` names.
   /// \param any_lines if no lines look like MA and SLO, take the two busiest ones

@@ -122,7 +122,14 @@ ExitStatus run_view(const ViewOptions& options, Host& host) {
 }
 
 void add_page_options(Verb verb, ViewOptions& options) {
-  add_page_capture_options(verb, options.capture);
+  verb.add_text_option(
+          "FILE", [&options](const std::string& file) { options.capture.files = {file}; },
+          "The capture (VCD, FST, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV and "
+          "binary, raw samples; also compressed by gzip). Drop several files with one line each on "
+          "the page")
+      .required()
+      .file(FileUse::read);
+  add_reading_options(verb, options.capture);
   add_safety_options(verb, options.safety);
   verb.scope(Scope::judging)
       .add_flag("--no-compensation", options.margin.no_compensation,

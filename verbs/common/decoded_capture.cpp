@@ -8,7 +8,6 @@
 #include "biss/frame/format_text.hpp"
 #include "decode/polarity.hpp"
 #include "decode/statistics.hpp"
-#include "flow/cycle_flow.hpp"
 #include "identify/collector.hpp"
 #include "report/summary.hpp"
 #include "verbs/common/host.hpp"
@@ -32,8 +31,6 @@ bool contradicts(decode::CycleStatus status) {
   using enum decode::CycleStatus;
   return status == crc || status == stop_bit || status == truncated || status == cds;
 }
-
-bool is_resolution(Picoseconds time) { return time >= Picoseconds{} && time <= milliseconds(1); }
 
 // Adds the same cells at the end of each row.
 class CaptureRows final : public report::TableWriter {
@@ -67,10 +64,6 @@ class CaptureRows final : public report::TableWriter {
   std::vector<report::Cell> row_;
   bool good_ = true;
 };
-
-}  // namespace
-
-namespace {
 
 constexpr auto any_format = "; none: check the structure alone";
 
@@ -111,41 +104,7 @@ void add_capture_options(Verb verb, CaptureArguments& arguments, bool finds_form
   add_raw_options(verb, arguments.raw);
 }
 
-void add_single_capture_options(Verb verb, CaptureArguments& arguments) {
-  verb.add_option("FILE", arguments.files,
-                  "The capture (VCD, FST, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV "
-                  "and binary, raw samples; also compressed by gzip or zstd); files with one line "
-                  "each are read as one capture")
-      .file(FileUse::read);
-  add_decode_options(verb, arguments);
-  add_raw_options(verb, arguments.raw);
-}
-
-void add_page_capture_options(Verb verb, CaptureArguments& arguments) {
-  verb.add_text_option(
-          "FILE", [&arguments](const std::string& file) { arguments.files = {file}; },
-          "The capture (VCD, FST, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV and "
-          "binary, raw samples; also compressed by gzip). Drop several files with one line each on "
-          "the page")
-      .required()
-      .file(FileUse::read);
-  add_decode_options(verb, arguments);
-  add_raw_options(verb, arguments.raw);
-}
-
-void add_folder_options(Verb verb, CaptureArguments& arguments) {
-  verb.add_option("DIR", arguments.files,
-                  "Folders with captures of any format, and the folders in them; also single files")
-      .file(FileUse::read);
-  add_decode_options(verb, arguments);
-  add_raw_options(verb, arguments.raw);
-}
-
-void add_pair_options(Verb verb, CaptureArguments& arguments) {
-  verb.add_option("FILE", arguments.files,
-                  "The capture GOOD and the capture BAD; if each file has one line: the two "
-                  "files of GOOD, then the two of BAD; - is standard input")
-      .file(FileUse::read);
+void add_reading_options(Verb verb, CaptureArguments& arguments) {
   add_decode_options(verb, arguments);
   add_raw_options(verb, arguments.raw);
 }
@@ -159,45 +118,34 @@ void add_range_options(Verb verb, CaptureArguments& arguments) {
 ExitStatus DecodedCapture::open(const CaptureArguments& arguments, const MarginArguments& margin) {
   const std::string range = wrong_range(arguments.since, arguments.until);
   if (!range.empty()) return host_.fail(ExitStatus::usage, range);
-  range_ = {arguments.since, arguments.until};
-  identifies_ = arguments.identify && arguments.device.format.empty();
-  finds_format_ = identifies_ || (arguments.identify_besides && !arguments.device.format.empty());
-  if (arguments.device.format.empty() || arguments.device.format == "none") {
-    const auto timing =
-        override_timing(arguments.device, arguments.timing.value_or(DeviceTiming{}));
-    if (!timing) return host_.fail(ExitStatus::usage, timing.error());
-    timing_ = *timing;
-  } else {
-    auto choice = choose_device(arguments.device);
+  const FormatArguments& device = arguments.device;
+  const bool has_format = !device.format.empty() && device.format != "none";
+  if (has_format) {
+    const auto choice = choose_device(device);
     if (!choice) return host_.fail(ExitStatus::usage, choice.error());
-    if (arguments.timing) {
-      const auto timing = override_timing(arguments.device, *arguments.timing);
-      if (!timing) return host_.fail(ExitStatus::usage, timing.error());
-      choice->timing = *timing;
-    }
     format_ = choice->format;
     timing_ = choice->timing;
   }
-  keeps_unknown_ = arguments.keep_unknown;
-  resolution_ = arguments.resolution;
-  threads_ = arguments.threads;
-  invert_ma_ = arguments.invert_ma;
-  invert_slo_ = arguments.invert_slo;
-  margin_.compensated = !margin.no_compensation;
-  margin_.signal = margin.signal;
-  if (resolution_ && !is_resolution(*resolution_)) {
+  if (!has_format || arguments.timing) {
+    const auto timing = override_timing(device, arguments.timing.value_or(DeviceTiming{}));
+    if (!timing) return host_.fail(ExitStatus::usage, timing.error());
+    timing_ = *timing;
+  }
+  if (arguments.resolution &&
+      (*arguments.resolution < Picoseconds{} || *arguments.resolution > milliseconds(1))) {
     return host_.fail(ExitStatus::usage, "--resolution: from 0s to 1ms");
   }
-  if (arguments.words.file.empty()) return list_.open(arguments);
-  words_ = arguments.words;
+  arguments_ = arguments;
+  margin_.compensated = !margin.no_compensation;
+  margin_.signal = margin.signal;
+  if (words() == nullptr) return list_.open(arguments);
   // A word does not show how the device behaves in time.
   timing_ = {};
   return ExitStatus::done;
 }
 
 bool DecodedCapture::next() {
-  if (words_) return log_.empty() && open_words();
-  decoder_.reset();
+  if (words() != nullptr) return log_.empty() && open_words();
   outside_ = 0;
   if (pair_ + 1 < pairs_.size()) {
     ++pair_;
@@ -213,15 +161,15 @@ bool DecodedCapture::next() {
 }
 
 bool DecodedCapture::open_words() {
-  auto log = read_word_log(*words_);
+  auto log = read_word_log(arguments_.words);
   if (!log) status_ = host_.fail(ExitStatus::io, log.error());
-  if (words_->reading.payload && !format_) {
+  if (arguments_.words.reading.payload && !format_) {
     status_ =
         host_.fail(ExitStatus::usage, "--payload: the length of the frame is not known; give -f");
   }
   if (status_ != ExitStatus::done) return false;
   log_ = std::move(*log);
-  if (!finds_format_) return true;
+  if (!identifies() && !arguments_.identify_besides) return true;
   identify::SampleCollector frames;
   read_words(decode::CycleReader(std::nullopt, {}),
              [&frames](std::uint64_t number, const auto& cycle) {
@@ -229,14 +177,14 @@ bool DecodedCapture::open_words() {
                return true;
              });
   take_finding(frames.samples());
-  if (const auto* sure = finding_->sure(); identifies_ && sure != nullptr) format_ = sure->format;
+  if (const auto* sure = finding_->sure(); identifies() && sure != nullptr) format_ = sure->format;
   return true;
 }
 
 bool DecodedCapture::read_words(const decode::CycleReader& reader, const OnCycle& on_cycle) {
   for (std::size_t i = 0; i < log_.size(); ++i) {
     timed_ = log_[i].time.has_value();
-    if (!on_cycle(i, cycle_of(log_[i], words_->reading, reader, format_))) break;
+    if (!on_cycle(i, cycle_of(log_[i], arguments_.words.reading, reader, format_))) break;
   }
   return true;
 }
@@ -246,27 +194,28 @@ std::string DecodedCapture::fitting_options() const {
   std::size_t good = 0;
   for (const LoggedWord& logged : log_) {
     words.push_back(logged.word);
-    if (is_good(logged.word, words_->reading, *format_)) ++good;
+    if (is_good(logged.word, arguments_.words.reading, *format_)) ++good;
   }
   if (2 * good > words.size()) return {};
-  return verbs::fitting_options({{words_->reading.digits, words}}, words_->reading, *format_);
+  return verbs::fitting_options({{arguments_.words.reading.digits, words}},
+                                arguments_.words.reading, *format_);
 }
 
 bool DecodedCapture::open_next() {
   pairs_.clear();
   pair_ = 0;
-  if (identifies_) format_.reset();
+  if (identifies()) format_.reset();
   ExitStatus status = list_.open_next(input_);
   if (status == ExitStatus::done) {
-    margin_.resolution = resolution_.value_or(input_.sample_period());
-    auto found = input_.find_lines(list_.arguments(), reader(), keeps_unknown_);
+    margin_.resolution = arguments_.resolution.value_or(input_.sample_period());
+    auto found = input_.find_lines(list_.arguments(), reader(), arguments_.keep_unknown);
     if (found) {
       pairs_ = std::move(*found);
       for (decode::FoundLines& pair : pairs_) measure_polarity(pair);
       status = identify_format();
-    } else if (!keeps_unknown_ || found.error() != ExitStatus::data_failed) {
+    } else if (!arguments_.keep_unknown || found.error() != ExitStatus::data_failed) {
       status = found.error();
-      if (identifies_ && status == ExitStatus::data_failed) warn_of_protocol();
+      if (identifies() && status == ExitStatus::data_failed) warn_of_protocol();
     }
   }
   status_ = std::max(status_, status);
@@ -312,20 +261,20 @@ class FrameCollection {
 ExitStatus DecodedCapture::identify_format() {
   constexpr std::uint64_t short_bytes = std::uint64_t{64} << 20U;
   paused_timeout_.reset();
-  if (identifies_) format_.reset();
+  if (identifies()) format_.reset();
   if (!format_ && !reader().knows_timeout()) {
     paused_timeout_ = decode::find_paused_timeout(lines().lines, input_.beginning());
   }
-  if (!finds_format_) return ExitStatus::done;
+  if (!identifies() && !arguments_.identify_besides) return ExitStatus::done;
   FrameCollection frames(*this);
   frames.push(input_.beginning());
   const auto first = input_.beginning();
   take_finding(frames.finish(first.empty() ? Picoseconds{} : first.back().time));
   ExitStatus status = ExitStatus::done;
   const bool all = finding_->sure() == nullptr || input_.bytes() <= short_bytes;
-  if (identifies_ && all && input_.can_reopen()) status = identify_from_all();
+  if (identifies() && all && input_.can_reopen()) status = identify_from_all();
   const auto* sure = finding_->sure();
-  if (identifies_ && sure != nullptr) format_ = sure->format;
+  if (identifies() && sure != nullptr) format_ = sure->format;
   return status;
 }
 
@@ -375,7 +324,7 @@ void DecodedCapture::take_finding(std::span<const identify::Sample> samples) {
                                  format == nullptr ? "an unknown format" : text_of(format->format),
                                  part.from_cycle, part.to_cycle);
   }
-  if (!identifies_) return;
+  if (!identifies()) return;
   host_.warn(
       fmt::format("{}: the format changes: {}; decode each part with -f and --since, --until",
                   input_.name(), format_parts_));
@@ -403,16 +352,16 @@ void DecodedCapture::warn_of_protocol() {
 }
 
 void DecodedCapture::measure_polarity(decode::FoundLines& found) {
-  found.lines.ma_inverted = invert_ma_;
-  found.lines.slo_inverted = invert_slo_;
+  found.lines.ma_inverted = arguments_.invert_ma;
+  found.lines.slo_inverted = arguments_.invert_slo;
   found.lines = decode::find_polarity(found.lines, input_.beginning(), reader());
   found.look_swapped = found.look_swapped && !found.lines.slo_inverted;
 }
 
 std::vector<report::Column> DecodedCapture::columns() const {
   std::vector<report::Column> columns;
-  if (list_.several() && !keeps_unknown_) columns.push_back({.name = "file"});
-  if (!list_.arguments().each || keeps_unknown_) return columns;
+  if (list_.several() && !arguments_.keep_unknown) columns.push_back({.name = "file"});
+  if (!list_.arguments().each || arguments_.keep_unknown) return columns;
   columns.push_back({.name = "ma", .heading = "MA"});
   columns.push_back({.name = "slo", .heading = "SLO"});
   return columns;
@@ -420,24 +369,17 @@ std::vector<report::Column> DecodedCapture::columns() const {
 
 std::vector<report::Cell> DecodedCapture::cells() const {
   std::vector<report::Cell> cells;
-  if (list_.several() && !keeps_unknown_) cells.emplace_back(input_.name());
-  if (!list_.arguments().each || keeps_unknown_) return cells;
+  if (list_.several() && !arguments_.keep_unknown) cells.emplace_back(input_.name());
+  if (!list_.arguments().each || arguments_.keep_unknown) return cells;
   cells.emplace_back(ma_name());
   cells.emplace_back(slo_name());
   return cells;
 }
 
-decode::Decoder& DecodedCapture::decoder() {
-  if (!decoder_) {
-    decoder_.emplace(reader(), [this](const decode::Cycle& cycle) { deliver_(cycle); });
-  }
-  return *decoder_;
-}
-
 Picoseconds DecodedCapture::interval() {
   decode::Statistics first;
   const auto add = [&first](const decode::Cycle& cycle) { first.add(cycle); };
-  if (words_) {
+  if (words() != nullptr) {
     read_words(reader(), [&](std::uint64_t, const auto& cycle) { return add(cycle), true; });
   } else {
     decode::Decoder decoder(reader(), add);
@@ -447,160 +389,81 @@ Picoseconds DecodedCapture::interval() {
   return interval.count() == 0 ? Picoseconds{} : picoseconds(interval.median());
 }
 
-void DecodedCapture::push(std::span<const wire::Edge> edges) {
-  if (watcher_ != nullptr) watcher_->take(edges);
-  decoder().push(edges, lines().lines);
-}
-
 void DecodedCapture::begin_steps(OnCycle on_cycle) {
-  on_step_ = std::move(on_cycle);
-  step_number_ = 0;
-  step_wanted_ = true;
-  deliver_ = [this](const decode::Cycle& cycle) {
-    step_wanted_ = step_wanted_ && hand_out(step_number_++, cycle, on_step_);
-  };
+  on_cycle_ = std::move(on_cycle);
+  number_ = good_ = contradict_ = 0;
+  wanted_ = true;
+  decoder_.emplace(reader(), [this](const decode::Cycle& cycle) { hand_out(cycle); });
   const decode::CleanCycleFinder finder(format_, reading_timing(), margin_);
   if (!finder.may_find()) return;
-  piece_.emplace(finder);
-  join_.emplace(finder, decoder());
-  pair_source_ = &input_.pairs(lines().lines);
+  const decode::Lines& own = lines().lines;
+  flow_.emplace(input_.pairs(own), finder, own, *decoder_, watcher_);
 }
 
 bool DecodedCapture::step() {
-  if (!step_wanted_) return false;
-  if (piece_) return step_piece();
+  if (flow_) return wanted_ && flow_->step();
   const auto block = input_.next();
-  if (block.empty()) return false;
-  push(block);
+  if (block.empty() || !wanted_) return false;
+  if (watcher_ != nullptr) watcher_->take(block);
+  decoder_->push(block, lines().lines);
   return true;
 }
 
-bool DecodedCapture::step_piece() {
-  if (!piece_->fetch(*pair_source_)) return false;
-  piece_->expand(lines().lines);
-  piece_->settle(*pair_source_, lines().lines, *join_, watch_of_pieces());
-  return !pair_source_->error();
-}
-
 bool DecodedCapture::end_steps() {
-  if (piece_) {
+  if (flow_) {
     input_.end_pairs();
-    join_->flush();
+    flow_->flush();
   }
-  decoder().finish(input_.end_time());
-  join_.reset();
+  decoder_->finish(input_.end_time());
+  flow_.reset();
   decoder_.reset();
-  piece_.reset();
   return input_.error().empty();
 }
 
 bool DecodedCapture::read(const OnCycle& on_cycle) {
-  if (words_) return read_words(reader(), on_cycle);
-  good_ = contradict_ = 0;
-  std::uint64_t number = 0;
-  bool wanted = true;
+  if (words() != nullptr) return read_words(reader(), on_cycle);
+  begin_steps(on_cycle);
   Progress progress(host_);
-  deliver_ = [&](const decode::Cycle& cycle) {
-    count(cycle);
-    wanted = wanted && hand_out(number++, cycle, on_cycle);
-  };
   const auto go_on = [&] {
     if (progress.due()) {
       const double seconds = progress.seconds();
-      progress.show(fmt::format("{}, {} request cycles{}", input_.progress_text(seconds), number,
-                                rate_text(static_cast<double>(number) / seconds, "cycles")));
+      progress.show(fmt::format("{}, {} request cycles{}", input_.progress_text(seconds), number_,
+                                rate_text(static_cast<double>(number_) / seconds, "cycles")));
     }
-    return wanted;
+    return wanted_;
   };
-  const decode::CleanCycleFinder finder(format_, reading_timing(), margin_);
-  if (finder.may_find()) {
-    read_pieces(finder, go_on);
+  if (flow_) {
+    flow_->run(static_cast<unsigned>(std::min<std::uint64_t>(arguments_.threads, 1024)), go_on);
   } else {
-    read_blocks(go_on);
+    while (go_on() && step()) {
+    }
   }
-  decoder().finish(input_.end_time());
-  decoder_.reset();
-  end_following();
-  return input_.error().empty();
+  const bool whole = end_steps();
+  warn_of_contradictions();
+  return whole;
 }
 
-void DecodedCapture::count(const decode::Cycle& cycle) {
+void DecodedCapture::hand_out(const decode::Cycle& cycle) {
   good_ += cycle.status == decode::CycleStatus::ok ? 1U : 0U;
   contradict_ += contradicts(cycle.status) ? 1U : 0U;
+  if (!wanted_) return;
+  if (is_wanted(cycle)) {
+    wanted_ = on_cycle_(number_, cycle);
+  } else {
+    ++outside_;
+    wanted_ = !(arguments_.until && cycle.time > *arguments_.until);
+  }
+  ++number_;
 }
 
-void DecodedCapture::follow(std::uint64_t number, const decode::Cycle& cycle,
-                            const OnCycle& on_cycle) {
-  count(cycle);
-  hand_out(number, cycle, on_cycle);
-}
-
-void DecodedCapture::end_following() {
-  if (!identifies_ || !format_ || watcher_ != nullptr || contradict_ <= least_contradiction ||
+void DecodedCapture::warn_of_contradictions() {
+  if (!identifies() || !format_ || watcher_ != nullptr || contradict_ <= least_contradiction ||
       4 * contradict_ <= good_) {
     return;
   }
   host_.warn(fmt::format("{}: {} frames contradict {}, which the beginning shows; give -f",
                          input_.name(), contradict_, format_text(*format_).view()));
   status_ = std::max(status_, ExitStatus::data_failed);
-}
-
-bool DecodedCapture::reads_as(const DecodedCapture& other) const {
-  return lines().lines == other.lines().lines && format_ == other.format_ &&
-         reading_timing() == other.reading_timing() &&
-         margin_.compensated == other.margin_.compensated &&
-         margin_.resolution == other.margin_.resolution &&
-         (other.margin_.signal || !margin_.signal);
-}
-
-FollowingCapture::FollowingCapture(DecodedCapture& capture, DecodedCapture::OnCycle on_cycle)
-    : capture_(capture),
-      on_cycle_(std::move(on_cycle)),
-      lines_(capture.lines().lines),
-      decoder_(
-          capture.reader(),
-          [this](const decode::Cycle& cycle) { capture_.follow(number_++, cycle, on_cycle_); }),
-      finder_(capture.format(), capture.reading_timing(), capture.margin()),
-      join_(finder_, decoder_) {}
-
-void FollowingCapture::take(std::span<const wire::Edge> edges) {
-  if (capture_.watcher() != nullptr) capture_.watcher()->take(edges);
-  join_.push(edges, lines_);
-}
-
-void FollowingCapture::take(const capture::PairPiece& changes) {
-  const decode::PairRun run{{changes.ma.times, changes.ma.first_high != lines_.ma_inverted},
-                            {changes.slo.times, changes.slo.first_high != lines_.slo_inverted}};
-  finder_.find(run, clean_);
-  join_.push(run, clean_);
-  if (capture_.watcher() != nullptr) capture_.watcher()->take(changes);
-}
-
-void FollowingCapture::finish(Picoseconds end) {
-  join_.flush();
-  decoder_.finish(end);
-  capture_.end_following();
-}
-
-void DecodedCapture::read_blocks(const std::function<bool()>& go_on) {
-  for (auto block = input_.next(); !block.empty() && go_on(); block = input_.next()) {
-    push(block);
-  }
-}
-
-void DecodedCapture::read_pieces(const decode::CleanCycleFinder& finder,
-                                 const std::function<bool()>& go_on) {
-  const auto threads = static_cast<unsigned>(std::min<std::uint64_t>(threads_, 1024));
-  const flow::FlowSetup setup{
-      .lines = lines().lines, .threads = threads, .watch = watch_of_pieces(), .go_on = go_on};
-  flow::decode_pieces(input_.pairs(lines().lines), finder, setup, decoder());
-  input_.end_pairs();
-}
-
-flow::Watch DecodedCapture::watch_of_pieces() const {
-  if (watcher_ == nullptr) return {};
-  return {[this](std::span<const wire::Edge> edges) { watcher_->take(edges); },
-          [this](const capture::PairPiece& changes) { watcher_->take(changes); }};
 }
 
 bool DecodedCapture::read_edges(const std::function<bool(std::span<const wire::Edge>)>& on_edges) {
@@ -617,16 +480,9 @@ DeviceTiming DecodedCapture::reading_timing() const {
   return timing;
 }
 
-bool DecodedCapture::hand_out(std::uint64_t number, const decode::Cycle& cycle,
-                              const OnCycle& on_cycle) {
-  if (is_wanted(cycle)) return on_cycle(number, cycle);
-  ++outside_;
-  return !(range_.until && cycle.time > *range_.until);
-}
-
 bool DecodedCapture::is_wanted(const decode::Cycle& cycle) const {
-  return !(range_.since && cycle.time < *range_.since) &&
-         !(range_.until && cycle.time > *range_.until);
+  return !(arguments_.since && cycle.time < *arguments_.since) &&
+         !(arguments_.until && cycle.time > *arguments_.until);
 }
 
 std::string DecodedCapture::no_request() const {

@@ -11,7 +11,7 @@ explain::Reading choose_reading(DecodedCapture& capture, const CaptureArguments&
 
 /// An observer of the capture, which is read from its beginning; it also watches the capture's
 /// changes.
-class CaptureObserver final : public ChangeWatcher {
+class CaptureObserver final : public flow::ChangeWatcher {
  public:
   /// \pre as DecodedCapture::beginning()
   CaptureObserver(DecodedCapture& capture, const decode::Lines& lines);

@@ -184,7 +184,11 @@ void add_compare(Command& command) {
        .examples = {"biss compare good.vcd bad.vcd",
                     "biss compare good.vcd bad.vcd -f resolute-26 --to jsonl"}},
       [options](Host& host) { return CompareRun(*options, host).run(); });
-  add_pair_options(verb, options->capture);
+  verb.add_option("FILE", options->capture.files,
+                  "The capture GOOD and the capture BAD; if each file has one line: the two "
+                  "files of GOOD, then the two of BAD; - is standard input")
+      .file(FileUse::read);
+  add_reading_options(verb, options->capture);
   verb.add_flag("--no-compensation", options->margin.no_compensation,
                 "The masters of these links sample half a period after their own edges of MA");
   add_output_option(verb, options->output);

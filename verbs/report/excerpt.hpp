@@ -26,7 +26,7 @@ struct ExcerptCycle {
 
 /// Sees the edges of a capture as they are read, and keeps the edges of each chosen cycle, of the
 /// cycle before it and of the cycle after it. Between them the lines are unknown.
-class Excerpt final : public ChangeWatcher {
+class Excerpt final : public flow::ChangeWatcher {
  public:
   explicit Excerpt(const decode::Lines& lines) : lines_(lines) {}
 

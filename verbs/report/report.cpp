@@ -138,7 +138,13 @@ void add_report(Command& command) {
       [options, verb](Host& host) { return ReportRun(*options, **verb, host).run(); });
   CaptureArguments& capture = options->decode.capture;
   capture.identify = true;
-  add_single_capture_options(**verb, capture);
+  (*verb)
+      ->add_option("FILE", capture.files,
+                   "The capture (VCD, FST, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV "
+                   "and binary, raw samples; also compressed by gzip or zstd); files with one line "
+                   "each are read as one capture")
+      .file(FileUse::read);
+  add_reading_options(**verb, capture);
   add_output_option(**verb, options->output, "The page to write").required();
   add_page_option(**verb, options->page);
 }
