@@ -121,44 +121,6 @@ ExitStatus print(Host& host, const std::string& text, const std::string& path = 
   return good ? ExitStatus::done : output.status();
 }
 
-OptionHelp help_of(const DeclaredOption& option) {
-  OptionHelp help{.name = option.names,
-                  .value = option.value,
-                  .text = option.meaning,
-                  .heading = option.heading,
-                  .required = option.required};
-  if (option.is_argument()) {
-    help.name += option.repeats ? "..." : "";
-    help.value.clear();
-    help.heading.clear();
-  } else if (const std::size_t comma = help.name.find(','); comma != std::string::npos) {
-    help.name.insert(comma + 1, " ");
-  }
-  return help;
-}
-
-VerbHelp help_of(const DeclaredVerb& verb, const std::string& above = {}) {
-  VerbHelp help;
-  help.name = above + verb.text.name;
-  help.purpose = verb.text.purpose;
-  help.examples = verb.text.examples;
-  for (const DeclaredOption& option : verb.options) help.options.push_back(help_of(option));
-  for (const DeclaredVerb& below : verb.verbs) {
-    help.verbs.push_back(help_of(below, help.name + ' '));
-    const std::vector<std::string>& examples = below.text.examples;
-    if (above.empty() && !examples.empty()) help.examples.push_back(examples.front());
-  }
-  return help;
-}
-
-// The verb of that name below a verb; null if there is none.
-const VerbHelp* below(const VerbHelp& verb, const std::string& name) {
-  const auto found = std::find_if(verb.verbs.begin(), verb.verbs.end(), [&](const VerbHelp& each) {
-    return each.name == verb.name + ' ' + name;
-  });
-  return found == verb.verbs.end() ? nullptr : &*found;
-}
-
 // The files that the command line names, and standard output, which every verb may use.
 std::vector<NamedFile> named_files(const std::vector<const DeclaredVerb*>& verbs) {
   std::vector<NamedFile> files;
@@ -234,23 +196,23 @@ Verb Command::add_verb(const VerbText& text, Run run) {
 }
 
 ExitStatus Command::print_help(const HelpOptions& options) const {
-  const VerbHelp command = help_of(*root_);
-  if (options.to == "man") return print(host_, man_page(command, BISS_VERSION), options.output);
-  if (options.to == "bash") return print(host_, bash_completion(command), options.output);
-  const VerbHelp* verb = &command;
+  if (options.to == "man") return print(host_, man_page(*root_, BISS_VERSION), options.output);
+  if (options.to == "bash") return print(host_, bash_completion(*root_), options.output);
+  const DeclaredVerb* verb = root_.get();
+  std::string path = verb->text.name;
   for (const std::string& name : options.verb) {
-    const VerbHelp* const next = below(*verb, name);
-    if (next == nullptr) {
-      std::vector<std::string> names;
-      for (const VerbHelp& each : verb->verbs) {
-        names.push_back(each.name.substr(verb->name.size() + 1));
-      }
-      return host_.fail(ExitStatus::usage, fmt::format("{} (see '{} --help')",
-                                                       unknown_verb_text(name, names), verb->name));
+    const auto next =
+        std::find_if(verb->verbs.begin(), verb->verbs.end(),
+                     [&](const DeclaredVerb& each) { return each.text.name == name; });
+    if (next == verb->verbs.end()) {
+      return host_.fail(
+          ExitStatus::usage,
+          fmt::format("{} (see '{} --help')", unknown_verb_text(name, verb_names(*verb)), path));
     }
-    verb = next;
+    verb = &*next;
+    path += ' ' + name;
   }
-  return print(host_, help_text(*verb), options.output);
+  return print(host_, help_text(*verb, path), options.output);
 }
 
 void Command::add_help() {
