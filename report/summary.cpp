@@ -50,6 +50,13 @@ std::string Summary::text() const {
   return out;
 }
 
+void append_count(std::string& list, std::uint64_t count, std::string_view name) {
+  if (count == 0) return;
+  if (!list.empty()) list.append(", ");
+  append_number(list, count);
+  list.append(" ").append(name);
+}
+
 std::string spread(std::string_view min, std::string_view median, std::string_view max) {
   std::string out = "(";
   out.append(min).append(" .. ").append(median).append(" .. ").append(max).append(")");

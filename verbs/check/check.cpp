@@ -235,9 +235,7 @@ class CheckRun {
   std::string summary(const Verdicts& verdicts) const {
     std::string counted;
     for (std::size_t i = 0; i < verdicts.size(); ++i) {
-      if (verdicts[i].empty()) continue;
-      counted += fmt::format("{}{} {}", counted.empty() ? "" : ", ", verdicts[i].size(),
-                             name_of(static_cast<Verdict>(i)));
+      report::append_count(counted, verdicts[i].size(), name_of(static_cast<Verdict>(i)));
     }
     report::Summary out;
     out.title(fmt::format("{}: {} rules against {}", capture_.input().name(), decode::rule_count,

@@ -2,8 +2,8 @@
 
 #include <fmt/format.h>
 
-#include <iterator>
 #include <optional>
+#include <utility>
 
 #include "biss/frame/format_text.hpp"
 #include "device/quantity.hpp"
@@ -28,28 +28,16 @@ std::string percent_text(std::int64_t per_mille) {
   return fmt::format("{}.{} %", per_mille / 10, per_mille % 10);
 }
 
-template <class Text>
-void add_spread(report::Summary& summary, std::string_view key, const decode::Distribution& values,
-                Text text) {
-  if (values.count() == 0) return;
-  const std::string median = text(values.median());
-  if (values.min() == values.max()) {
-    summary.entry(key, median);
-    return;
-  }
-  summary.entry(key, median, report::spread(text(values.min()), median, text(values.max())));
-}
-
 // The longest period or interval is the lowest rate.
-void add_rate(report::Summary& summary, std::string_view key, const decode::Distribution& periods) {
-  if (periods.count() == 0) return;
-  const std::string median = rate_text(periods.median());
-  if (periods.min() == periods.max()) {
-    summary.entry(key, median);
-    return;
-  }
-  summary.entry(key, median,
-                report::spread(rate_text(periods.max()), median, rate_text(periods.min())));
+void add_spread(report::Summary& summary, std::string_view key, const decode::Distribution& values,
+                std::string (*text)(std::int64_t value)) {
+  if (values.count() == 0) return;
+  std::string low = text(values.min());
+  std::string high = text(values.max());
+  if (text == rate_text) std::swap(low, high);
+  const std::string median = text(values.median());
+  const bool varies = values.min() != values.max();
+  summary.entry(key, median, varies ? report::spread(low, median, high) : "");
 }
 
 std::string_view origin_text(const decode::FoundLines& found) {
@@ -68,9 +56,7 @@ std::string status_counts(const decode::Statistics& statistics) {
   std::string text;
   for (std::size_t i = 0; i < decode::cycle_status_count; ++i) {
     const auto status = static_cast<decode::CycleStatus>(i);
-    if (statistics.count(status) == 0) continue;
-    fmt::format_to(std::back_inserter(text), "{}{} {}", text.empty() ? "" : ", ",
-                   statistics.count(status), name_of(status));
+    report::append_count(text, statistics.count(status), name_of(status));
   }
   return text;
 }
@@ -193,11 +179,8 @@ void add_limits(report::Summary& summary, const decode::Statistics& statistics,
   auto foremost = decode::Limit::clock_max;
   for (std::size_t i = 0; i < decode::limit_count; ++i) {
     const auto limit = static_cast<decode::Limit>(i);
-    const std::uint64_t count = statistics.count(limit);
-    if (count == 0) continue;
-    fmt::format_to(std::back_inserter(text), "{}{} {}", text.empty() ? "" : ", ", count,
-                   name_of(limit));
-    if (count > statistics.count(foremost)) foremost = limit;
+    report::append_count(text, statistics.count(limit), name_of(limit));
+    if (statistics.count(limit) > statistics.count(foremost)) foremost = limit;
   }
   summary.entry("limits", text,
                 fmt::format("{}: {}", name_of(foremost), limit_hint(foremost, timing)));
@@ -228,9 +211,9 @@ std::string decode_summary(const decode::Statistics& statistics, const DecodedCa
   add_limits(summary, statistics, capture.timing());
   add_marginal(summary, statistics, capture.margin());
   if (safety != nullptr) add_safety(summary, *safety, safety_name);
-  add_rate(summary, "clock", statistics.period());
+  add_spread(summary, "clock", statistics.period(), rate_text);
   add_spread(summary, "duty", statistics.duty(), percent_text);
-  if (capture.timed()) add_rate(summary, "rate", statistics.interval());
+  if (capture.timed()) add_spread(summary, "rate", statistics.interval(), rate_text);
   add_spread(summary, "line delay", statistics.line_delay(), time_text);
   add_spread(summary, "ACK", statistics.ack(), time_text);
   const std::string fitting =
