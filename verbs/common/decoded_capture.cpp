@@ -138,9 +138,14 @@ ExitStatus DecodedCapture::open(const CaptureArguments& arguments, const MarginA
   arguments_ = arguments;
   margin_.compensated = !margin.no_compensation;
   margin_.signal = margin.signal;
-  if (words() == nullptr) return list_.open(arguments);
-  // A word does not show how the device behaves in time.
-  timing_ = {};
+  if (words() != nullptr) {
+    // A word does not show how the device behaves in time.
+    timing_ = {};
+    return ExitStatus::done;
+  }
+  auto captures = list_captures(arguments_, host_);
+  if (!captures) return captures.error();
+  captures_ = std::move(*captures);
   return ExitStatus::done;
 }
 
@@ -149,15 +154,23 @@ bool DecodedCapture::next() {
   outside_ = 0;
   if (pair_ + 1 < pairs_.size()) {
     ++pair_;
-    ExitStatus opened = input_.reopen(list_.arguments());
+    ExitStatus opened = input_.reopen();
     if (opened == ExitStatus::done) opened = identify_format();
     status_ = std::max(status_, opened);
     return opened == ExitStatus::done;
   }
-  while (status_ <= ExitStatus::data_failed && !list_.at_end()) {
+  while (status_ <= ExitStatus::data_failed && next_capture_ < captures_.size()) {
     if (open_next()) return true;
   }
   return false;
+}
+
+std::vector<std::string> DecodedCapture::files_left() const {
+  std::vector<std::string> files;
+  for (std::size_t i = next_capture_; i < captures_.size(); ++i) {
+    for (const CaptureFile& file : captures_[i]) files.push_back(file.path);
+  }
+  return files;
 }
 
 bool DecodedCapture::open_words() {
@@ -205,10 +218,10 @@ bool DecodedCapture::open_next() {
   pairs_.clear();
   pair_ = 0;
   if (identifies()) format_.reset();
-  ExitStatus status = list_.open_next(input_);
+  ExitStatus status = input_.open(std::move(captures_[next_capture_++]), arguments_);
   if (status == ExitStatus::done) {
     margin_.resolution = arguments_.resolution.value_or(input_.sample_period());
-    auto found = input_.find_lines(list_.arguments(), reader(), arguments_.keep_unknown);
+    auto found = input_.find_lines(reader(), arguments_.keep_unknown);
     if (found) {
       pairs_ = std::move(*found);
       for (decode::FoundLines& pair : pairs_) measure_polarity(pair);
@@ -302,7 +315,7 @@ ExitStatus DecodedCapture::identify_from_all() {
                                                            format_text(sure->format).view())));
     }
   }
-  return input_.reopen(list_.arguments());
+  return input_.reopen();
 }
 
 // If the frames change their length, this is the format of the longest part.
@@ -360,8 +373,9 @@ void DecodedCapture::measure_polarity(decode::FoundLines& found) {
 
 std::vector<report::Column> DecodedCapture::columns() const {
   std::vector<report::Column> columns;
-  if (list_.several() && !arguments_.keep_unknown) columns.push_back({.name = "file"});
-  if (!list_.arguments().each || arguments_.keep_unknown) return columns;
+  if (arguments_.keep_unknown) return columns;
+  if (captures_.size() > 1) columns.push_back({.name = "file"});
+  if (!arguments_.each) return columns;
   columns.push_back({.name = "ma", .heading = "MA"});
   columns.push_back({.name = "slo", .heading = "SLO"});
   return columns;
@@ -369,8 +383,9 @@ std::vector<report::Column> DecodedCapture::columns() const {
 
 std::vector<report::Cell> DecodedCapture::cells() const {
   std::vector<report::Cell> cells;
-  if (list_.several() && !arguments_.keep_unknown) cells.emplace_back(input_.name());
-  if (!list_.arguments().each || arguments_.keep_unknown) return cells;
+  if (arguments_.keep_unknown) return cells;
+  if (captures_.size() > 1) cells.emplace_back(input_.name());
+  if (!arguments_.each) return cells;
   cells.emplace_back(ma_name());
   cells.emplace_back(slo_name());
   return cells;

@@ -79,7 +79,7 @@ class DecodedCapture {
   /// False ends the reading.
   using OnCycle = std::function<bool(std::uint64_t number, const decode::Cycle& cycle)>;
 
-  explicit DecodedCapture(Host& host) : host_(host), list_(host), input_(host) {}
+  explicit DecodedCapture(Host& host) : host_(host), input_(host) {}
   Host& host() const { return host_; }
 
   /// Prints why the command line makes no sense.
@@ -90,12 +90,12 @@ class DecodedCapture {
   /// read.
   bool next();
   /// The files that next() has not reached.
-  std::vector<std::string> files_left() const { return list_.files_left(); }
+  std::vector<std::string> files_left() const;
   /// The worst status of the captures that next() left out.
   ExitStatus status() const { return status_; }
 
   /// More than one capture or pair of lines may be read.
-  bool several() const { return list_.several() || list_.arguments().each; }
+  bool several() const { return captures_.size() > 1 || arguments_.each; }
   /// Columns that name the capture and the lines of a row: `file` if there are several captures,
   /// `ma` and `slo` with --each; otherwise none.
   std::vector<report::Column> columns() const;
@@ -201,7 +201,9 @@ class DecodedCapture {
   std::uint64_t good_ = 0;
   std::uint64_t contradict_ = 0;
   decode::MarginSetup margin_;
-  CaptureList list_;
+  std::vector<std::vector<CaptureFile>> captures_;
+  // The place of the next one.
+  std::size_t next_capture_ = 0;
   CaptureInput input_;
   std::vector<LoggedWord> log_;
   bool timed_ = true;
