@@ -9,7 +9,6 @@
 #include "decode/polarity.hpp"
 #include "decode/statistics.hpp"
 #include "identify/collector.hpp"
-#include "report/summary.hpp"
 #include "verbs/common/host.hpp"
 #include "verbs/common/identified.hpp"
 #include "verbs/common/terminal.hpp"
@@ -31,39 +30,6 @@ bool contradicts(decode::CycleStatus status) {
   using enum decode::CycleStatus;
   return status == crc || status == stop_bit || status == truncated || status == cds;
 }
-
-// Adds the same cells at the end of each row.
-class CaptureRows final : public report::TableWriter {
- public:
-  CaptureRows(report::TableWriter& writer, std::size_t columns, const Output& output,
-              bool needs_all)
-      : writer_(writer), columns_(columns), output_(output), needs_all_(needs_all) {}
-
-  void set_last_cells(std::vector<report::Cell> cells) { last_ = std::move(cells); }
-  // False when the rows cannot be written, or are of no use because their reader has left.
-  bool good() const { return good_; }
-
-  bool row(std::span<const report::Cell> cells) override {
-    if (!last_.empty()) {
-      row_.assign(cells.begin(), cells.end());
-      row_.resize(columns_ - last_.size());
-      row_.insert(row_.end(), last_.begin(), last_.end());
-      cells = row_;
-    }
-    good_ = writer_.row(cells) && (needs_all_ || !output_.reader_left());
-    return good_;
-  }
-  bool finish() override { return writer_.finish(); }
-
- private:
-  report::TableWriter& writer_;
-  std::size_t columns_;
-  const Output& output_;
-  bool needs_all_;
-  std::vector<report::Cell> last_;
-  std::vector<report::Cell> row_;
-  bool good_ = true;
-};
 
 constexpr auto any_format = "; none: check the structure alone";
 
@@ -509,83 +475,6 @@ std::string DecodedCapture::no_request() const {
       "{}: no request cycle found on MA ({}); is it the right line, is the time unit "
       "right, and did the master send requests?",
       input_.name(), ma_name());
-}
-
-void RunMessages::add_summary(std::string_view text) {
-  if (text.empty()) return;
-  if (!summaries_.empty()) summaries_ += '\n';
-  summaries_ += text;
-}
-
-ExitStatus RunMessages::fail(ExitStatus status, std::string line) {
-  lines_.push_back(std::move(line));
-  return status;
-}
-
-void RunMessages::print(Host& host) const {
-  host.print_summary(summaries_);
-  for (const std::string& line : lines_) host.warn(line);
-}
-
-namespace {
-
-// The outputs and files that are left undone by a run that ends at an unreadable capture.
-std::string rest_text(const DecodedCapture& capture, const std::string& output) {
-  report::Summary text;
-  if (!output.empty()) {
-    text.entry("not written", output,
-               "biss convert --partial keeps the part of a damaged capture before the damage");
-  }
-  const auto files = capture.files_left();
-  if (!files.empty()) {
-    const std::string more = files.size() == 1 ? "" : fmt::format(" and {} more", files.size() - 1);
-    text.entry("not read", files.front() + more, "the run ends at a capture that cannot be read");
-  }
-  return text.empty() ? "" : text.text();
-}
-
-}  // namespace
-
-ExitStatus write_captures(
-    DecodedCapture& capture, const std::string& output_path, const TableChoice& to,
-    const std::function<std::vector<report::Column>()>& columns, bool needs_all,
-    const std::function<ExitStatus(report::TableWriter& writer, RunMessages& messages)>& write) {
-  if (!capture.next()) {
-    if (capture.status() == ExitStatus::io) capture.host().print_summary(rest_text(capture, ""));
-    return capture.status();
-  }
-  Output output(capture.host());
-  if (!output.open(output_path)) return output.status();
-  std::vector<report::Column> all = columns();
-  for (report::Column& column : capture.columns()) {
-    const bool taken = std::any_of(all.begin(), all.end(), [&](const report::Column& each) {
-      return each.name == column.name;
-    });
-    if (taken) column.name += "_line";
-    all.push_back(std::move(column));
-  }
-  const auto made = make_table(to, all, output);
-  if (!made) return capture.host().fail(ExitStatus::usage, made.error());
-  report::TableWriter* const writer = made->get();
-  CaptureRows rows(*writer, all.size(), output, needs_all);
-  RunMessages messages;
-  ExitStatus status = ExitStatus::done;
-  do {
-    rows.set_last_cells(capture.cells());
-    status = std::max(status, write(rows, messages));
-  } while (rows.good() && status < ExitStatus::usage && capture.next());
-  if (!rows.good()) return output.status();
-  status = std::max(status, capture.status());
-  if (status < ExitStatus::usage) {
-    if (!writer->finish() || !output.finish()) return output.status();
-  } else if (status == ExitStatus::io) {
-    const bool is_file = output.file() != nullptr;
-    writer->finish();
-    output.abandon();
-    messages.add_summary(rest_text(capture, is_file ? output_path : ""));
-  }
-  messages.print(capture.host());
-  return status;
 }
 
 }  // namespace biss::verbs

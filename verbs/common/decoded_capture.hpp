@@ -17,7 +17,6 @@
 #include "verbs/common/capture_input.hpp"
 #include "verbs/common/exit_status.hpp"
 #include "verbs/common/format_option.hpp"
-#include "verbs/common/table_output.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/common/word_log.hpp"
 
@@ -218,30 +217,5 @@ class DecodedCapture {
   flow::ChangeWatcher* watcher_ = nullptr;
   ExitStatus status_ = ExitStatus::done;
 };
-
-/// The text that a run prints on stderr after its rows.
-class RunMessages {
- public:
-  void add_summary(std::string_view text);
-  /// Keeps the line with the reason why the run fails; returns `status`.
-  ExitStatus fail(ExitStatus status, std::string line);
-  void print(Host& host) const;
-
- private:
-  std::string summaries_;
-  std::vector<std::string> lines_;
-};
-
-/// Writes one table of all captures: calls `write` for each, which writes the rows of the current
-/// capture. Columns that name the capture of a row are added.
-/// \param output as for Output::open()
-/// \param to the format, and the names of the columns, if only some are written
-/// \param columns of the rows; called when the first capture is open
-/// \param needs_all the status depends on every row, also when the reader of a pipe has left
-/// \return the worst status of all captures; with `usage` and `io` the output file is left as it was
-ExitStatus write_captures(
-    DecodedCapture& capture, const std::string& output, const TableChoice& to,
-    const std::function<std::vector<report::Column>()>& columns, bool needs_all,
-    const std::function<ExitStatus(report::TableWriter& writer, RunMessages& messages)>& write);
 
 }  // namespace biss::verbs

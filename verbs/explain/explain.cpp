@@ -16,6 +16,7 @@
 #include "verbs/common/host.hpp"
 #include "verbs/common/identified.hpp"
 #include "verbs/common/output.hpp"
+#include "verbs/common/table_output.hpp"
 #include "verbs/common/terminal.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/common/wrap.hpp"

@@ -17,6 +17,7 @@
 #include "verbs/common/decoded_capture.hpp"
 #include "verbs/common/host.hpp"
 #include "verbs/common/identified.hpp"
+#include "verbs/common/table_output.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/identify/line_facts.hpp"
 
