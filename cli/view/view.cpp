@@ -100,14 +100,14 @@ ExitStatus run_view(const ViewOptions& options, Host& host) {
 
   const std::string view = page_settings(options.verb->given_options()).link_text();
   ServedPage page(capture, [&](std::uint64_t size) {
-    return page_with_capture(*text,
-                             {{"name", name_of_file(path)},
-                              {"address", "capture"},
-                              {"size", fmt::format("{}", size)},
-                              {"watch", "size"},
-                              {"follow", options.follow ? "yes" : ""},
-                              {"view", view}},
-                             "");
+    return page_with(*text, "biss-capture",
+                     {{"name", name_of_file(path)},
+                      {"address", "capture"},
+                      {"size", fmt::format("{}", size)},
+                      {"watch", "size"},
+                      {"follow", options.follow ? "yes" : ""},
+                      {"view", view}},
+                     "");
   });
   Output output(host);
   const std::string problem = serve(page, capture, options.port, [&] {

@@ -95,14 +95,14 @@ class ReportRun {
   std::string whole_page(std::string_view page, std::string_view content) {
     contains_ = "the whole capture";
     const std::string view = page_settings(verb_.given_options()).link_text();
-    return page_with_capture(page, {{"name", name()}, {"view", view}}, content);
+    return page_with(page, "biss-capture", {{"name", name()}, {"view", view}}, content);
   }
 
   std::string part_page(std::string_view page, const CapturePart& part) {
     contains_ = fmt::format("{}", fmt::join(part.notes, " "));
-    const std::string with_report = page_with_report(page, part.report);
-    return page_with_capture(with_report, {{"name", name()}, {"view", part.settings.link_text()}},
-                             part.capture);
+    const std::string with_report = page_with(page, "biss-report", {}, part.report);
+    return page_with(with_report, "biss-capture",
+                     {{"name", name()}, {"view", part.settings.link_text()}}, part.capture);
   }
 
   ExitStatus write(const std::string& page) {
