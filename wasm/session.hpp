@@ -71,7 +71,9 @@ class Session final : private flow::ChangeWatcher {
   verbs::DecodeOptions options_;
   std::unique_ptr<verbs::DecodeRun> run_;
   std::optional<Rows> rows_;
-  Rows accesses_;
+  Blocks<decode::SeenAccess> accesses_;
+  // Rows of `biss registers`: a command has one for each slave.
+  std::size_t access_rows_ = 0;
   decode::ControlListener listener_;
   LineStore ma_;
   LineStore slo_;

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <numeric>
 #include <system_error>
 #include <utility>
 
@@ -213,17 +214,11 @@ namespace {
 decode::Lines busiest_lines(std::size_t lines, std::span<const wire::Edge> edges) {
   std::vector<std::size_t> counts(lines, 0);
   for (const wire::Edge& edge : edges) ++counts[edge.line];
-  decode::Lines busiest{.ma = 0, .slo = 1};
-  if (counts[1] > counts[0]) std::swap(busiest.ma, busiest.slo);
-  for (std::size_t i = 2; i < lines; ++i) {
-    const auto line = static_cast<wire::LineIndex>(i);
-    if (counts[i] > counts[busiest.ma]) {
-      busiest = {.ma = line, .slo = busiest.ma};
-    } else if (counts[i] > counts[busiest.slo]) {
-      busiest.slo = line;
-    }
-  }
-  return busiest;
+  std::vector<wire::LineIndex> order(lines);
+  std::iota(order.begin(), order.end(), wire::LineIndex{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](wire::LineIndex a, wire::LineIndex b) { return counts[a] > counts[b]; });
+  return {.ma = order[0], .slo = order[1]};
 }
 
 }  // namespace

@@ -370,7 +370,8 @@ Picoseconds DecodedCapture::interval() {
   return interval.count() == 0 ? Picoseconds{} : picoseconds(interval.median());
 }
 
-void DecodedCapture::begin_steps(OnCycle on_cycle) {
+void DecodedCapture::begin_steps(OnCycle on_cycle, flow::ChangeWatcher* watcher) {
+  watcher_ = watcher;
   on_cycle_ = std::move(on_cycle);
   number_ = good_ = contradict_ = 0;
   wanted_ = true;
@@ -401,9 +402,9 @@ bool DecodedCapture::end_steps() {
   return input_.error().empty();
 }
 
-bool DecodedCapture::read(const OnCycle& on_cycle) {
+bool DecodedCapture::read(const OnCycle& on_cycle, flow::ChangeWatcher* watcher) {
   if (words() != nullptr) return read_words(reader(), on_cycle);
-  begin_steps(on_cycle);
+  begin_steps(on_cycle, watcher);
   Progress progress(host_);
   const auto go_on = [&] {
     if (progress.due()) {

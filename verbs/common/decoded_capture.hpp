@@ -102,18 +102,15 @@ class DecodedCapture {
   std::vector<report::Cell> cells() const;
 
   /// Reads to the end, with a progress line.
+  /// \param watcher sees the changes that are read; null: none
   /// \return false if reading failed; input().error() then has the reason, and the cycles before
   ///   the failure have been delivered
-  bool read(const OnCycle& on_cycle);
+  bool read(const OnCycle& on_cycle, flow::ChangeWatcher* watcher = nullptr);
   /// read() in steps, without a progress line and in this thread: begin_steps(), then step() until it
   /// is false, then end_steps(), which returns as read().
-  void begin_steps(OnCycle on_cycle);
+  void begin_steps(OnCycle on_cycle, flow::ChangeWatcher* watcher = nullptr);
   bool step();
   bool end_steps();
-  /// Sets the watcher of the changes that read() or step() reads. \pre it lives as long as the
-  /// reading
-  void watch(flow::ChangeWatcher& watcher) { watcher_ = &watcher; }
-  void unwatch() { watcher_ = nullptr; }
   /// Reads the edges alone, in place of read(), until `on_edges` returns false.
   /// \return as read()
   bool read_edges(const std::function<bool(std::span<const wire::Edge>)>& on_edges);

@@ -33,6 +33,22 @@ std::optional<explain::OtherProtocol> other_protocol(DecodedCapture& capture) {
   }
 }
 
+// Sees the changes of the capture, too.
+class WatchingObserver final : public explain::Observer, public flow::ChangeWatcher {
+ public:
+  using explain::Observer::Observer;
+
+  void take(std::span<const wire::Edge> edges) override {
+    settle();
+    Observer::take(edges);
+  }
+  void take(const capture::PairPiece& changes) override {
+    Observer::take(decode::PairRun{.ma = {changes.ma.times, changes.ma.first_high},
+                                   .slo = {changes.slo.times, changes.slo.first_high}});
+    settle();
+  }
+};
+
 }  // namespace
 
 explain::Reading choose_reading(DecodedCapture& capture, const CaptureArguments& arguments) {
@@ -46,25 +62,24 @@ explain::Reading choose_reading(DecodedCapture& capture, const CaptureArguments&
   return reading;
 }
 
-CaptureObserver::CaptureObserver(DecodedCapture& capture, const decode::Lines& lines)
-    : observer_({.format = capture.format(),
-                 .timing = capture.timing(),
-                 .timeout = capture.reader().timing().timeout,
-                 .margin = capture.margin(),
-                 .lines = lines},
-                capture.beginning()) {
+bool observe(DecodedCapture& capture, const decode::Lines& lines,
+             const std::function<void(const decode::Cycle& cycle)>& on_cycle,
+             explain::Evidence& evidence) {
+  WatchingObserver observer({.format = capture.format(),
+                             .timing = capture.timing(),
+                             .timeout = capture.reader().timing().timeout,
+                             .margin = capture.margin(),
+                             .lines = lines},
+                            capture.beginning());
   capture.read_as(lines);
-}
-
-void CaptureObserver::take(std::span<const wire::Edge> edges) {
-  observer_.settle();
-  observer_.take(edges);
-}
-
-void CaptureObserver::take(const capture::PairPiece& changes) {
-  observer_.take(decode::PairRun{.ma = {changes.ma.times, changes.ma.first_high},
-                                 .slo = {changes.slo.times, changes.slo.first_high}});
-  observer_.settle();
+  const auto take = [&](std::uint64_t number, const decode::Cycle& cycle) {
+    on_cycle(cycle);
+    observer.add(number, cycle);
+    return true;
+  };
+  const bool whole = capture.read(take, &observer);
+  evidence = observer.finish(capture.input().end_time());
+  return whole;
 }
 
 explain::Context explain_context(DecodedCapture& capture, const CaptureArguments& arguments,

@@ -149,15 +149,10 @@ class ExplainRun {
   tl::expected<bool, std::string> find() {
     std::string wrong = prepare();
     if (!wrong.empty()) return tl::unexpected(std::move(wrong));
-    CaptureObserver observer(capture_, context_.reading.lines);
-    capture_.watch(observer);
-    const bool whole = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
+    const auto judge = [this](const decode::Cycle& cycle) {
       if (watch_) watch_->judge(cycle);
-      observer.add(number, cycle);
-      return true;
-    });
-    capture_.unwatch();
-    evidence_ = observer.finish(capture_.input().end_time());
+    };
+    const bool whole = observe(capture_, context_.reading.lines, judge, evidence_);
     findings_.clear();
     if (whole || evidence_.cycles != 0) findings_ = diagnose(evidence_, context_);
     return whole;

@@ -65,19 +65,18 @@ class PartMaker {
     options_.motion.velocity = format && format->channel_list[0].position_bits() != 0;
     excerpt_.emplace(capture.lines().lines);
     overview_.emplace(run_.columns());
-    capture.watch(*excerpt_);
     const ExitStatus begun = run_.begin_rows();
     if (begun != ExitStatus::done) return begun;
     LineRows rows(run_.columns(), *overview_);
     header_ = rows.header();
-    const bool read = capture.read([&](std::uint64_t number, const decode::Cycle& cycle) {
+    const auto take = [&](std::uint64_t number, const decode::Cycle& cycle) {
       listener_.push(number, cycle);
       run_.take(number, cycle, rows);
       excerpt_->add({number, cycle.time, rows.take(), run_.took_error(), choose()});
       return true;
-    });
+    };
     RunMessages messages;
-    const ExitStatus ended = run_.end_rows(read, messages);
+    const ExitStatus ended = run_.end_rows(capture.read(take, &*excerpt_), messages);
     listener_.finish();
     access_rows_->finish();
     excerpt_->finish(capture.input().end_time());
