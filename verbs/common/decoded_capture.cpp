@@ -8,7 +8,6 @@
 #include "biss/frame/format_text.hpp"
 #include "decode/polarity.hpp"
 #include "decode/statistics.hpp"
-#include "identify/collector.hpp"
 #include "verbs/common/host.hpp"
 #include "verbs/common/identified.hpp"
 #include "verbs/common/terminal.hpp"
@@ -201,39 +200,34 @@ bool DecodedCapture::open_next() {
   return status == ExitStatus::done;
 }
 
-namespace {
-
-// The frames of a capture, read without a format.
-class FrameCollection {
- public:
-  explicit FrameCollection(const DecodedCapture& capture)
-      : lines_(capture.lines().lines),
-        decoder_(decode::CycleReader(std::nullopt, {.timeout = capture.reading_timing().timeout},
-                                     capture.margin()),
-                 [this, &capture](const decode::Cycle& cycle) {
-                   if (capture.is_wanted(cycle)) collector_.add(number_, cycle);
-                   ++number_;
-                 }) {}
-
-  void push(std::span<const wire::Edge> edges) {
-    decoder_.push(edges, lines_);
-    edges_ += edges.size();
+// Collects the frames of the capture, or of its beginning, read without a format.
+// \return the edges that were read
+std::size_t DecodedCapture::collect_frames(bool all, identify::SampleCollector& frames) {
+  std::uint64_t number = 0;
+  decode::Decoder decoder(
+      decode::CycleReader(std::nullopt, {.timeout = reading_timing().timeout}, margin_),
+      [&](const decode::Cycle& cycle) {
+        if (is_wanted(cycle)) frames.add(number, cycle);
+        ++number;
+      });
+  if (!all) {
+    const auto first = input_.beginning();
+    decoder.push(first, lines().lines);
+    decoder.finish(first.empty() ? Picoseconds{} : first.back().time);
+    return first.size();
   }
-  std::span<const identify::Sample> finish(Picoseconds end) {
-    decoder_.finish(end);
-    return collector_.samples();
+  std::size_t edges = 0;
+  Progress progress(host_);
+  for (auto block = input_.next(); !block.empty(); block = input_.next()) {
+    decoder.push(block, lines().lines);
+    edges += block.size();
+    if (progress.due()) {
+      progress.show(input_.progress_text(progress.seconds()) + ", to identify the format");
+    }
   }
-  std::size_t edges() const { return edges_; }
-
- private:
-  decode::Lines lines_;
-  identify::SampleCollector collector_;
-  std::uint64_t number_ = 0;
-  std::size_t edges_ = 0;
-  decode::Decoder decoder_;
-};
-
-}  // namespace
+  decoder.finish(input_.end_time());
+  return edges;
+}
 
 // Identifies the format from the beginning of the capture; if that does not show it, or if the
 // capture is short, from all of it. Fails if the capture cannot be opened a second time.
@@ -245,10 +239,9 @@ ExitStatus DecodedCapture::identify_format() {
     paused_timeout_ = decode::find_paused_timeout(lines().lines, input_.beginning());
   }
   if (!identifies() && !arguments_.identify_besides) return ExitStatus::done;
-  FrameCollection frames(*this);
-  frames.push(input_.beginning());
-  const auto first = input_.beginning();
-  take_finding(frames.finish(first.empty() ? Picoseconds{} : first.back().time));
+  identify::SampleCollector frames;
+  collect_frames(false, frames);
+  take_finding(frames.samples());
   ExitStatus status = ExitStatus::done;
   const bool all = finding_->sure() == nullptr || input_.bytes() <= short_bytes;
   if (identifies() && all && input_.can_reopen()) status = identify_from_all();
@@ -258,20 +251,12 @@ ExitStatus DecodedCapture::identify_format() {
 }
 
 ExitStatus DecodedCapture::identify_from_all() {
-  FrameCollection frames(*this);
+  identify::SampleCollector frames;
   const std::size_t first = input_.beginning().size();
-  Progress progress(host_);
-  for (auto block = input_.next(); !block.empty(); block = input_.next()) {
-    frames.push(block);
-    if (progress.due()) {
-      progress.show(input_.progress_text(progress.seconds()) + ", to identify the format");
-    }
-  }
-  const auto samples = frames.finish(input_.end_time());
-  if (frames.edges() > first) {
+  if (collect_frames(true, frames) > first) {
     const auto* sure = finding_->sure();
     const auto before = sure != nullptr ? std::optional(sure->format) : std::nullopt;
-    take_finding(samples);
+    take_finding(frames.samples());
     sure = finding_->sure();
     if (before && (sure == nullptr || sure->format != *before)) {
       host_.warn(fmt::format("{}: later frames contradict {}, which the beginning shows; {}",

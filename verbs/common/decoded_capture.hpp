@@ -11,6 +11,7 @@
 #include "decode/cycle.hpp"
 #include "decode/decoder.hpp"
 #include "flow/cycle_flow.hpp"
+#include "identify/collector.hpp"
 #include "identify/format.hpp"
 #include "identify/protocol.hpp"
 #include "report/table.hpp"
@@ -179,6 +180,7 @@ class DecodedCapture {
   void warn_of_protocol();
   ExitStatus identify_format();
   ExitStatus identify_from_all();
+  std::size_t collect_frames(bool all, identify::SampleCollector& frames);
   void take_finding(std::span<const identify::Sample> samples);
   void warn_of_contradictions();
   void measure_polarity(decode::FoundLines& found);

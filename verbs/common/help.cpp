@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <sstream>
+#include <utility>
 #include <vector>
 
 #include "verbs/common/wrap.hpp"
@@ -58,17 +59,26 @@ std::vector<std::string> examples_of(const DeclaredVerb& verb, const std::string
   return examples;
 }
 
-// Headings in the order of their first option. `Options` is among them for the manual; the help
-// prints it last.
-std::vector<std::string> headings_of(const DeclaredVerb& verb) {
-  std::vector<std::string> headings;
+std::string heading_of(const DeclaredOption& option) {
+  return option.is_argument() ? "Arguments" : option.heading;
+}
+
+// Options under their headings, in the order of the first option; arguments are first.
+void append_options(std::string& out, const DeclaredVerb& verb) {
+  std::vector<std::string> headings{"Arguments"};
   for (const DeclaredOption& option : verb.options) {
-    if (option.is_argument()) continue;
-    if (std::find(headings.begin(), headings.end(), option.heading) == headings.end()) {
-      headings.push_back(option.heading);
+    if (std::find(headings.begin(), headings.end(), heading_of(option)) == headings.end()) {
+      headings.push_back(heading_of(option));
     }
   }
-  return headings;
+  for (const std::string& heading : headings) {
+    std::string title = '\n' + heading + ":\n";
+    for (const DeclaredOption& option : verb.options) {
+      if (heading_of(option) != heading) continue;
+      out += std::exchange(title, {});
+      append_entry(out, label_of(option), label_text(option));
+    }
+  }
 }
 
 std::string usage_of(const DeclaredVerb& verb, const std::string& path) {
@@ -87,18 +97,6 @@ std::string usage_of(const DeclaredVerb& verb, const std::string& path) {
   return usage;
 }
 
-template <class Wanted>
-void append_options(std::string& out, const DeclaredVerb& verb, const std::string& title,
-                    const Wanted& wanted) {
-  bool first = true;
-  for (const DeclaredOption& option : verb.options) {
-    if (!wanted(option)) continue;
-    if (first) out += '\n' + title + ":\n";
-    first = false;
-    append_entry(out, label_of(option), label_text(option));
-  }
-}
-
 }  // namespace
 
 std::string help_text(const DeclaredVerb& verb, const std::string& path) {
@@ -107,13 +105,7 @@ std::string help_text(const DeclaredVerb& verb, const std::string& path) {
   out += "\n\nUsage: ";
   append_wrapped(out, usage_of(verb, path), {7, 9, help_width});
   out += '\n';
-  append_options(out, verb, "Arguments",
-                 [](const DeclaredOption& option) { return option.is_argument(); });
-  for (const std::string& heading : headings_of(verb)) {
-    append_options(out, verb, heading, [&](const DeclaredOption& option) {
-      return !option.is_argument() && option.heading == heading;
-    });
-  }
+  append_options(out, verb);
   if (!verb.verbs.empty()) out += "\nVerbs:\n";
   for (const DeclaredVerb& below : verb.verbs) {
     append_entry(out, below.text.name, below.text.purpose);

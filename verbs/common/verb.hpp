@@ -42,6 +42,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -206,6 +207,10 @@ class Command {
   std::unique_ptr<DeclaredVerb> root_;
   bool version_ = false;
 };
+
+/// Adds the verb of this name; without a name, or if no verb has it, all verbs of this build: the list
+/// is in verbs/CMakeLists.txt.
+void add_verbs(Command& command, std::string_view name = {});
 
 /// A verb below a verb, as `biss eds show`. `add` declares its options and returns what runs it.
 struct GroupVerb {

@@ -8,6 +8,8 @@
 #include <optional>
 #include <vector>
 
+#include "biss/timing/device_timing.hpp"
+#include "decode/distribution.hpp"
 #include "decode/statistics.hpp"
 #include "device/quantity.hpp"
 #include "identify/collector.hpp"
@@ -19,7 +21,6 @@
 #include "verbs/common/identified.hpp"
 #include "verbs/common/table_output.hpp"
 #include "verbs/common/verb.hpp"
-#include "verbs/identify/line_facts.hpp"
 
 namespace biss::verbs {
 
@@ -72,6 +73,47 @@ std::vector<report::Column> columns_for(report::Format to) {
 
 // Four places: confidences are not more precise.
 double rounded_down(double confidence) { return std::floor(confidence * 1e4) / 1e4; }
+
+// The rule by which the encoder releases SLO after a frame: the one that fits best. If the clock
+// and the length of the frames do not change, several rules fit.
+class ReleaseRule {
+ public:
+  void add(const decode::Cycle& cycle) {
+    if (!cycle.release || !cycle.line_delay || !cycle.period) return;
+    const Picoseconds after_clock = *cycle.release - *cycle.line_delay;
+    if (after_clock.count < 0) return;
+    after_clock_.add(after_clock.count);
+    in_periods_.add(after_clock.count * 1000 / cycle.period->count);
+    after_begin_.add((cycle.clocked + after_clock).count);
+  }
+
+  // The rule, if only one of the three fits.
+  std::optional<Timeout> rule() const {
+    if (after_clock_.count() < least_frames) return std::nullopt;
+    const bool fixed = is_constant(after_clock_);
+    const bool cycle = is_constant(after_begin_);
+    // 1.5 periods, and up to three clocks of the encoder.
+    const bool adaptive =
+        is_constant(in_periods_) && in_periods_.median() >= 1400 && in_periods_.median() <= 3000;
+    if (int{fixed} + int{cycle} + int{adaptive} != 1) return std::nullopt;
+    if (adaptive) return Timeout{TimeoutRule::adaptive, {}};
+    if (fixed) return Timeout{TimeoutRule::fixed, picoseconds(after_clock_.median())};
+    return Timeout{TimeoutRule::cycle, picoseconds(after_begin_.median())};
+  }
+
+ private:
+  static constexpr std::uint64_t least_frames = 8;
+
+  static bool is_constant(const decode::Distribution& values) {
+    return 50 * (values.max() - values.min()) <= values.median();
+  }
+
+  // From the last edge of MA to SLO, at the encoder.
+  decode::Distribution after_clock_;
+  // Thousandths of a period.
+  decode::Distribution in_periods_;
+  decode::Distribution after_begin_;
+};
 
 // The measurements on one pair of lines.
 struct Line {

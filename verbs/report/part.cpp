@@ -11,7 +11,7 @@
 #include "biss/frame/format_text.hpp"
 #include "decode/control_listener.hpp"
 #include "verbs/common/host.hpp"
-#include "verbs/common/verbs.hpp"
+#include "verbs/common/verb.hpp"
 #include "verbs/registers/access_rows.hpp"
 #include "verbs/report/excerpt.hpp"
 #include "verbs/report/overview.hpp"
