@@ -1,7 +1,6 @@
 #include <cmath>
 #include <vector>
 
-#include "report/text.hpp"
 #include "report/writers.hpp"
 
 namespace biss::report {
@@ -67,46 +66,32 @@ char* put_string(char* at, std::string_view text) {
   return at;
 }
 
-template <class Put>
-char* put_safely(char* at, std::uint64_t integer_part, Put put) {
-  const bool quoted = integer_part > largest_safe_integer;
-  if (quoted) *at++ = '"';
-  at = put(at);
-  if (quoted) *at++ = '"';
-  return at;
+std::size_t most_value_chars(const Cell& cell) {
+  return 2 + (cell.kind() == Kind::text ? cell.text().size() * most_escaped : plain_chars(cell));
 }
 
-std::size_t most_value_chars(const Cell& cell) {
-  if (cell.kind() == Kind::text) return cell.text().size() * most_escaped + 2;
-  return 2 + (cell.kind() == Kind::bits ? hex_chars(cell.bits()) : number_chars);
+bool is_quoted(const Cell& cell) {
+  switch (cell.kind()) {
+    case Kind::unsigned_integer:
+      return cell.unsigned_value() > largest_safe_integer;
+    case Kind::signed_integer:
+      return magnitude_of(cell.signed_value()).value > largest_safe_integer;
+    case Kind::nanoseconds:
+      return magnitude_of(cell.time().count).value / 1000 > largest_safe_integer;
+    default:
+      return cell.kind() == Kind::bits;
+  }
 }
 
 char* put_value(char* at, const Cell& cell) {
-  switch (cell.kind()) {
-    case Kind::absent:
-      break;
-    case Kind::flag:
-    case Kind::unsigned_integer:
-      return put_safely(at, cell.unsigned_value(),
-                        [&](char* to) { return put_number(to, cell.unsigned_value()); });
-    case Kind::signed_integer:
-      return put_safely(at, magnitude_of(cell.signed_value()).value,
-                        [&](char* to) { return put_number(to, cell.signed_value()); });
-    case Kind::real:
-      if (!std::isfinite(cell.real_value())) break;
-      return put_number(at, cell.real_value());
-    case Kind::nanoseconds:
-      return put_safely(at, magnitude_of(cell.time().count).value / 1000,
-                        [&](char* to) { return put_nanoseconds(to, cell.time()); });
-    case Kind::text:
-      return put_string(at, cell.text());
-    case Kind::bits:
-      *at++ = '"';
-      at = put_hex(at, cell.bits());
-      *at++ = '"';
-      return at;
-  }
-  return put_text(at, "null");
+  if (cell.kind() == Kind::text) return put_string(at, cell.text());
+  const bool is_number = cell.kind() != Kind::real || std::isfinite(cell.real_value());
+  if (cell.kind() == Kind::absent || !is_number) return put_text(at, "null");
+  const bool quoted = is_quoted(cell);
+  if (quoted) *at++ = '"';
+  at = put_plain(at, cell);
+  if (quoted) *at++ = '"';
+  return at;
 }
 
 class JsonlWriter final : public TableWriter {

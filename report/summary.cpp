@@ -50,6 +50,13 @@ std::string Summary::text() const {
   return out;
 }
 
+std::string counted(std::uint64_t count, std::string_view noun) {
+  std::string out;
+  append_number(out, count);
+  out.append(" ").append(noun);
+  return count == 1 ? out : out + 's';
+}
+
 void append_count(std::string& list, std::uint64_t count, std::string_view name) {
   if (count == 0) return;
   if (!list.empty()) list.append(", ");

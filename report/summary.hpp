@@ -33,6 +33,9 @@ class Summary {
   std::vector<Line> lines_;
 };
 
+/// `1 cycle`, `2 cycles`.
+std::string counted(std::uint64_t count, std::string_view noun);
+
 /// Appends `12 ok` to a list with commas, unless the count is 0.
 void append_count(std::string& list, std::uint64_t count, std::string_view name);
 

@@ -144,8 +144,8 @@ class CompareRun {
   static void add_side(report::Summary& out, std::string_view key, const Side& side) {
     const explain::Evidence& evidence = side.link->evidence;
     out.entry(key, side.capture.input().name(),
-              fmt::format("{} request cycle{}, {} good", evidence.cycles,
-                          evidence.cycles == 1 ? "" : "s", evidence.good));
+              fmt::format("{}, {} good", report::counted(evidence.cycles, "request cycle"),
+                          evidence.good));
   }
 
   std::string summary(const std::vector<Difference>& found) const {

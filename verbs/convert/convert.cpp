@@ -244,9 +244,9 @@ class ConvertRun {
 
   std::string summary() const {
     report::Summary out;
-    out.title(fmt::format("{}: {} changes of {} line{}",
+    out.title(fmt::format("{}: {} changes of {}",
                           options_.output == "-" ? "standard output" : options_.output, changes_,
-                          cutter_->names().size(), cutter_->names().size() == 1 ? "" : "s"));
+                          report::counted(cutter_->names().size(), "line")));
     out.entry("format", text_of(format_).name,
               is_sampled(format_) ? "samples at " + text_of(rate_) : "changes");
     if (last_) out.entry("time", fmt::format("{} to {}", text_of(first_), text_of(end_)));

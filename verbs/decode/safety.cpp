@@ -56,9 +56,8 @@ std::string counter_text(const decode::SafetyWatch& watch) {
   if (to_0 != 0 && to_1 != 0) {
     return fmt::format("period unclear: {} times from 63 to 0, {} times to 1", to_0, to_1);
   }
-  const std::uint64_t times = to_0 + to_1;
-  return fmt::format("period {}, seen {} time{}", to_0 != 0 ? 64 : 63, times,
-                     times == 1 ? "" : "s");
+  return fmt::format("period {}, seen {}", to_0 != 0 ? 64 : 63,
+                     report::counted(to_0 + to_1, "time"));
 }
 
 }  // namespace

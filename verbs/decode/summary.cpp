@@ -192,9 +192,8 @@ std::string decode_summary(const decode::Statistics& statistics, const DecodedCa
                            const decode::SafetyWatch* safety, std::string_view safety_name) {
   const bool is_log = capture.words() != nullptr;
   report::Summary summary;
-  summary.title(fmt::format("{}: {} {}{}", capture.name(), statistics.cycles(),
-                            is_log ? "word" : "request cycle",
-                            statistics.cycles() == 1 ? "" : "s"));
+  const std::string_view noun = is_log ? "word" : "request cycle";
+  summary.title(capture.name() + ": " + report::counted(statistics.cycles(), noun));
   if (!is_log) add_lines(summary, capture);
   summary.entry("status", status_counts(statistics));
   if (capture.format()) {

@@ -203,8 +203,9 @@ class ExplainRun {
 
   std::string no_cycle() const {
     if (!capture_.input().error().empty()) return capture_.input().error();
-    return fmt::format("{}: no cycle {}; the capture has {} request cycle{}, counted from 0",
-                       capture_.input().name(), *options_.cycle, cycles_, cycles_ == 1 ? "" : "s");
+    return fmt::format("{}: no cycle {}; the capture has {}, counted from 0",
+                       capture_.input().name(), *options_.cycle,
+                       report::counted(cycles_, "request cycle"));
   }
 
   // Text for people: a paragraph for each cause, or the drawing.
@@ -247,8 +248,8 @@ class ExplainRun {
     if (!whole) return messages.fail(ExitStatus::usage, whole.error());
     if (!*whole && evidence_.cycles == 0) return read_status(*whole, messages);
     report::Summary head;
-    head.title(fmt::format("{}: {} request cycle{}, {} {}", capture_.input().name(),
-                           evidence_.cycles, evidence_.cycles == 1 ? "" : "s", evidence_.good,
+    head.title(fmt::format("{}: {}, {} {}", capture_.input().name(),
+                           report::counted(evidence_.cycles, "request cycle"), evidence_.good,
                            evidence_.has_format ? "good" : "unchecked"));
     add_used_format(head, capture_, !options_.capture.device.format.empty());
     if (watch_) add_safety(head, *watch_, watch_name_);
