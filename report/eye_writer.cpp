@@ -59,8 +59,7 @@ class EyeWriter final : public TableWriter {
       std::string heading;
       append_printable(heading, column.heading.empty() ? column.name : column.heading);
       column.heading = std::move(heading);
-      const std::size_t title = std::max(display_width(column.heading), display_width(column.unit));
-      widths_.push_back(std::max<std::size_t>(title, column.width));
+      widths_.push_back(std::max(display_width(column.heading), display_width(column.unit)));
     }
     shown_.assign(columns_.size(), true);
     has_values_.assign(columns_.size(), false);

@@ -1,7 +1,6 @@
 #include "report/hdf5_file.hpp"
 
 #include <cstddef>
-#include <cstdint>
 #include <span>
 
 namespace biss::report {

@@ -32,7 +32,6 @@ namespace {
 
 struct ViewOptions {
   CaptureArguments capture;
-  MarginArguments margin;
   SafetyArguments safety;
   MotionArguments motion;
   bool follow = false;
@@ -132,7 +131,7 @@ void add_page_options(Verb verb, ViewOptions& options) {
   add_reading_options(verb, options.capture);
   add_safety_options(verb, options.safety);
   verb.scope(Scope::judging)
-      .add_flag("--no-compensation", options.margin.no_compensation,
+      .add_flag("--no-compensation", options.capture.no_compensation,
                 "The master of this link samples half a period after its own edges of MA");
   add_range_options(verb, options.capture);
   add_motion_options(verb.section("Motion"), options.motion);

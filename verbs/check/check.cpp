@@ -41,7 +41,6 @@ struct Speed {
 
 struct CheckOptions {
   CaptureArguments capture;
-  MarginArguments margin{.signal = true};
   SafetyArguments safety;
   std::string against{against_biss_c};
   Speed speed_max;
@@ -177,7 +176,8 @@ class CheckRun {
     if (!wrong.empty()) return host_.fail(ExitStatus::usage, wrong);
     format_ = arguments.device.format;
     renishaw_ = arguments.timing == renishaw_timing;
-    const ExitStatus opened = capture_.open(arguments, options_.margin);
+    arguments.signal = true;
+    const ExitStatus opened = capture_.open(arguments);
     if (opened != ExitStatus::done) return opened;
     return write_captures(capture_, options_.output, options_.to, check_columns, true,
                           [this](report::TableWriter& writer, RunMessages& messages) {
@@ -279,7 +279,7 @@ void add_check(Command& command) {
   add_capture_options(verb, options->capture);
   add_range_options(verb, options->capture);
   add_safety_options(verb, options->safety);
-  verb.add_flag("--no-compensation", options->margin.no_compensation,
+  verb.add_flag("--no-compensation", options->capture.no_compensation,
                 "Judge the sampling points of a master that does not compensate the line delay");
   verb.add_text_option(
           "--speed-max",

@@ -15,7 +15,6 @@
 #include "capture/edge_pairs.hpp"
 #include "capture/merge.hpp"
 #include "capture/open.hpp"
-#include "verbs/common/host.hpp"
 #include "verbs/common/terminal.hpp"
 
 namespace biss::verbs {

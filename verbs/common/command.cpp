@@ -163,20 +163,6 @@ std::string usage_text(const DeclaredVerb& verb, const WrongWords& words, const 
                        : fmt::format("unknown option '{}'; did you mean '{}'?", name, meant);
 }
 
-VerbText help_verb() {
-  return {.name = "help",
-          .purpose = "Print the help of a verb, or all of it as a manual page",
-          .examples = {"biss help decode", "biss help eds show", "biss help --to man -o biss.1"}};
-}
-
-void declare_help(Verb verb, HelpOptions& options) {
-  verb.add_option("VERB", options.verb,
-                  "Verb whose help is printed; by default the help of biss itself");
-  add_name_option(verb, "--to", options.to, {"text", "man", "bash"},
-                  "A verb's help (the default), the manual page, or a completion script for bash");
-  add_output_option(verb, options.output);
-}
-
 }  // namespace
 
 Command::Command(Host& host)
@@ -218,9 +204,16 @@ ExitStatus Command::print_help(const HelpOptions& options) const {
 void Command::add_help() {
   if (!root_->verbs.empty() && root_->verbs.back().text.name == "help") return;
   const auto options = std::make_shared<HelpOptions>();
-  declare_help(
-      add_verb(help_verb(), [this, options](Host& /*host*/) { return print_help(*options); }),
-      *options);
+  const Verb verb = add_verb(
+      {.name = "help",
+       .purpose = "Print the help of a verb, or all of it as a manual page",
+       .examples = {"biss help decode", "biss help eds show", "biss help --to man -o biss.1"}},
+      [this, options](Host& /*host*/) { return print_help(*options); });
+  verb.add_option("VERB", options->verb,
+                  "Verb whose help is printed; by default the help of biss itself");
+  add_name_option(verb, "--to", options->to, {"text", "man", "bash"},
+                  "A verb's help (the default), the manual page, or a completion script for bash");
+  add_output_option(verb, options->output);
 }
 
 DeclaredVerb& Command::declared() {

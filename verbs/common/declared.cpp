@@ -1,5 +1,4 @@
 #include "verbs/common/declared.hpp"
-#include "verbs/common/verb.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -80,7 +80,7 @@ void add_range_options(Verb verb, CaptureArguments& arguments) {
   add_time_option(verb, "--until", into(arguments.until), "Skip cycles that begin after this time");
 }
 
-ExitStatus DecodedCapture::open(const CaptureArguments& arguments, const MarginArguments& margin) {
+ExitStatus DecodedCapture::open(const CaptureArguments& arguments) {
   const std::string range = wrong_range(arguments.since, arguments.until);
   if (!range.empty()) return host_.fail(ExitStatus::usage, range);
   const FormatArguments& device = arguments.device;
@@ -101,8 +101,8 @@ ExitStatus DecodedCapture::open(const CaptureArguments& arguments, const MarginA
     return host_.fail(ExitStatus::usage, "--resolution: from 0s to 1ms");
   }
   arguments_ = arguments;
-  margin_.compensated = !margin.no_compensation;
-  margin_.signal = margin.signal;
+  margin_.compensated = !arguments.no_compensation;
+  margin_.signal = arguments.signal;
   if (words() != nullptr) {
     // A word does not show how the device behaves in time.
     timing_ = {};

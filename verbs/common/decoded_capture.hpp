@@ -45,6 +45,10 @@ struct CaptureArguments : InputArguments {
   /// Only the cycles that begin within these times are read; their numbers stay.
   std::optional<Picoseconds> since;
   std::optional<Picoseconds> until;
+  /// `marginal` is judged for a master without compensation of the line delay.
+  bool no_compensation = false;
+  /// Also measure Cycle::signal.
+  bool signal = false;
   /// Takes the place of the timing that a name in `device` has; the options override it.
   std::optional<DeviceTiming> timing;
 };
@@ -58,13 +62,6 @@ void add_reading_options(Verb verb, CaptureArguments& arguments);
 
 /// --since and --until, for the verbs that only read the cycles between them.
 void add_range_options(Verb verb, CaptureArguments& arguments);
-
-/// How `marginal` is judged.
-struct MarginArguments {
-  bool no_compensation = false;
-  /// Also measure Cycle::signal.
-  bool signal = false;
-};
 
 /// The captures of a command line, decoded one after the other:
 ///
@@ -83,7 +80,9 @@ class DecodedCapture {
   Host& host() const { return host_; }
 
   /// Prints why the command line makes no sense.
-  ExitStatus open(const CaptureArguments& arguments, const MarginArguments& margin = {});
+  ExitStatus open(const CaptureArguments& arguments);
+
+  const CaptureArguments& arguments() const { return arguments_; }
 
   /// Goes to the next capture, or with --each to the next pair of lines of the same one. Prints why
   /// a capture is left out, and tries the next one. False at the end, or when a file cannot be

@@ -51,10 +51,10 @@ class WatchingObserver final : public explain::Observer, public flow::ChangeWatc
 
 }  // namespace
 
-explain::Reading choose_reading(DecodedCapture& capture, const CaptureArguments& arguments) {
+explain::Reading choose_reading(DecodedCapture& capture) {
   decode::Lines lines = capture.lines().lines;
-  lines.ma_inverted = arguments.invert_ma;
-  lines.slo_inverted = arguments.invert_slo;
+  lines.ma_inverted = capture.arguments().invert_ma;
+  lines.slo_inverted = capture.arguments().invert_slo;
   explain::Reading reading = explain::choose_reading(lines, capture.beginning(), capture.reader());
   // Lines without names cannot have the wrong ones.
   const bool named = capture.lines().origin != decode::LineOrigin::by_behaviour;
@@ -82,14 +82,13 @@ bool observe(DecodedCapture& capture, const decode::Lines& lines,
   return whole;
 }
 
-explain::Context explain_context(DecodedCapture& capture, const CaptureArguments& arguments,
-                                 const MarginArguments& margin) {
+explain::Context explain_context(DecodedCapture& capture) {
   explain::Context context;
   context.format = capture.format();
-  context.given = !arguments.device.format.empty();
+  context.given = !capture.arguments().device.format.empty();
   context.timing = capture.timing();
-  if (margin.no_compensation) context.compensated = false;
-  context.reading = choose_reading(capture, arguments);
+  if (capture.arguments().no_compensation) context.compensated = false;
+  context.reading = choose_reading(capture);
   context.identified = identified_format(capture);
   if (const auto* finding = capture.finding(); finding != nullptr && !context.identified) {
     for (const auto& each : finding->candidates) context.candidates.push_back(each.format);

@@ -9,7 +9,7 @@
 namespace biss::verbs {
 
 /// How the lines of a capture read best. \pre as DecodedCapture::beginning()
-explain::Reading choose_reading(DecodedCapture& capture, const CaptureArguments& arguments);
+explain::Reading choose_reading(DecodedCapture& capture);
 
 /// Reads the capture from its beginning by these lines and collects the evidence; `on_cycle` also
 /// gets each cycle. \return as DecodedCapture::read() \pre as DecodedCapture::beginning()
@@ -18,7 +18,6 @@ bool observe(DecodedCapture& capture, const decode::Lines& lines,
              explain::Evidence& evidence);
 
 /// The facts that diagnose() needs in addition to the cycles. \pre as DecodedCapture::beginning()
-explain::Context explain_context(DecodedCapture& capture, const CaptureArguments& arguments,
-                                 const MarginArguments& margin);
+explain::Context explain_context(DecodedCapture& capture);
 
 }  // namespace biss::verbs

@@ -20,7 +20,6 @@ using report::Kind;
 
 struct CompareOptions {
   CaptureArguments capture;
-  MarginArguments margin{.signal = true};
   std::string output;
   report::Format to = report::Format::table;
 };
@@ -90,6 +89,7 @@ class CompareRun {
       side->arguments.any_lines = true;
       side->arguments.identify = true;
       side->arguments.identify_besides = true;
+      side->arguments.signal = true;
     }
     good_.arguments.files.assign(files.begin(), middle);
     bad_.arguments.files.assign(middle, files.end());
@@ -111,7 +111,7 @@ class CompareRun {
   }
 
   ExitStatus open(Side& side) const {
-    const ExitStatus status = side.capture.open(side.arguments, options_.margin);
+    const ExitStatus status = side.capture.open(side.arguments);
     if (status != ExitStatus::done) return status;
     if (side.capture.several()) {
       return host_.fail(ExitStatus::usage,
@@ -122,7 +122,7 @@ class CompareRun {
   }
 
   ExitStatus read(Side& side) const {
-    side.link = read_link(side.capture, side.arguments, options_.margin);
+    side.link = read_link(side.capture);
     return side.link ? ExitStatus::done : host_.fail(ExitStatus::io, side.capture.input().error());
   }
 
@@ -189,7 +189,7 @@ void add_compare(Command& command) {
                   "files of GOOD, then the two of BAD; - is standard input")
       .file(FileUse::read);
   add_reading_options(verb, options->capture);
-  verb.add_flag("--no-compensation", options->margin.no_compensation,
+  verb.add_flag("--no-compensation", options->capture.no_compensation,
                 "The masters of these links sample half a period after their own edges of MA");
   add_output_option(verb, options->output);
   add_to_option(verb, options->to);

@@ -92,10 +92,9 @@ class LinkReader {
 
 }  // namespace
 
-std::optional<Link> read_link(DecodedCapture& capture, const CaptureArguments& arguments,
-                              const MarginArguments& margin) {
+std::optional<Link> read_link(DecodedCapture& capture) {
   Link link;
-  link.context = explain_context(capture, arguments, margin);
+  link.context = explain_context(capture);
   link.context.given = true;
   const decode::Lines& lines = link.context.reading.lines;
   link.resolution = capture.margin().resolution;

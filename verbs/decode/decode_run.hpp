@@ -21,10 +21,7 @@ namespace biss::verbs {
 
 struct DecodeOptions {
   CaptureArguments capture;
-  MarginArguments margin;
   SafetyArguments safety;
-  std::optional<Picoseconds> since;
-  std::optional<Picoseconds> until;
   std::vector<std::string> fail_on;
   std::string output;
   report::Format to = report::Format::table;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "biss/frame/format_text.hpp"
 #include "biss/safety/configurations.hpp"

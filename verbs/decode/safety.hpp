@@ -1,7 +1,6 @@
 // BiSS Safety in `decode`: the options of the monitor, and its lines in the summary.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>

@@ -1,7 +1,6 @@
 // `biss explain --cycle`: one cycle, bit by bit.
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <vector>
 

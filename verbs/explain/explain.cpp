@@ -1,9 +1,7 @@
 // `biss explain`: why the link in a capture does not work, and what to do.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -34,7 +32,6 @@ using report::Kind;
 
 struct ExplainOptions {
   CaptureArguments capture;
-  MarginArguments margin{.signal = true};
   SafetyArguments safety;
   std::optional<std::uint64_t> cycle;
   std::string output;
@@ -73,7 +70,8 @@ class ExplainRun {
     arguments.any_lines = true;
     arguments.identify = true;
     arguments.identify_besides = true;
-    const ExitStatus opened = capture_.open(arguments, options_.margin);
+    arguments.signal = true;
+    const ExitStatus opened = capture_.open(arguments);
     if (opened != ExitStatus::done) return opened;
     if (options_.to == report::Format::table) return write_text();
     return write_captures(
@@ -112,7 +110,7 @@ class ExplainRun {
   std::string prepare() {
     std::string wrong = choose_watch();
     if (!wrong.empty()) return wrong;
-    context_ = explain_context(capture_, options_.capture, options_.margin);
+    context_ = explain_context(capture_);
     // Frames are judged by the likeliest format with a usual checksum, if none is sure.
     const auto* finding = capture_.finding();
     const bool moves = finding != nullptr && !finding->still;
@@ -163,8 +161,7 @@ class ExplainRun {
     std::optional<draw::CycleDrawing> drawing;
     cycles_ = 0;
     decode::CycleEdgeReader cycles(
-        capture_.reader(), choose_reading(capture_, options_.capture).lines,
-        [&](const decode::CycleEdges& edges) {
+        capture_.reader(), choose_reading(capture_).lines, [&](const decode::CycleEdges& edges) {
           cycles_ = edges.number + 1;
           if (edges.number != *options_.cycle) return;
           drawing =
@@ -298,7 +295,7 @@ void add_explain(Command& command) {
   add_capture_options(verb, options->capture);
   add_range_options(verb, options->capture);
   add_safety_options(verb, options->safety);
-  verb.add_flag("--no-compensation", options->margin.no_compensation,
+  verb.add_flag("--no-compensation", options->capture.no_compensation,
                 "The master of this link samples half a period after its own edges of MA");
   add_count_option(verb, "--cycle", into(options->cycle),
                    "Draw this cycle bit by bit, counted from 0 as the rows of decode")

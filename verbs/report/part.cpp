@@ -6,7 +6,6 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <utility>
 
 #include "biss/frame/format_text.hpp"
 #include "decode/control_listener.hpp"
