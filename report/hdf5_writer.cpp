@@ -17,24 +17,13 @@ namespace {
 constexpr unsigned double_bits = 53;
 
 Hdf5Storage storage_of(const Column& column) {
+  using enum Hdf5Storage;
+  // In the order of Kind.
+  constexpr std::array<Hdf5Storage, kind_names.size()> usual{
+      code, wide_unsigned, wide_signed, real, real, code, wide_unsigned, flag};
+  const bool integer = column.kind == Kind::unsigned_integer || column.kind == Kind::signed_integer;
   const bool narrow = column.bits != 0 && column.bits <= double_bits;
-  switch (column.kind) {
-    case Kind::unsigned_integer:
-      return narrow ? Hdf5Storage::real : Hdf5Storage::wide_unsigned;
-    case Kind::signed_integer:
-      return narrow ? Hdf5Storage::real : Hdf5Storage::wide_signed;
-    case Kind::bits:
-      return Hdf5Storage::wide_unsigned;
-    case Kind::flag:
-      return Hdf5Storage::flag;
-    case Kind::text:
-    case Kind::absent:
-      return Hdf5Storage::code;
-    case Kind::nanoseconds:
-    case Kind::real:
-      break;
-  }
-  return Hdf5Storage::real;
+  return integer && narrow ? real : usual[static_cast<std::size_t>(column.kind)];
 }
 
 // The texts of a column by number, from 1 on; 0 means no text.
@@ -131,9 +120,9 @@ class StoredColumn {
         values_.put(row, texts_.number_of(cell.text()));
         break;
       case Kind::unsigned_integer:
-        return put_unsigned(row, cell.unsigned_value());
+        return put_integer(row, cell.unsigned_value(), cell.unsigned_value());
       case Kind::signed_integer:
-        return put_signed(row, cell.signed_value());
+        return put_integer(row, cell.signed_value(), magnitude_of(cell.signed_value()).value);
       case Kind::bits:
         return put_bits(row, cell.bits());
     }
@@ -147,22 +136,14 @@ class StoredColumn {
   }
 
  private:
-  bool put_unsigned(std::size_t row, std::uint64_t value) {
+  template <class Value>
+  bool put_integer(std::size_t row, Value value, std::uint64_t magnitude) {
     if (storage_ != Hdf5Storage::real) {
       values_.put(row, value);
       return true;
     }
     values_.put(row, static_cast<double>(value));
-    return value >> double_bits == 0;
-  }
-
-  bool put_signed(std::size_t row, std::int64_t value) {
-    if (storage_ != Hdf5Storage::real) {
-      values_.put(row, value);
-      return true;
-    }
-    values_.put(row, static_cast<double>(value));
-    return magnitude_of(value).value >> double_bits == 0;
+    return magnitude >> double_bits == 0;
   }
 
   // One number of several words, the most significant one first.

@@ -12,33 +12,20 @@ constexpr std::uint64_t largest_safe_integer = std::uint64_t{1} << 53U;
 char* put_text(char* at, std::string_view text) { return std::copy(text.begin(), text.end(), at); }
 
 char* put_escaped(char* at, char c) {
+  constexpr std::string_view escaped = "\"\\\b\f\n\r\t";
+  constexpr std::string_view letters = "\"\\bfnrt";
   constexpr std::string_view digits = "0123456789abcdef";
-  switch (c) {
-    case '"':
-      return put_text(at, "\\\"");
-    case '\\':
-      return put_text(at, "\\\\");
-    case '\b':
-      return put_text(at, "\\b");
-    case '\f':
-      return put_text(at, "\\f");
-    case '\n':
-      return put_text(at, "\\n");
-    case '\r':
-      return put_text(at, "\\r");
-    case '\t':
-      return put_text(at, "\\t");
-    default:
-      break;
-  }
   const auto code = static_cast<unsigned char>(c);
-  if (code >= 0x20) {
+  if (const std::size_t place = escaped.find(c); place != std::string_view::npos) {
+    *at++ = '\\';
+    *at++ = letters[place];
+  } else if (code >= 0x20) {
     *at++ = c;
-    return at;
+  } else {
+    at = put_text(at, "\\u00");
+    *at++ = digits[code >> 4U];
+    *at++ = digits[code & 15U];
   }
-  at = put_text(at, "\\u00");
-  *at++ = digits[code >> 4U];
-  *at++ = digits[code & 15U];
   return at;
 }
 

@@ -156,13 +156,13 @@ class ExplainRun {
     return whole;
   }
 
-  // Reads until the requested cycle. Empty if the capture has fewer cycles.
-  std::optional<draw::CycleDrawing> draw_cycle() {
+  // Reads until the requested cycle. The status if the capture has fewer cycles.
+  tl::expected<draw::CycleDrawing, ExitStatus> draw_cycle(RunMessages& messages) {
     std::optional<draw::CycleDrawing> drawing;
-    cycles_ = 0;
+    std::uint64_t count = 0;
     decode::CycleEdgeReader cycles(
         capture_.reader(), choose_reading(capture_).lines, [&](const decode::CycleEdges& edges) {
-          cycles_ = edges.number + 1;
+          count = edges.number + 1;
           if (edges.number != *options_.cycle) return;
           drawing =
               draw::draw_cycle(edges, capture_.format(), capture_.timing(), capture_.margin());
@@ -172,7 +172,13 @@ class ExplainRun {
       return !drawing;
     });
     if (!drawing) cycles.finish(capture_.input().end_time());
-    return drawing;
+    if (drawing) return std::move(*drawing);
+    const std::string& error = capture_.input().error();
+    if (!error.empty()) return tl::unexpected(messages.fail(ExitStatus::io, error));
+    return tl::unexpected(messages.fail(
+        ExitStatus::data_failed,
+        fmt::format("{}: no cycle {}; the capture has {}, counted from 0", capture_.input().name(),
+                    *options_.cycle, report::counted(count, "request cycle"))));
   }
 
   // The cycles before the damage of a capture are explained, too.
@@ -188,21 +194,10 @@ class ExplainRun {
   }
 
   ExitStatus write_bits(report::TableWriter& writer, RunMessages& messages) {
-    const auto drawing = draw_cycle();
-    if (!drawing) return messages.fail(no_cycle_status(), no_cycle());
+    const auto drawing = draw_cycle(messages);
+    if (!drawing) return drawing.error();
     write_drawing(*drawing, writer);
     return ExitStatus::done;
-  }
-
-  ExitStatus no_cycle_status() const {
-    return capture_.input().error().empty() ? ExitStatus::data_failed : ExitStatus::io;
-  }
-
-  std::string no_cycle() const {
-    if (!capture_.input().error().empty()) return capture_.input().error();
-    return fmt::format("{}: no cycle {}; the capture has {}, counted from 0",
-                       capture_.input().name(), *options_.cycle,
-                       report::counted(cycles_, "request cycle"));
   }
 
   // Text for people: a paragraph for each cause, or the drawing.
@@ -263,8 +258,8 @@ class ExplainRun {
   }
 
   ExitStatus drawn_text(std::string& text, RunMessages& messages) {
-    const auto drawing = draw_cycle();
-    if (!drawing) return messages.fail(no_cycle_status(), no_cycle());
+    const auto drawing = draw_cycle(messages);
+    if (!drawing) return drawing.error();
     text = drawing_title(*drawing) + '\n' + draw::drawing_text(*drawing, text_columns());
     return ExitStatus::done;
   }
@@ -278,7 +273,6 @@ class ExplainRun {
   std::vector<Finding> findings_;
   std::optional<decode::SafetyWatch> watch_;
   std::string watch_name_;
-  std::uint64_t cycles_ = 0;
 };
 
 }  // namespace
