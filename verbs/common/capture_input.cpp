@@ -324,9 +324,9 @@ void CaptureInput::note_error(const capture::CaptureError& error) {
 }
 
 capture::PairSource& CaptureInput::pairs(const decode::Lines& lines) {
-  auto first = beginning_pending_ ? std::move(beginning_) : std::vector<wire::Edge>{};
-  beginning_ = {};
-  beginning_pending_ = false;
+  const bool pending = std::exchange(state_, Beginning::delivered) == Beginning::pending;
+  auto first = std::exchange(beginning_, {});
+  if (!pending) first.clear();
   pairs_ = capture::pairs_of(std::move(first), *source_, lines.ma, lines.slo);
   return *pairs_;
 }
@@ -337,19 +337,18 @@ bool CaptureInput::end_pairs() {
 }
 
 std::span<const wire::Edge> CaptureInput::beginning() {
-  while (!beginning_read_ && beginning_.size() < arguments_.beginning) {
+  while (state_ == Beginning::unread && beginning_.size() < arguments_.beginning) {
     const auto block = pull();
     if (block.empty()) break;
     if (!beginning_.empty()) beginning_.reserve(arguments_.beginning + arguments_.beginning / 4);
     beginning_.insert(beginning_.end(), block.begin(), block.end());
   }
-  beginning_pending_ = beginning_pending_ || (!beginning_read_ && !beginning_.empty());
-  beginning_read_ = true;
+  if (state_ == Beginning::unread) state_ = Beginning::pending;
   return beginning_;
 }
 
 std::span<const wire::Edge> CaptureInput::next() {
-  if (std::exchange(beginning_pending_, false)) return beginning_;
+  if (std::exchange(state_, Beginning::delivered) == Beginning::pending) return beginning_;
   if (!beginning_.empty()) beginning_ = {};
   return pull();
 }

@@ -136,8 +136,8 @@ class CaptureInput {
   std::unique_ptr<capture::EdgeSource> source_;
   std::unique_ptr<capture::PairSource> pairs_;
   std::vector<wire::Edge> beginning_;
-  bool beginning_read_ = false;
-  bool beginning_pending_ = false;
+  enum class Beginning : std::uint8_t { unread, pending, delivered };
+  Beginning state_ = Beginning::unread;
   bool failed_ = false;
   std::string error_;
   std::optional<capture::CaptureCause> cause_;

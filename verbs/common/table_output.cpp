@@ -141,9 +141,10 @@ void RunMessages::print(Host& host) const {
 }
 
 ExitStatus write_captures(
-    DecodedCapture& capture, const std::string& output_path, const TableChoice& to,
+    DecodedCapture& capture, const std::string& output_path, report::Format to,
     const std::function<std::vector<report::Column>()>& columns, bool needs_all,
-    const std::function<ExitStatus(report::TableWriter& writer, RunMessages& messages)>& write) {
+    const std::function<ExitStatus(report::TableWriter& writer, RunMessages& messages)>& write,
+    const std::vector<std::string>& chosen) {
   if (!capture.next()) {
     if (capture.status() == ExitStatus::io) capture.host().print_summary(rest_text(capture, ""));
     return capture.status();
@@ -158,12 +159,12 @@ ExitStatus write_captures(
     if (taken) column.name += "_line";
     all.push_back(std::move(column));
   }
-  auto places = places_of(to.columns, all);
+  auto places = places_of(chosen, all);
   if (!places) return capture.host().fail(ExitStatus::usage, places.error());
-  if (to.to == report::Format::vcd && !places->empty()) put_time_first(*places, all);
-  std::vector<report::Column> chosen;
-  for (const std::size_t place : *places) chosen.push_back(all[place]);
-  auto writer = make_writer(to.to, chosen.empty() ? all : chosen, output);
+  if (to == report::Format::vcd && !places->empty()) put_time_first(*places, all);
+  std::vector<report::Column> shown;
+  for (const std::size_t place : *places) shown.push_back(all[place]);
+  auto writer = make_writer(to, shown.empty() ? all : shown, output);
   if (!writer) return capture.host().fail(ExitStatus::usage, writer.error());
   CaptureRows rows(std::move(*writer), all.size(), std::move(*places), output, needs_all);
   RunMessages messages;

@@ -13,16 +13,6 @@
 
 namespace biss::verbs {
 
-/// How a verb writes its rows.
-struct TableChoice {
-  TableChoice(report::Format format, std::vector<std::string> names = {})
-      : to(format), columns(std::move(names)) {}
-
-  report::Format to;
-  /// In this order; empty: all.
-  std::vector<std::string> columns;
-};
-
 /// The text that a run prints on stderr after its rows.
 class RunMessages {
  public:
@@ -39,13 +29,14 @@ class RunMessages {
 /// Writes one table of all captures: calls `write` for each, which writes the rows of the current
 /// capture. Columns that name the capture of a row are added.
 /// \param output as for Output::open()
-/// \param to the format, and the names of the columns, if only some are written
 /// \param columns of the rows; called when the first capture is open
+/// \param chosen the names of the columns that are written, in this order; empty: all
 /// \param needs_all the status depends on every row, also when the reader of a pipe has left
 /// \return the worst status of all captures; with `usage` and `io` the output file is left as it was
 ExitStatus write_captures(
-    DecodedCapture& capture, const std::string& output, const TableChoice& to,
+    DecodedCapture& capture, const std::string& output, report::Format to,
     const std::function<std::vector<report::Column>()>& columns, bool needs_all,
-    const std::function<ExitStatus(report::TableWriter& writer, RunMessages& messages)>& write);
+    const std::function<ExitStatus(report::TableWriter& writer, RunMessages& messages)>& write,
+    const std::vector<std::string>& chosen = {});
 
 }  // namespace biss::verbs

@@ -76,11 +76,12 @@ ExitStatus DecodeRun::run() {
   const ExitStatus opened = open();
   if (opened != ExitStatus::done) return opened;
   return write_captures(
-      capture_, options_.output, TableChoice(options_.to, options_.columns),
-      [this] { return columns(); }, !options_.fail_on.empty(),
+      capture_, options_.output, options_.to, [this] { return columns(); },
+      !options_.fail_on.empty(),
       [this](report::TableWriter& writer, RunMessages& messages) {
         return write_rows(writer, messages);
-      });
+      },
+      options_.columns);
 }
 
 ExitStatus DecodeRun::next() { return capture_.next() ? ExitStatus::done : capture_.status(); }

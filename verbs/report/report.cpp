@@ -67,17 +67,23 @@ class ReportRun {
     }
     status = decode.next();
     if (status != ExitStatus::done) return status;
-    if (const auto text = whole_capture()) return write(whole_page(*page, *text));
+    const std::vector<Option> given = verb_.given_options();
+    const std::string name = fs::path(files.front()).filename().string();
+    if (const auto text = whole_capture()) {
+      const std::string view = page_settings(given).link_text();
+      return write(page_with(*page, "biss-capture", {{"name", name}, {"view", view}}, *text),
+                   "the whole capture");
+    }
     const std::size_t room = report_max - std::min(report_max, page->size());
-    const auto part = part_of_capture(options_.decode, decode, verb_.given_options(), name(), room);
-    return part ? write(part_page(*page, *part)) : part.error();
+    const auto part = part_of_capture(options_.decode, decode, given, name, room);
+    if (!part) return part.error();
+    const std::string view = part->settings.link_text();
+    return write(page_with(page_with(*page, "biss-report", {}, part->report), "biss-capture",
+                           {{"name", name}, {"view", view}}, part->capture),
+                 fmt::format("{}", fmt::join(part->notes, " ")));
   }
 
  private:
-  std::string name() const {
-    return fs::path(options_.decode.capture.files.front()).filename().string();
-  }
-
   // The bytes of the capture as text; empty if there are too many.
   std::optional<std::string> whole_capture() const {
     const std::vector<std::string>& files = options_.decode.capture.files;
@@ -92,20 +98,7 @@ class ReportRun {
     return text.size() > whole_text_max ? std::nullopt : std::optional(std::move(text));
   }
 
-  std::string whole_page(std::string_view page, std::string_view content) {
-    contains_ = "the whole capture";
-    const std::string view = page_settings(verb_.given_options()).link_text();
-    return page_with(page, "biss-capture", {{"name", name()}, {"view", view}}, content);
-  }
-
-  std::string part_page(std::string_view page, const CapturePart& part) {
-    contains_ = fmt::format("{}", fmt::join(part.notes, " "));
-    const std::string with_report = page_with(page, "biss-report", {}, part.report);
-    return page_with(with_report, "biss-capture",
-                     {{"name", name()}, {"view", part.settings.link_text()}}, part.capture);
-  }
-
-  ExitStatus write(const std::string& page) {
+  ExitStatus write(const std::string& page, const std::string& contains) {
     Output output(host_);
     if (!output.open(options_.output)) return output.status();
     if (!output.write(page) || !output.finish()) return output.status();
@@ -113,7 +106,7 @@ class ReportRun {
     const bool is_file = options_.output != "-";
     out.title(fmt::format("{}: {:.2f} MB", is_file ? options_.output : "standard output",
                           static_cast<double>(page.size()) / 1e6));
-    out.entry("contains", contains_);
+    out.entry("contains", contains);
     host_.print_summary(out.text());
     return ExitStatus::done;
   }
@@ -121,7 +114,6 @@ class ReportRun {
   ReportOptions& options_;
   const Verb& verb_;
   Host& host_;
-  std::string contains_;
 };
 
 }  // namespace
