@@ -51,18 +51,19 @@ class Texts {
       for (std::size_t k = 0; k < texts[i].size(); ++k) units[k * texts.size() + i] = texts[i][k];
     }
     const std::array<hsize_t, 2> size{longest, texts.size()};
-    const Hdf5Id setup(hdf5().H5Pcreate(hdf5().H5P_CLS_DATASET_CREATE_ID_g), hdf5().H5Pclose);
-    const Hdf5Id space(hdf5().H5Screate_simple(2, size.data(), nullptr), hdf5().H5Sclose);
-    if (hdf5().H5Pset_obj_track_times(setup.get(), false) < 0) return false;
-    const Hdf5Id set(hdf5().H5Dcreate2(file, name.c_str(), hdf5().H5T_STD_U16LE_g, space.get(),
-                                       H5P_DEFAULT, setup.get(), H5P_DEFAULT),
-                     hdf5().H5Dclose);
+    const Hdf5Id setup(BISS_HDF5(H5Pcreate)(BISS_HDF5(H5P_CLS_DATASET_CREATE_ID_g)),
+                       BISS_HDF5(H5Pclose));
+    const Hdf5Id space(BISS_HDF5(H5Screate_simple)(2, size.data(), nullptr), BISS_HDF5(H5Sclose));
+    if (BISS_HDF5(H5Pset_obj_track_times)(setup.get(), false) < 0) return false;
+    const Hdf5Id set(BISS_HDF5(H5Dcreate2)(file, name.c_str(), BISS_HDF5(H5T_STD_U16LE_g),
+                                           space.get(), H5P_DEFAULT, setup.get(), H5P_DEFAULT),
+                     BISS_HDF5(H5Dclose));
     constexpr std::int32_t as_characters = 2;
     return set.good() && put_hdf5_attribute(set.get(), "MATLAB_class", "char") &&
-           put_hdf5_attribute(set.get(), "MATLAB_int_decode", hdf5().H5T_STD_I32LE_g,
+           put_hdf5_attribute(set.get(), "MATLAB_int_decode", BISS_HDF5(H5T_STD_I32LE_g),
                               &as_characters) &&
-           hdf5().H5Dwrite(set.get(), hdf5().H5T_STD_U16LE_g, H5S_ALL, H5S_ALL, H5P_DEFAULT,
-                           units.data()) >= 0;
+           BISS_HDF5(H5Dwrite)(set.get(), BISS_HDF5(H5T_STD_U16LE_g), H5S_ALL, H5S_ALL, H5P_DEFAULT,
+                               units.data()) >= 0;
   }
 
  private:
@@ -185,8 +186,8 @@ class Hdf5Writer final : public TableWriter {
       : sink_(sink), file_(create_hdf5_file(sink)) {
     for (const Column& column : columns) columns_.emplace_back(column);
     if (file_.good()) return;
-    fail(hdf5().loaded ? std::string("HDF5: the library cannot create the file")
-                       : std::string("HDF5: the library ") + hdf5_file + " cannot be loaded");
+    fail(load_hdf5() ? std::string("HDF5: the library cannot create the file")
+                     : std::string("HDF5: the library ") + hdf5_file + " cannot be loaded");
   }
 
   bool row(std::span<const Cell> cells) override {
