@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <string>
 #include <vector>
 
@@ -97,19 +96,13 @@ class Variable {
       return;
     }
     out.push_back(prefix);
-    if (prefix == 'r') return append_real(out, cell);
+    if (prefix == 'r') {
+      append_plain(out, cell);
+      if (out.back() == prefix) out += "nan";
+      return;
+    }
     if (prefix == 'b') return append_vector(out, cell);
     if (cell.kind() == Kind::text) append_string_value(out, cell.text());
-  }
-
-  static void append_real(std::string& out, const Cell& cell) {
-    if (cell.kind() == Kind::nanoseconds) {
-      append_nanoseconds(out, cell.time());
-    } else if (cell.kind() == Kind::real && std::isfinite(cell.real_value())) {
-      append_number(out, cell.real_value());
-    } else {
-      out += "nan";
-    }
   }
 
   void append_vector(std::string& out, const Cell& cell) const {

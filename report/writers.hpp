@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -94,6 +95,12 @@ inline char* put_plain(char* at, const Cell& cell) {
 /// The most characters that it writes.
 inline std::size_t plain_chars(const Cell& cell) {
   return cell.kind() == Kind::bits ? hex_chars(cell.bits()) : number_chars;
+}
+
+inline void append_plain(std::string& out, const Cell& cell) {
+  const std::size_t before = out.size();
+  out.resize(before + plain_chars(cell));
+  out.resize(static_cast<std::size_t>(put_plain(out.data() + before, cell) - out.data()));
 }
 
 /// The bytes that a format writes unchanged.

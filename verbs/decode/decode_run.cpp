@@ -6,7 +6,6 @@
 #include <tuple>
 
 #include "verbs/common/host.hpp"
-#include "verbs/decode/summary.hpp"
 
 namespace biss::verbs {
 
@@ -177,10 +176,6 @@ bool DecodeRun::take(std::uint64_t number, const decode::Cycle& cycle,
     return false;
   }
   return writer.row(table_->cells(number, cycle, verdict, exceeded, motion, capture_.timed()));
-}
-
-std::string DecodeRun::summary() const {
-  return decode_summary(now_.statistics, capture_, safety(), now_.safety_name);
 }
 
 ExitStatus DecodeRun::end_rows(bool read, RunMessages& messages) {

@@ -1,5 +1,4 @@
-#include "verbs/decode/summary.hpp"
-
+// The summary of a capture, in a few lines for a reader.
 #include <fmt/format.h>
 
 #include <optional>
@@ -10,6 +9,7 @@
 #include "device/words.hpp"
 #include "report/summary.hpp"
 #include "verbs/common/identified.hpp"
+#include "verbs/decode/decode_run.hpp"
 #include "verbs/decode/safety.hpp"
 
 namespace biss::verbs {
@@ -188,41 +188,41 @@ void add_limits(report::Summary& summary, const decode::Statistics& statistics,
 
 }  // namespace
 
-std::string decode_summary(const decode::Statistics& statistics, const DecodedCapture& capture,
-                           const decode::SafetyWatch* safety, std::string_view safety_name) {
-  const bool is_log = capture.words() != nullptr;
+std::string DecodeRun::summary() const {
+  const decode::Statistics& statistics = now_.statistics;
+  const bool is_log = capture_.words() != nullptr;
   report::Summary summary;
   const std::string_view noun = is_log ? "word" : "request cycle";
-  summary.title(capture.name() + ": " + report::counted(statistics.cycles(), noun));
-  if (!is_log) add_lines(summary, capture);
+  summary.title(capture_.name() + ": " + report::counted(statistics.cycles(), noun));
+  if (!is_log) add_lines(summary, capture_);
   summary.entry("status", status_counts(statistics));
-  if (capture.format()) {
+  if (capture_.format()) {
     summary.entry("flags", fmt::format("{} with nE = 0, {} with nW = 0", statistics.errors(),
                                        statistics.warnings()));
   }
-  if (const identify::FormatFinding* finding = capture.finding()) {
-    add_identified(summary, *finding, capture.format().has_value());
+  if (const identify::FormatFinding* finding = capture_.finding()) {
+    add_identified(summary, *finding, capture_.format().has_value());
   }
-  if (!capture.format()) {
-    summary.entry(capture.finding() ? "" : "format", capture.finding() ? "used: none" : "none",
+  if (!capture_.format()) {
+    summary.entry(capture_.finding() ? "" : "format", capture_.finding() ? "used: none" : "none",
                   "only the structure is checked; give -f FORMAT for positions and flags");
   }
-  add_limits(summary, statistics, capture.timing());
-  add_marginal(summary, statistics, capture.margin());
-  if (safety != nullptr) add_safety(summary, *safety, safety_name);
+  add_limits(summary, statistics, capture_.timing());
+  add_marginal(summary, statistics, capture_.margin());
+  if (now_.safety) add_safety(summary, *now_.safety, now_.safety_name);
   add_spread(summary, "clock", statistics.period(), rate_text);
   add_spread(summary, "duty", statistics.duty(), percent_text);
-  if (capture.timed()) add_spread(summary, "rate", statistics.interval(), rate_text);
+  if (capture_.timed()) add_spread(summary, "rate", statistics.interval(), rate_text);
   add_spread(summary, "line delay", statistics.line_delay(), time_text);
   add_spread(summary, "ACK", statistics.ack(), time_text);
   const std::string fitting =
-      is_log && capture.format() ? capture.fitting_options() : std::string();
+      is_log && capture_.format() ? capture_.fitting_options() : std::string();
   if (!fitting.empty()) {
     summary.entry("try", "words", fitting);
-  } else if (!is_log && capture.lines().look_swapped) {
+  } else if (!is_log && capture_.lines().look_swapped) {
     summary.entry("try", "swapped?", remedy_of(Cause::ma_slo_swapped));
   } else if (const auto cause = foremost_cause(statistics)) {
-    summary.entry("try", name_of(*cause), what_to_try(*cause, statistics, capture));
+    summary.entry("try", name_of(*cause), what_to_try(*cause, statistics, capture_));
   }
   return summary.text();
 }
