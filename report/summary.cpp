@@ -64,10 +64,4 @@ void append_count(std::string& list, std::uint64_t count, std::string_view name)
   list.append(" ").append(name);
 }
 
-std::string spread(std::string_view min, std::string_view median, std::string_view max) {
-  std::string out = "(";
-  out.append(min).append(" .. ").append(median).append(" .. ").append(max).append(")");
-  return out;
-}
-
 }  // namespace biss::report

@@ -39,7 +39,4 @@ std::string counted(std::uint64_t count, std::string_view noun);
 /// Appends `12 ok` to a list with commas, unless the count is 0.
 void append_count(std::string& list, std::uint64_t count, std::string_view name);
 
-/// The note of a spread: `(min .. median .. max)`.
-std::string spread(std::string_view min, std::string_view median, std::string_view max);
-
 }  // namespace biss::report

@@ -36,13 +36,10 @@ std::vector<std::string> option_names(const DeclaredVerb& verb) {
 
 // The command, the verb that was chosen, and the verb below it if it has any.
 std::vector<const DeclaredVerb*> chosen_verbs(const DeclaredVerb& command) {
-  std::vector<const DeclaredVerb*> chosen{&command};
-  for (bool found = true; found;) {
-    const auto& verbs = chosen.back()->verbs;
-    const auto below = std::find_if(verbs.begin(), verbs.end(),
-                                    [](const DeclaredVerb& each) { return each.parsed; });
-    found = below != verbs.end();
-    if (found) chosen.push_back(&*below);
+  std::vector<const DeclaredVerb*> chosen;
+  const auto is_chosen = [](const DeclaredVerb& each) { return each.parsed; };
+  for (const auto* verb = &command; verb != nullptr; verb = find_record(verb->verbs, is_chosen)) {
+    chosen.push_back(verb);
   }
   return chosen;
 }
@@ -67,45 +64,34 @@ void forget_given(DeclaredVerb& verb) {
   for (DeclaredVerb& below : verb.verbs) forget_given(below);
 }
 
-DeclaredOption* option_of(DeclaredVerb& verb, const std::string& name) {
-  const auto found = std::find_if(verb.options.begin(), verb.options.end(),
-                                  [&](const DeclaredOption& each) { return each.name() == name; });
-  return found == verb.options.end() ? nullptr : &*found;
-}
-
-// The argument that the next word is for; null if the verb takes no further argument.
-DeclaredOption* next_argument(DeclaredVerb& verb) {
-  const auto found =
-      std::find_if(verb.options.begin(), verb.options.end(), [](const DeclaredOption& each) {
-        return each.is_argument() && (each.repeats || each.given.empty());
-      });
-  return found == verb.options.end() ? nullptr : &*found;
-}
-
 // Words that name the verb, then its arguments.
 WrongWords take_given(DeclaredVerb& command, const std::vector<std::string>& words,
                       const GivenOptions& options) {
+  const auto takes_argument = [](const DeclaredOption& each) {
+    return each.is_argument() && (each.repeats || each.given.empty());
+  };
   WrongWords wrong;
   DeclaredVerb* verb = &command;
   for (const std::string& word : words) {
-    const auto below =
-        std::find_if(verb->verbs.begin(), verb->verbs.end(),
-                     [&](const DeclaredVerb& each) { return each.text.name == word; });
-    if (below != verb->verbs.end()) {
-      verb = &*below;
+    DeclaredVerb* const below =
+        find_record(verb->verbs, [&](const DeclaredVerb& each) { return each.text.name == word; });
+    if (below != nullptr) {
+      verb = below;
       verb->parsed = true;
-    } else if (DeclaredOption* const argument = next_argument(*verb)) {
+    } else if (DeclaredOption* const argument = find_record(verb->options, takes_argument)) {
       give(*argument, word);
     } else {
       wrong.further.push_back(word);
     }
   }
-  for (const auto& [name, values] : options) {
-    DeclaredOption* const option = option_of(*verb, name);
+  for (const GivenOption& given : options) {
+    const std::string& name = given.first;
+    DeclaredOption* const option =
+        find_record(verb->options, [&](const DeclaredOption& each) { return each.name() == name; });
     if (option == nullptr) {
       wrong.further.push_back(name);
-    } else if (!values.empty()) {
-      for (const std::string& value : values) give(*option, value);
+    } else if (!given.second.empty()) {
+      for (const std::string& value : given.second) give(*option, value);
     } else if (option->is_flag()) {
       option->given.emplace_back("true");
     } else {
@@ -187,15 +173,14 @@ ExitStatus Command::print_help(const HelpOptions& options) const {
   const DeclaredVerb* verb = root_.get();
   std::string path = verb->text.name;
   for (const std::string& name : options.verb) {
-    const auto next =
-        std::find_if(verb->verbs.begin(), verb->verbs.end(),
-                     [&](const DeclaredVerb& each) { return each.text.name == name; });
-    if (next == verb->verbs.end()) {
+    const auto* next =
+        find_record(verb->verbs, [&](const DeclaredVerb& each) { return each.text.name == name; });
+    if (next == nullptr) {
       return host_.fail(
           ExitStatus::usage,
           fmt::format("{} (see '{} --help')", unknown_verb_text(name, verb_names(*verb)), path));
     }
-    verb = &*next;
+    verb = next;
     path += ' ' + name;
   }
   return print(host_, help_text(*verb, path), options.output);

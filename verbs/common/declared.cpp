@@ -115,9 +115,10 @@ void check_given(const DeclaredVerb& verb) {
       throw WrongUsage(option.name() + " excludes " + other.name());
     }
   }
-  const bool named = std::any_of(verb.verbs.begin(), verb.verbs.end(),
-                                 [](const DeclaredVerb& below) { return below.parsed; });
-  if (verb.needs_verb() && !named) throw WrongUsage("no verb given");
+  const auto is_chosen = [](const DeclaredVerb& below) { return below.parsed; };
+  if (verb.needs_verb() && find_record(verb.verbs, is_chosen) == nullptr) {
+    throw WrongUsage("no verb given");
+  }
 }
 
 Option Option::type_name(const std::string& name) {
@@ -222,10 +223,10 @@ void Verb::after_parsing(std::function<void()> check) const {
 }
 
 Option Verb::get_option(const std::string& name) const {
-  const auto found = std::find_if(verb_->options.begin(), verb_->options.end(),
-                                  [&](const DeclaredOption& each) { return each.name() == name; });
-  if (found == verb_->options.end()) throw std::logic_error("no option " + name);
-  return Option(&*found);
+  DeclaredOption* const found =
+      find_record(verb_->options, [&](const DeclaredOption& each) { return each.name() == name; });
+  if (found == nullptr) throw std::logic_error("no option " + name);
+  return Option(found);
 }
 
 std::vector<Option> Verb::given_options() const {

@@ -3,6 +3,7 @@
 // records.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <list>
 #include <optional>
@@ -52,6 +53,13 @@ struct DeclaredVerb {
   /// A verb below this one must be named.
   bool needs_verb() const { return !run && !verbs.empty(); }
 };
+
+/// The first option or verb that fits; null if there is none.
+template <class Records, class Fits>
+auto* find_record(Records& records, Fits fits) {
+  const auto found = std::find_if(records.begin(), records.end(), fits);
+  return found == records.end() ? nullptr : &*found;
+}
 
 /// Why options are wrong, as one line.
 class WrongUsage : public std::runtime_error {

@@ -37,7 +37,7 @@ void add_spread(report::Summary& summary, std::string_view key, const decode::Di
   if (text == rate_text) std::swap(low, high);
   const std::string median = text(values.median());
   const bool varies = values.min() != values.max();
-  summary.entry(key, median, varies ? report::spread(low, median, high) : "");
+  summary.entry(key, median, varies ? fmt::format("({} .. {} .. {})", low, median, high) : "");
 }
 
 std::string_view origin_text(const decode::FoundLines& found) {
