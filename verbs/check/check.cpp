@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -50,18 +51,17 @@ struct CheckOptions {
 
 // Limits are times for some rules and counts or shares for others. Thousandths of any unit are
 // written like picoseconds as nanoseconds.
-const std::vector<report::Column>& check_columns() {
-  static const std::vector<report::Column> all{{.name = "rule", .kind = Kind::text},
-                                               {.name = "limit", .kind = Kind::nanoseconds},
-                                               {.name = "worst", .kind = Kind::nanoseconds},
-                                               {.name = "unit", .kind = Kind::text},
-                                               {.name = "margin", .kind = Kind::nanoseconds},
-                                               {.name = "cycle", .kind = Kind::unsigned_integer},
-                                               {.name = "verdict", .kind = Kind::text},
-                                               {.name = "cases", .kind = Kind::unsigned_integer},
-                                               {.name = "source", .kind = Kind::text},
-                                               {.name = "note", .kind = Kind::text}};
-  return all;
+std::vector<report::Column> check_columns() {
+  return {{.name = "rule", .kind = Kind::text},
+          {.name = "limit", .kind = Kind::nanoseconds},
+          {.name = "worst", .kind = Kind::nanoseconds},
+          {.name = "unit", .kind = Kind::text},
+          {.name = "margin", .kind = Kind::nanoseconds},
+          {.name = "cycle", .kind = Kind::unsigned_integer},
+          {.name = "verdict", .kind = Kind::text},
+          {.name = "cases", .kind = Kind::unsigned_integer},
+          {.name = "source", .kind = Kind::text},
+          {.name = "note", .kind = Kind::text}};
 }
 
 Picoseconds count_of(std::uint64_t count) {
@@ -180,9 +180,7 @@ class CheckRun {
     const ExitStatus opened = capture_.open(arguments);
     if (opened != ExitStatus::done) return opened;
     return write_captures(capture_, options_.output, options_.to, check_columns, true,
-                          [this](report::TableWriter& writer, RunMessages& messages) {
-                            return judge(writer, messages);
-                          });
+                          std::bind_front(&CheckRun::judge, this));
   }
 
  private:

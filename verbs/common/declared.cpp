@@ -201,14 +201,8 @@ Option Verb::add_flag(const std::string& name, bool& target, const std::string& 
 }
 
 Option Verb::add_text_option(const std::string& name, std::function<void(const std::string&)> set,
-                             const std::string& description) const {
-  return declared(name, "TEXT", description, false, into_each(std::move(set)));
-}
-
-Option Verb::add_repeated_option(const std::string& name,
-                                 std::function<void(const std::string&)> set,
-                                 const std::string& description) const {
-  return declared(name, "TEXT", description, true, into_each(std::move(set)));
+                             const std::string& description, bool repeats) const {
+  return declared(name, "TEXT", description, repeats, into_each(std::move(set)));
 }
 
 Option Verb::declared(const std::string& names, const std::string& value,

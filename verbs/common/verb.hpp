@@ -138,13 +138,10 @@ class Verb {
   Option add_option(const std::string& name, std::int64_t& target,
                     const std::string& description) const;
   Option add_flag(const std::string& name, bool& target, const std::string& description) const;
-  /// `set` gets the text of the value; see wrong_value().
+  /// `set` gets the text of each value; see wrong_value().
+  /// \param repeats it may be given several times
   Option add_text_option(const std::string& name, std::function<void(const std::string&)> set,
-                         const std::string& description) const;
-
-  /// The same for an option that may be given several times: `set` gets the text of each value.
-  Option add_repeated_option(const std::string& name, std::function<void(const std::string&)> set,
-                             const std::string& description) const;
+                         const std::string& description, bool repeats = false) const;
 
   /// An option declared before, by its long name. Throws std::logic_error if it was not.
   Option get_option(const std::string& name) const;

@@ -25,13 +25,12 @@ struct CompareOptions {
 };
 
 // A value is a number or words.
-const std::vector<report::Column>& compare_columns() {
-  static const std::vector<report::Column> all{{.name = "property", .kind = Kind::text},
-                                               {.name = "unit", .kind = Kind::text},
-                                               {.name = "good", .kind = Kind::text},
-                                               {.name = "bad", .kind = Kind::text},
-                                               {.name = "effect", .kind = Kind::real}};
-  return all;
+std::vector<report::Column> compare_columns() {
+  return {{.name = "property", .kind = Kind::text},
+          {.name = "unit", .kind = Kind::text},
+          {.name = "good", .kind = Kind::text},
+          {.name = "bad", .kind = Kind::text},
+          {.name = "effect", .kind = Kind::real}};
 }
 
 // Whole numbers are written without an exponent: 1000000 and not 1e+06.

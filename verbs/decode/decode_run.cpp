@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <tuple>
 
 #include "verbs/common/host.hpp"
@@ -76,11 +77,7 @@ ExitStatus DecodeRun::run() {
   if (opened != ExitStatus::done) return opened;
   return write_captures(
       capture_, options_.output, options_.to, [this] { return columns(); },
-      !options_.fail_on.empty(),
-      [this](report::TableWriter& writer, RunMessages& messages) {
-        return write_rows(writer, messages);
-      },
-      options_.columns);
+      !options_.fail_on.empty(), std::bind_front(&DecodeRun::write_rows, this), options_.columns);
 }
 
 ExitStatus DecodeRun::next() { return capture_.next() ? ExitStatus::done : capture_.status(); }

@@ -10,7 +10,7 @@
 namespace biss::verbs {
 
 /// The columns of a cycle's bits: one row per clock of MA.
-const std::vector<report::Column>& drawing_columns();
+std::vector<report::Column> drawing_columns();
 
 /// Writes the rows. False when the writer has failed.
 bool write_drawing(const draw::CycleDrawing& drawing, report::TableWriter& writer);

@@ -40,12 +40,11 @@ struct ExplainOptions {
 
 constexpr std::size_t usual_columns = 80;
 
-const std::vector<report::Column>& finding_columns() {
-  static const std::vector<report::Column> all{{.name = "cause", .kind = Kind::text},
-                                               {.name = "likelihood", .kind = Kind::real},
-                                               {.name = "evidence", .kind = Kind::text},
-                                               {.name = "remedy", .kind = Kind::text}};
-  return all;
+std::vector<report::Column> finding_columns() {
+  return {{.name = "cause", .kind = Kind::text},
+          {.name = "likelihood", .kind = Kind::real},
+          {.name = "evidence", .kind = Kind::text},
+          {.name = "remedy", .kind = Kind::text}};
 }
 
 // Two places: likelihoods are not more precise.

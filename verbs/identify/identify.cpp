@@ -3,6 +3,7 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -162,9 +163,7 @@ class IdentifyRun {
     if (opened != ExitStatus::done) return opened;
     return write_captures(
         capture_, options_.output, options_.to, [this] { return columns_for(options_.to); }, true,
-        [this](report::TableWriter& writer, RunMessages& messages) {
-          return judge(writer, messages);
-        });
+        std::bind_front(&IdentifyRun::judge, this));
   }
 
  private:
