@@ -14,7 +14,6 @@
 #include "decode/check.hpp"
 #include "report/summary.hpp"
 #include "verbs/common/decoded_capture.hpp"
-#include "verbs/common/host.hpp"
 #include "verbs/common/identified.hpp"
 #include "verbs/common/table_output.hpp"
 #include "verbs/common/verb.hpp"

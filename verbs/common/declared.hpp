@@ -11,7 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "verbs/common/files.hpp"
 #include "verbs/common/verb.hpp"
 
 namespace biss::verbs {

@@ -16,7 +16,6 @@
 #include "identify/protocol.hpp"
 #include "report/table.hpp"
 #include "verbs/common/capture_input.hpp"
-#include "verbs/common/exit_status.hpp"
 #include "verbs/common/format_option.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/common/word_log.hpp"

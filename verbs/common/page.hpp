@@ -6,7 +6,6 @@
 #include <string_view>
 #include <tl/expected.hpp>
 
-#include "verbs/common/host.hpp"
 #include "verbs/common/verb.hpp"
 
 namespace biss::verbs {

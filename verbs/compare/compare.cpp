@@ -5,9 +5,7 @@
 #include <memory>
 
 #include "report/summary.hpp"
-#include "verbs/common/host.hpp"
 #include "verbs/common/identified.hpp"
-#include "verbs/common/output.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/compare/difference.hpp"
 

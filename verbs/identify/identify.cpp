@@ -17,7 +17,6 @@
 #include "report/summary.hpp"
 #include "rows/columns.hpp"
 #include "verbs/common/decoded_capture.hpp"
-#include "verbs/common/host.hpp"
 #include "verbs/common/identified.hpp"
 #include "verbs/common/table_output.hpp"
 #include "verbs/common/verb.hpp"

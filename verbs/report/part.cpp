@@ -9,7 +9,6 @@
 
 #include "biss/frame/format_text.hpp"
 #include "decode/control_listener.hpp"
-#include "verbs/common/host.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/registers/access_rows.hpp"
 #include "verbs/report/excerpt.hpp"

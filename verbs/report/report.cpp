@@ -9,8 +9,6 @@
 #include <system_error>
 
 #include "report/summary.hpp"
-#include "verbs/common/host.hpp"
-#include "verbs/common/output.hpp"
 #include "verbs/common/page.hpp"
 #include "verbs/common/page_settings.hpp"
 #include "verbs/common/text_file.hpp"
