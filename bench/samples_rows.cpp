@@ -67,8 +67,9 @@ bool decode_all(capture::Opened opened, const SampledLine& line, unsigned thread
     if (cycle.frame) sum += cycle.frame->channel_list[0].position;
   });
   const auto pairs = capture::pairs_of({}, **opened, 0, 1);
-  flow::decode_pieces(*pairs, decode::CleanCycleFinder(format, {}, margin),
-                      {.lines = {0, 1}, .threads = threads, .go_on = {}}, decoder);
+  flow::CycleFlow flow(*pairs, decode::CleanCycleFinder(format, {}, margin), {0, 1}, decoder);
+  flow.run(threads, {});
+  flow.flush();
   decoder.finish(pairs->end_time());
   return !pairs->error() && statistics.good() == line.good && sum == line.position_sum;
 }

@@ -4,7 +4,7 @@
 #include "cli/view/view.hpp"
 #include "verbs/common/host.hpp"
 #include "verbs/common/output.hpp"
-#include "verbs/common/verbs.hpp"
+#include "verbs/common/verb.hpp"
 
 int main(int argc, char** argv) {
   using namespace biss;

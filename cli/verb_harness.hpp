@@ -8,7 +8,7 @@
 
 #include "cli/command_line.hpp"
 #include "verbs/common/host.hpp"
-#include "verbs/common/verbs.hpp"
+#include "verbs/common/verb.hpp"
 
 namespace biss::verbs {
 

@@ -11,65 +11,15 @@
 #include <thread>
 #include <vector>
 
-#include "decode/run_join.hpp"
-#include "flow/piece.hpp"
-
 namespace biss::flow {
 
-namespace {
-
-// Threads that have a number each take turns in the order of their numbers.
-class Turns {
+class CycleFlow::Workers {
  public:
-  // Waits for the turn of this number. False: no further turn comes.
-  bool wait(std::uint64_t number) {
-    std::uint64_t now = next_.load(std::memory_order_acquire);
-    for (int i = 0; now != number && now != over && i < most_yields; ++i) {
-      std::this_thread::yield();
-      now = next_.load(std::memory_order_acquire);
-    }
-    while (now != number && now != over) {
-      next_.wait(now, std::memory_order_acquire);
-      now = next_.load(std::memory_order_acquire);
-    }
-    return now == number;
-  }
+  Workers(CycleFlow& flow, const std::function<bool()>& go_on) : flow_(flow), go_on_(go_on) {}
 
-  // Passes the turn to the next number. \pre it is the caller's turn; the same for end()
-  void pass() {
-    next_.fetch_add(1, std::memory_order_release);
-    next_.notify_all();
-  }
-  void end() {
-    next_.store(over, std::memory_order_release);
-    next_.notify_all();
-  }
-
- private:
-  static constexpr std::uint64_t over = std::numeric_limits<std::uint64_t>::max();
-  // The previous thread usually passes its turn soon; sleeping would take longer.
-  static constexpr int most_yields = 100;
-
-  std::atomic<std::uint64_t> next_{0};
-};
-
-class Flow {
- public:
-  Flow(capture::PairSource& source, const decode::CleanCycleFinder& finder, const FlowSetup& setup,
-       decode::Decoder& decoder)
-      : source_(source), finder_(finder), setup_(setup), join_(finder, decoder) {}
-
-  void run_here() {
-    Piece piece(finder_);
-    while (piece.fetch(source_)) {
-      piece.expand(setup_.lines);
-      if (!settle(piece)) return;
-    }
-  }
-
-  void run_on_all(unsigned threads) {
+  void run(unsigned threads) {
     std::deque<Piece> pieces;
-    while (pieces.size() < threads) pieces.emplace_back(finder_);
+    while (pieces.size() < threads) pieces.emplace_back(flow_.finder_);
     {
       std::vector<std::jthread> others;
       try {
@@ -84,17 +34,50 @@ class Flow {
     if (failure_) std::rethrow_exception(failure_);
   }
 
-  void finish() { join_.flush(); }
-
  private:
+  // Threads that have a number each take turns in the order of their numbers.
+  class Turns {
+   public:
+    // Waits for the turn of this number. False: no further turn comes.
+    bool wait(std::uint64_t number) {
+      std::uint64_t now = next_.load(std::memory_order_acquire);
+      for (int i = 0; now != number && now != over && i < most_yields; ++i) {
+        std::this_thread::yield();
+        now = next_.load(std::memory_order_acquire);
+      }
+      while (now != number && now != over) {
+        next_.wait(now, std::memory_order_acquire);
+        now = next_.load(std::memory_order_acquire);
+      }
+      return now == number;
+    }
+
+    // Passes the turn to the next number. \pre it is the caller's turn; the same for end()
+    void pass() {
+      next_.fetch_add(1, std::memory_order_release);
+      next_.notify_all();
+    }
+    void end() {
+      next_.store(over, std::memory_order_release);
+      next_.notify_all();
+    }
+
+   private:
+    static constexpr std::uint64_t over = std::numeric_limits<std::uint64_t>::max();
+    // The previous thread usually passes its turn soon; sleeping would take longer.
+    static constexpr int most_yields = 100;
+
+    std::atomic<std::uint64_t> next_{0};
+  };
+
   // One thread: each piece stays in its caches from the file to the decoder.
   void work(Piece& piece, std::size_t others) {
     std::uint64_t number = 0;
     try {
       while (fetch(piece, number)) {
-        piece.expand(setup_.lines, others);
+        piece.expand(flow_.lines_, others);
         if (!turns_.wait(number)) return;
-        if (!settle(piece)) return turns_.end();
+        if (!flow_.settle(piece) || (go_on_ && !go_on_())) return turns_.end();
         turns_.pass();
       }
     } catch (...) {
@@ -111,19 +94,12 @@ class Flow {
     if (fetched_all_) return false;
     number = fetched_++;
     fetched_all_ = true;  // also after an exception
-    fetched_all_ = !piece.fetch(source_);
+    fetched_all_ = !piece.fetch(flow_.source_);
     return !fetched_all_;
   }
 
-  // False if no further piece counts.
-  bool settle(Piece& piece) {
-    piece.settle(source_, setup_.lines, join_, setup_.watch);
-    return !source_.error() && (!setup_.go_on || setup_.go_on());
-  }
-
-  capture::PairSource& source_;
-  const decode::CleanCycleFinder& finder_;
-  const FlowSetup& setup_;
+  CycleFlow& flow_;
+  const std::function<bool()>& go_on_;
 
   std::mutex fetching_;
   std::uint64_t fetched_ = 0;
@@ -131,23 +107,12 @@ class Flow {
 
   // The turns for settle().
   Turns turns_;
-  decode::RunJoin join_;
   std::exception_ptr failure_;
 };
 
-}  // namespace
-
-void decode_pieces(capture::PairSource& source, const decode::CleanCycleFinder& finder,
-                   const FlowSetup& setup, decode::Decoder& decoder) {
-  Flow flow(source, finder, setup, decoder);
-  const unsigned threads =
-      setup.threads != 0 ? setup.threads : std::max(1U, std::thread::hardware_concurrency());
-  if (threads == 1) {
-    flow.run_here();
-  } else {
-    flow.run_on_all(threads);
-  }
-  flow.finish();
+void CycleFlow::run(unsigned threads, const std::function<bool()>& go_on) {
+  if (threads == 0) threads = std::max(1U, std::thread::hardware_concurrency());
+  Workers(*this, go_on).run(threads);
 }
 
 }  // namespace biss::flow

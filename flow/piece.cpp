@@ -15,14 +15,14 @@ void Piece::expand(const decode::Lines& lines, std::size_t others) {
 }
 
 void Piece::settle(capture::PairSource& source, const decode::Lines& lines, decode::RunJoin& join,
-                   const Watch& watch) {
+                   ChangeWatcher* watcher) {
   const bool regular = source.settle(*piece_, [&](std::span<const wire::Edge> edges) {
-    if (watch.on_edges) watch.on_edges(edges);
+    if (watcher != nullptr) watcher->take(edges);
     join.push(edges, lines);
   });
   if (!regular) return;
   join.push(run_of(lines), clean_);
-  if (watch.on_changes) watch.on_changes(*piece_);
+  if (watcher != nullptr) watcher->take(*piece_);
 }
 
 decode::PairRun Piece::run_of(const decode::Lines& lines) const {

@@ -1,8 +1,8 @@
 // A piece of a capture on its way to the decoder.
 #pragma once
 
-#include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "capture/pair_source.hpp"
@@ -12,12 +12,14 @@
 
 namespace biss::flow {
 
-/// Functions that get each piece in the order of PairSource::settle(); they may be null.
-struct Watch {
-  /// Before the decoder gets the edges.
-  capture::PairSource::OnEdges on_edges = nullptr;
-  /// Called after the decoder got a regular piece.
-  std::function<void(const capture::PairPiece& changes)> on_changes = nullptr;
+/// Sees the changes of a capture on their way to the decoder, each once and in order, in any thread.
+class ChangeWatcher {
+ public:
+  virtual ~ChangeWatcher() = default;
+  /// Edges of all lines, before the decoder gets them.
+  virtual void take(std::span<const wire::Edge> edges) = 0;
+  /// Changes of MA and SLO, as PairSource::settle() gives them, after the decoder got them.
+  virtual void take(const capture::PairPiece& changes) = 0;
 };
 
 /// A piece, with the memory for the search for clean cycles in it. fetch(), expand() and settle()
@@ -33,9 +35,9 @@ class Piece {
   /// thread has the next one.
   void expand(const decode::Lines& lines, std::size_t others = 0);
 
-  /// Pushes the piece into the decoder of `join`.
+  /// Pushes the piece into the decoder of `join`. \param watcher may be null
   void settle(capture::PairSource& source, const decode::Lines& lines, decode::RunJoin& join,
-              const Watch& watch = {});
+              ChangeWatcher* watcher = nullptr);
 
  private:
   decode::PairRun run_of(const decode::Lines& lines) const;

@@ -269,9 +269,9 @@ Rows by_flow(const RequestLines& lines, const Capture& capture, const Way& way) 
                 const auto pairs = capture::pairs_of(std::move(beginning), source, 0, 1);
                 const decode::CleanCycleFinder finder(lines.format, lines.timing, margin);
                 if (way.threads != 0) {
-                  flow::decode_pieces(*pairs, finder,
-                                      {.lines = way.lines, .threads = way.threads, .go_on = {}},
-                                      decoder);
+                  flow::CycleFlow flow(*pairs, finder, way.lines, decoder);
+                  flow.run(way.threads, {});
+                  flow.flush();
                 } else {
                   decode_here(*pairs, finder, way, decoder);
                 }

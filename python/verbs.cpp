@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "verbs/common/host.hpp"
-#include "verbs/common/verbs.hpp"
+#include "verbs/common/verb.hpp"
 #include "verbs/decode/decode_run.hpp"
 
 namespace biss::python {

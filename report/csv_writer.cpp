@@ -1,4 +1,3 @@
-#include "report/text.hpp"
 #include "report/writers.hpp"
 
 namespace biss::report {
@@ -18,32 +17,12 @@ char* put_field(char* at, std::string_view text) {
   return at;
 }
 
-std::size_t most_chars(const Cell& cell) {
-  if (cell.kind() == Kind::text) return cell.text().size() * 2 + 2;
-  return cell.kind() == Kind::bits ? hex_chars(cell.bits()) : number_chars;
+char* put_cell(char* at, const Cell& cell) {
+  return cell.kind() == Kind::text ? put_field(at, cell.text()) : put_plain(at, cell);
 }
 
-char* put_cell(char* at, const Cell& cell) {
-  switch (cell.kind()) {
-    case Kind::absent:
-      return at;
-    case Kind::flag:
-      *at++ = static_cast<char>('0' + cell.unsigned_value());
-      return at;
-    case Kind::unsigned_integer:
-      return put_number(at, cell.unsigned_value());
-    case Kind::signed_integer:
-      return put_number(at, cell.signed_value());
-    case Kind::real:
-      return put_number(at, cell.real_value());
-    case Kind::nanoseconds:
-      return put_nanoseconds(at, cell.time());
-    case Kind::text:
-      return put_field(at, cell.text());
-    case Kind::bits:
-      return put_hex(at, cell.bits());
-  }
-  return at;
+std::size_t most_chars(const Cell& cell) {
+  return cell.kind() == Kind::text ? cell.text().size() * 2 + 2 : plain_chars(cell);
 }
 
 class CsvWriter final : public TableWriter {

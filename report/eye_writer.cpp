@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "report/text.hpp"
@@ -18,31 +17,23 @@ bool right_aligned(const Column& column) {
   return column.kind != Kind::text && column.kind != Kind::bits;
 }
 
-void append_plain(std::string& out, const Cell& cell, const Column& column) {
-  const unsigned shift = column.shift;
-  switch (cell.kind()) {
-    case Kind::absent:
-      return void(out.append(absent));
-    case Kind::flag:
-      return append_number(out, cell.unsigned_value());
-    case Kind::unsigned_integer:
-      return append_fixed(out, {cell.unsigned_value()}, shift, column.places.value_or(shift));
-    case Kind::signed_integer:
-      return append_fixed(out, magnitude_of(cell.signed_value()), shift,
-                          column.places.value_or(shift));
-    case Kind::real:
-      if (!std::isfinite(cell.real_value())) return void(out.append(absent));
-      return append_number(out, cell.real_value());
-    case Kind::nanoseconds:
-      return append_fixed(out, magnitude_of(cell.time().count), shift + 3,
-                          column.places.value_or(shift + 3));
-    case Kind::text:
-      if (cell.text().empty()) return void(out.append(absent));
-      return append_printable(out, cell.text());
-    case Kind::bits:
-      if (cell.bits().empty()) return void(out.append(absent));
-      return append_hex(out, cell.bits());
+void append_shown(std::string& out, const Cell& cell, const Column& column) {
+  const std::size_t before = out.size();
+  const bool is_time = cell.kind() == Kind::nanoseconds;
+  const unsigned shift = column.shift + (is_time ? 3 : 0);
+  const unsigned places = column.places.value_or(shift);
+  if (is_time) {
+    append_fixed(out, magnitude_of(cell.time().count), shift, places);
+  } else if (cell.kind() == Kind::unsigned_integer) {
+    append_fixed(out, {cell.unsigned_value()}, shift, places);
+  } else if (cell.kind() == Kind::signed_integer) {
+    append_fixed(out, magnitude_of(cell.signed_value()), shift, places);
+  } else if (cell.kind() == Kind::text) {
+    append_printable(out, cell.text());
+  } else {
+    append_plain(out, cell);
   }
+  if (out.size() == before) out.append(absent);
 }
 
 void trim_end(std::string& out) {
@@ -59,8 +50,7 @@ class EyeWriter final : public TableWriter {
       std::string heading;
       append_printable(heading, column.heading.empty() ? column.name : column.heading);
       column.heading = std::move(heading);
-      const std::size_t title = std::max(display_width(column.heading), display_width(column.unit));
-      widths_.push_back(std::max<std::size_t>(title, column.width));
+      widths_.push_back(std::max(display_width(column.heading), display_width(column.unit)));
     }
     shown_.assign(columns_.size(), true);
     has_values_.assign(columns_.size(), false);
@@ -75,7 +65,7 @@ class EyeWriter final : public TableWriter {
     for (std::size_t i = 0; i < columns_.size(); ++i) {
       std::string& text = texts_[first + i];
       text.clear();
-      append_plain(text, i < cells.size() ? cells[i] : Cell(), columns_[i]);
+      append_shown(text, i < cells.size() ? cells[i] : Cell(), columns_[i]);
       has_values_[i] = has_values_[i] || text != absent;
       widths_[i] = std::max(widths_[i], display_width(text));
     }

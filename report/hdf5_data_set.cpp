@@ -18,12 +18,12 @@ static_assert(std::endian::native == std::endian::little);
 
 // In the order of Hdf5Storage.
 constexpr std::array<StorageType, 6> types{{
-    {[] { return hdf5().H5T_IEEE_F64LE_g; }, 8, "double"},
-    {[] { return hdf5().H5T_STD_U64LE_g; }, 8, "uint64"},
-    {[] { return hdf5().H5T_STD_I64LE_g; }, 8, "int64"},
-    {[] { return hdf5().H5T_STD_U8LE_g; }, 1, "uint8"},
-    {[] { return hdf5().H5T_STD_U32LE_g; }, 4, "uint32"},
-    {[] { return hdf5().H5T_STD_U16LE_g; }, 2, "uint16"},
+    {[] { return BISS_HDF5(H5T_IEEE_F64LE_g); }, 8, "double"},
+    {[] { return BISS_HDF5(H5T_STD_U64LE_g); }, 8, "uint64"},
+    {[] { return BISS_HDF5(H5T_STD_I64LE_g); }, 8, "int64"},
+    {[] { return BISS_HDF5(H5T_STD_U8LE_g); }, 1, "uint8"},
+    {[] { return BISS_HDF5(H5T_STD_U32LE_g); }, 4, "uint32"},
+    {[] { return BISS_HDF5(H5T_STD_U16LE_g); }, 2, "uint16"},
 }};
 
 const StorageType& type_of(Hdf5Storage storage) { return types[static_cast<std::size_t>(storage)]; }
@@ -32,20 +32,21 @@ const StorageType& type_of(Hdf5Storage storage) { return types[static_cast<std::
 
 bool put_hdf5_attribute(hid_t object, const char* name, std::string_view text) {
   if (text.empty()) return true;
-  const Hdf5Id type(hdf5().H5Tcopy(hdf5().H5T_C_S1_g), hdf5().H5Tclose);
-  const Hdf5Id space(hdf5().H5Screate(H5S_SCALAR), hdf5().H5Sclose);
-  if (hdf5().H5Tset_size(type.get(), text.size()) < 0) return false;
+  const Hdf5Id type(BISS_HDF5(H5Tcopy)(BISS_HDF5(H5T_C_S1_g)), BISS_HDF5(H5Tclose));
+  const Hdf5Id space(BISS_HDF5(H5Screate)(H5S_SCALAR), BISS_HDF5(H5Sclose));
+  if (BISS_HDF5(H5Tset_size)(type.get(), text.size()) < 0) return false;
   const Hdf5Id made(
-      hdf5().H5Acreate2(object, name, type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT),
-      hdf5().H5Aclose);
-  return made.good() && hdf5().H5Awrite(made.get(), type.get(), text.data()) >= 0;
+      BISS_HDF5(H5Acreate2)(object, name, type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT),
+      BISS_HDF5(H5Aclose));
+  return made.good() && BISS_HDF5(H5Awrite)(made.get(), type.get(), text.data()) >= 0;
 }
 
 bool put_hdf5_attribute(hid_t object, const char* name, hid_t type, const void* value) {
-  const Hdf5Id space(hdf5().H5Screate(H5S_SCALAR), hdf5().H5Sclose);
-  const Hdf5Id made(hdf5().H5Acreate2(object, name, type, space.get(), H5P_DEFAULT, H5P_DEFAULT),
-                    hdf5().H5Aclose);
-  return made.good() && hdf5().H5Awrite(made.get(), type, value) >= 0;
+  const Hdf5Id space(BISS_HDF5(H5Screate)(H5S_SCALAR), BISS_HDF5(H5Sclose));
+  const Hdf5Id made(
+      BISS_HDF5(H5Acreate2)(object, name, type, space.get(), H5P_DEFAULT, H5P_DEFAULT),
+      BISS_HDF5(H5Aclose));
+  return made.good() && BISS_HDF5(H5Awrite)(made.get(), type, value) >= 0;
 }
 
 Hdf5DataSet::Hdf5DataSet(std::string name, std::string unit, Hdf5Storage storage, std::size_t lanes,
@@ -96,16 +97,17 @@ bool Hdf5DataSet::create(hid_t file, bool whole, std::size_t rows) {
   const std::array<hsize_t, 2> size{lanes_, rows};
   const std::array<hsize_t, 2> most{lanes_, chunked_ ? H5S_UNLIMITED : rows};
   const std::array<hsize_t, 2> chunk{lanes_, hdf5_block_rows};
-  const Hdf5Id space(hdf5().H5Screate_simple(2, size.data(), most.data()), hdf5().H5Sclose);
-  const Hdf5Id setup(hdf5().H5Pcreate(hdf5().H5P_CLS_DATASET_CREATE_ID_g), hdf5().H5Pclose);
+  const Hdf5Id space(BISS_HDF5(H5Screate_simple)(2, size.data(), most.data()), BISS_HDF5(H5Sclose));
+  const Hdf5Id setup(BISS_HDF5(H5Pcreate)(BISS_HDF5(H5P_CLS_DATASET_CREATE_ID_g)),
+                     BISS_HDF5(H5Pclose));
   const hid_t type = type_of(storage_).type();
-  const bool ready = space.good() && hdf5().H5Pset_obj_track_times(setup.get(), false) >= 0 &&
-                     hdf5().H5Pset_fill_value(setup.get(), type, absent_.data()) >= 0 &&
-                     (!chunked_ || hdf5().H5Pset_chunk(setup.get(), 2, chunk.data()) >= 0);
+  const bool ready = space.good() && BISS_HDF5(H5Pset_obj_track_times)(setup.get(), false) >= 0 &&
+                     BISS_HDF5(H5Pset_fill_value)(setup.get(), type, absent_.data()) >= 0 &&
+                     (!chunked_ || BISS_HDF5(H5Pset_chunk)(setup.get(), 2, chunk.data()) >= 0);
   if (!ready) return false;
-  set_ = Hdf5Id(hdf5().H5Dcreate2(file, name_.c_str(), type, space.get(), H5P_DEFAULT, setup.get(),
-                                  H5P_DEFAULT),
-                hdf5().H5Dclose);
+  set_ = Hdf5Id(BISS_HDF5(H5Dcreate2)(file, name_.c_str(), type, space.get(), H5P_DEFAULT,
+                                      setup.get(), H5P_DEFAULT),
+                BISS_HDF5(H5Dclose));
   return set_.good() && put_hdf5_attribute(set_.get(), "MATLAB_class", type_of(storage_).matlab) &&
          put_hdf5_attribute(set_.get(), "unit", unit_) &&
          (!says_absent_ || put_hdf5_attribute(set_.get(), "absent_value", type, absent_.data()));
@@ -113,24 +115,24 @@ bool Hdf5DataSet::create(hid_t file, bool whole, std::size_t rows) {
 
 bool Hdf5DataSet::resize(std::uint64_t rows) {
   const std::array<hsize_t, 2> size{lanes_, rows};
-  return hdf5().H5Dset_extent(set_.get(), size.data()) >= 0;
+  return BISS_HDF5(H5Dset_extent)(set_.get(), size.data()) >= 0;
 }
 
 bool Hdf5DataSet::write_chunk(std::uint64_t first_row) {
   const std::array<hsize_t, 2> place{0, first_row};
-  return hdf5().H5Dwrite_chunk(set_.get(), H5P_DEFAULT, 0, place.data(), block_.size(),
-                               block_.data()) >= 0;
+  return BISS_HDF5(H5Dwrite_chunk)(set_.get(), H5P_DEFAULT, 0, place.data(), block_.size(),
+                                   block_.data()) >= 0;
 }
 
 bool Hdf5DataSet::write_all(std::size_t rows) {
   const std::array<hsize_t, 2> size{lanes_, hdf5_block_rows};
   const std::array<hsize_t, 2> first{0, 0};
   const std::array<hsize_t, 2> part{lanes_, rows};
-  const Hdf5Id memory(hdf5().H5Screate_simple(2, size.data(), nullptr), hdf5().H5Sclose);
-  return hdf5().H5Sselect_hyperslab(memory.get(), H5S_SELECT_SET, first.data(), nullptr,
-                                    part.data(), nullptr) >= 0 &&
-         hdf5().H5Dwrite(set_.get(), type_of(storage_).type(), memory.get(), H5S_ALL, H5P_DEFAULT,
-                         block_.data()) >= 0;
+  const Hdf5Id memory(BISS_HDF5(H5Screate_simple)(2, size.data(), nullptr), BISS_HDF5(H5Sclose));
+  return BISS_HDF5(H5Sselect_hyperslab)(memory.get(), H5S_SELECT_SET, first.data(), nullptr,
+                                        part.data(), nullptr) >= 0 &&
+         BISS_HDF5(H5Dwrite)(set_.get(), type_of(storage_).type(), memory.get(), H5S_ALL,
+                             H5P_DEFAULT, block_.data()) >= 0;
 }
 
 }  // namespace biss::report

@@ -1,7 +1,6 @@
 #include "report/hdf5_file.hpp"
 
 #include <cstddef>
-#include <cstdint>
 #include <span>
 
 namespace biss::report {
@@ -24,7 +23,7 @@ SinkFile& of(H5FD_t* file) { return *reinterpret_cast<SinkFile*>(file); }
 const SinkFile& of(const H5FD_t* file) { return *reinterpret_cast<const SinkFile*>(file); }
 
 H5FD_t* open_file(const char*, unsigned, hid_t access, haddr_t) {
-  const void* sink = hdf5().H5Pget_driver_info(access);
+  const void* sink = BISS_HDF5(H5Pget_driver_info)(access);
   if (sink == nullptr) return nullptr;
   auto* file = new SinkFile;
   file->sink = *static_cast<FileSink* const*>(sink);
@@ -100,18 +99,21 @@ const H5FD_class_t& driver() {
 }  // namespace
 
 Hdf5Id create_hdf5_file(FileSink& sink) {
-  if (!hdf5().loaded) return {};
-  hdf5().H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  static const hid_t registered = hdf5().H5FDregister(&driver());
-  const Hdf5Id access(hdf5().H5Pcreate(hdf5().H5P_CLS_FILE_ACCESS_ID_g), hdf5().H5Pclose);
-  const Hdf5Id creation(hdf5().H5Pcreate(hdf5().H5P_CLS_FILE_CREATE_ID_g), hdf5().H5Pclose);
+  if (!load_hdf5()) return {};
+  BISS_HDF5(H5Eset_auto2)(H5E_DEFAULT, nullptr, nullptr);
+  static const hid_t registered = BISS_HDF5(H5FDregister)(&driver());
+  const Hdf5Id access(BISS_HDF5(H5Pcreate)(BISS_HDF5(H5P_CLS_FILE_ACCESS_ID_g)),
+                      BISS_HDF5(H5Pclose));
+  const Hdf5Id creation(BISS_HDF5(H5Pcreate)(BISS_HDF5(H5P_CLS_FILE_CREATE_ID_g)),
+                        BISS_HDF5(H5Pclose));
   FileSink* const target = &sink;
-  const bool ready = hdf5().H5Pset_driver(access.get(), registered, &target) >= 0 &&
-                     hdf5().H5Pset_userblock(creation.get(), hdf5_user_bytes) >= 0 &&
+  const bool ready = BISS_HDF5(H5Pset_driver)(access.get(), registered, &target) >= 0 &&
+                     BISS_HDF5(H5Pset_userblock)(creation.get(), hdf5_user_bytes) >= 0 &&
                      // No times: the same rows give the same file.
-                     hdf5().H5Pset_obj_track_times(creation.get(), false) >= 0;
+                     BISS_HDF5(H5Pset_obj_track_times)(creation.get(), false) >= 0;
   if (!ready) return {};
-  return {hdf5().H5Fcreate("table", new_file, creation.get(), access.get()), hdf5().H5Fclose};
+  return {BISS_HDF5(H5Fcreate)("table", new_file, creation.get(), access.get()),
+          BISS_HDF5(H5Fclose)};
 }
 
 }  // namespace biss::report

@@ -3,7 +3,6 @@
 
 #include "report/hdf5_library.hpp"
 
-#include <string_view>
 #include <utility>
 
 #include "report/sink.hpp"

@@ -17,24 +17,13 @@ namespace {
 constexpr unsigned double_bits = 53;
 
 Hdf5Storage storage_of(const Column& column) {
+  using enum Hdf5Storage;
+  // In the order of Kind.
+  constexpr std::array<Hdf5Storage, kind_names.size()> usual{
+      code, wide_unsigned, wide_signed, real, real, code, wide_unsigned, flag};
+  const bool integer = column.kind == Kind::unsigned_integer || column.kind == Kind::signed_integer;
   const bool narrow = column.bits != 0 && column.bits <= double_bits;
-  switch (column.kind) {
-    case Kind::unsigned_integer:
-      return narrow ? Hdf5Storage::real : Hdf5Storage::wide_unsigned;
-    case Kind::signed_integer:
-      return narrow ? Hdf5Storage::real : Hdf5Storage::wide_signed;
-    case Kind::bits:
-      return Hdf5Storage::wide_unsigned;
-    case Kind::flag:
-      return Hdf5Storage::flag;
-    case Kind::text:
-    case Kind::absent:
-      return Hdf5Storage::code;
-    case Kind::nanoseconds:
-    case Kind::real:
-      break;
-  }
-  return Hdf5Storage::real;
+  return integer && narrow ? real : usual[static_cast<std::size_t>(column.kind)];
 }
 
 // The texts of a column by number, from 1 on; 0 means no text.
@@ -62,18 +51,19 @@ class Texts {
       for (std::size_t k = 0; k < texts[i].size(); ++k) units[k * texts.size() + i] = texts[i][k];
     }
     const std::array<hsize_t, 2> size{longest, texts.size()};
-    const Hdf5Id setup(hdf5().H5Pcreate(hdf5().H5P_CLS_DATASET_CREATE_ID_g), hdf5().H5Pclose);
-    const Hdf5Id space(hdf5().H5Screate_simple(2, size.data(), nullptr), hdf5().H5Sclose);
-    if (hdf5().H5Pset_obj_track_times(setup.get(), false) < 0) return false;
-    const Hdf5Id set(hdf5().H5Dcreate2(file, name.c_str(), hdf5().H5T_STD_U16LE_g, space.get(),
-                                       H5P_DEFAULT, setup.get(), H5P_DEFAULT),
-                     hdf5().H5Dclose);
+    const Hdf5Id setup(BISS_HDF5(H5Pcreate)(BISS_HDF5(H5P_CLS_DATASET_CREATE_ID_g)),
+                       BISS_HDF5(H5Pclose));
+    const Hdf5Id space(BISS_HDF5(H5Screate_simple)(2, size.data(), nullptr), BISS_HDF5(H5Sclose));
+    if (BISS_HDF5(H5Pset_obj_track_times)(setup.get(), false) < 0) return false;
+    const Hdf5Id set(BISS_HDF5(H5Dcreate2)(file, name.c_str(), BISS_HDF5(H5T_STD_U16LE_g),
+                                           space.get(), H5P_DEFAULT, setup.get(), H5P_DEFAULT),
+                     BISS_HDF5(H5Dclose));
     constexpr std::int32_t as_characters = 2;
     return set.good() && put_hdf5_attribute(set.get(), "MATLAB_class", "char") &&
-           put_hdf5_attribute(set.get(), "MATLAB_int_decode", hdf5().H5T_STD_I32LE_g,
+           put_hdf5_attribute(set.get(), "MATLAB_int_decode", BISS_HDF5(H5T_STD_I32LE_g),
                               &as_characters) &&
-           hdf5().H5Dwrite(set.get(), hdf5().H5T_STD_U16LE_g, H5S_ALL, H5S_ALL, H5P_DEFAULT,
-                           units.data()) >= 0;
+           BISS_HDF5(H5Dwrite)(set.get(), BISS_HDF5(H5T_STD_U16LE_g), H5S_ALL, H5S_ALL, H5P_DEFAULT,
+                               units.data()) >= 0;
   }
 
  private:
@@ -131,9 +121,9 @@ class StoredColumn {
         values_.put(row, texts_.number_of(cell.text()));
         break;
       case Kind::unsigned_integer:
-        return put_unsigned(row, cell.unsigned_value());
+        return put_integer(row, cell.unsigned_value(), cell.unsigned_value());
       case Kind::signed_integer:
-        return put_signed(row, cell.signed_value());
+        return put_integer(row, cell.signed_value(), magnitude_of(cell.signed_value()).value);
       case Kind::bits:
         return put_bits(row, cell.bits());
     }
@@ -147,22 +137,14 @@ class StoredColumn {
   }
 
  private:
-  bool put_unsigned(std::size_t row, std::uint64_t value) {
+  template <class Value>
+  bool put_integer(std::size_t row, Value value, std::uint64_t magnitude) {
     if (storage_ != Hdf5Storage::real) {
       values_.put(row, value);
       return true;
     }
     values_.put(row, static_cast<double>(value));
-    return value >> double_bits == 0;
-  }
-
-  bool put_signed(std::size_t row, std::int64_t value) {
-    if (storage_ != Hdf5Storage::real) {
-      values_.put(row, value);
-      return true;
-    }
-    values_.put(row, static_cast<double>(value));
-    return magnitude_of(value).value >> double_bits == 0;
+    return magnitude >> double_bits == 0;
   }
 
   // One number of several words, the most significant one first.
@@ -204,8 +186,8 @@ class Hdf5Writer final : public TableWriter {
       : sink_(sink), file_(create_hdf5_file(sink)) {
     for (const Column& column : columns) columns_.emplace_back(column);
     if (file_.good()) return;
-    fail(hdf5().loaded ? std::string("HDF5: the library cannot create the file")
-                       : std::string("HDF5: the library ") + hdf5_file + " cannot be loaded");
+    fail(load_hdf5() ? std::string("HDF5: the library cannot create the file")
+                     : std::string("HDF5: the library ") + hdf5_file + " cannot be loaded");
   }
 
   bool row(std::span<const Cell> cells) override {

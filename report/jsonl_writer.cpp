@@ -1,7 +1,6 @@
 #include <cmath>
 #include <vector>
 
-#include "report/text.hpp"
 #include "report/writers.hpp"
 
 namespace biss::report {
@@ -13,33 +12,20 @@ constexpr std::uint64_t largest_safe_integer = std::uint64_t{1} << 53U;
 char* put_text(char* at, std::string_view text) { return std::copy(text.begin(), text.end(), at); }
 
 char* put_escaped(char* at, char c) {
+  constexpr std::string_view escaped = "\"\\\b\f\n\r\t";
+  constexpr std::string_view letters = "\"\\bfnrt";
   constexpr std::string_view digits = "0123456789abcdef";
-  switch (c) {
-    case '"':
-      return put_text(at, "\\\"");
-    case '\\':
-      return put_text(at, "\\\\");
-    case '\b':
-      return put_text(at, "\\b");
-    case '\f':
-      return put_text(at, "\\f");
-    case '\n':
-      return put_text(at, "\\n");
-    case '\r':
-      return put_text(at, "\\r");
-    case '\t':
-      return put_text(at, "\\t");
-    default:
-      break;
-  }
   const auto code = static_cast<unsigned char>(c);
-  if (code >= 0x20) {
+  if (const std::size_t place = escaped.find(c); place != std::string_view::npos) {
+    *at++ = '\\';
+    *at++ = letters[place];
+  } else if (code >= 0x20) {
     *at++ = c;
-    return at;
+  } else {
+    at = put_text(at, "\\u00");
+    *at++ = digits[code >> 4U];
+    *at++ = digits[code & 15U];
   }
-  at = put_text(at, "\\u00");
-  *at++ = digits[code >> 4U];
-  *at++ = digits[code & 15U];
   return at;
 }
 
@@ -67,46 +53,32 @@ char* put_string(char* at, std::string_view text) {
   return at;
 }
 
-template <class Put>
-char* put_safely(char* at, std::uint64_t integer_part, Put put) {
-  const bool quoted = integer_part > largest_safe_integer;
-  if (quoted) *at++ = '"';
-  at = put(at);
-  if (quoted) *at++ = '"';
-  return at;
+std::size_t most_value_chars(const Cell& cell) {
+  return 2 + (cell.kind() == Kind::text ? cell.text().size() * most_escaped : plain_chars(cell));
 }
 
-std::size_t most_value_chars(const Cell& cell) {
-  if (cell.kind() == Kind::text) return cell.text().size() * most_escaped + 2;
-  return 2 + (cell.kind() == Kind::bits ? hex_chars(cell.bits()) : number_chars);
+bool is_quoted(const Cell& cell) {
+  switch (cell.kind()) {
+    case Kind::unsigned_integer:
+      return cell.unsigned_value() > largest_safe_integer;
+    case Kind::signed_integer:
+      return magnitude_of(cell.signed_value()).value > largest_safe_integer;
+    case Kind::nanoseconds:
+      return magnitude_of(cell.time().count).value / 1000 > largest_safe_integer;
+    default:
+      return cell.kind() == Kind::bits;
+  }
 }
 
 char* put_value(char* at, const Cell& cell) {
-  switch (cell.kind()) {
-    case Kind::absent:
-      break;
-    case Kind::flag:
-    case Kind::unsigned_integer:
-      return put_safely(at, cell.unsigned_value(),
-                        [&](char* to) { return put_number(to, cell.unsigned_value()); });
-    case Kind::signed_integer:
-      return put_safely(at, magnitude_of(cell.signed_value()).value,
-                        [&](char* to) { return put_number(to, cell.signed_value()); });
-    case Kind::real:
-      if (!std::isfinite(cell.real_value())) break;
-      return put_number(at, cell.real_value());
-    case Kind::nanoseconds:
-      return put_safely(at, magnitude_of(cell.time().count).value / 1000,
-                        [&](char* to) { return put_nanoseconds(to, cell.time()); });
-    case Kind::text:
-      return put_string(at, cell.text());
-    case Kind::bits:
-      *at++ = '"';
-      at = put_hex(at, cell.bits());
-      *at++ = '"';
-      return at;
-  }
-  return put_text(at, "null");
+  if (cell.kind() == Kind::text) return put_string(at, cell.text());
+  const bool is_number = cell.kind() != Kind::real || std::isfinite(cell.real_value());
+  if (cell.kind() == Kind::absent || !is_number) return put_text(at, "null");
+  const bool quoted = is_quoted(cell);
+  if (quoted) *at++ = '"';
+  at = put_plain(at, cell);
+  if (quoted) *at++ = '"';
+  return at;
 }
 
 class JsonlWriter final : public TableWriter {

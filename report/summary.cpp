@@ -50,10 +50,18 @@ std::string Summary::text() const {
   return out;
 }
 
-std::string spread(std::string_view min, std::string_view median, std::string_view max) {
-  std::string out = "(";
-  out.append(min).append(" .. ").append(median).append(" .. ").append(max).append(")");
-  return out;
+std::string counted(std::uint64_t count, std::string_view noun) {
+  std::string out;
+  append_number(out, count);
+  out.append(" ").append(noun);
+  return count == 1 ? out : out + 's';
+}
+
+void append_count(std::string& list, std::uint64_t count, std::string_view name) {
+  if (count == 0) return;
+  if (!list.empty()) list.append(", ");
+  append_number(list, count);
+  list.append(" ").append(name);
 }
 
 }  // namespace biss::report

@@ -1,6 +1,7 @@
 // A short block of facts printed in addition to the data.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -32,7 +33,10 @@ class Summary {
   std::vector<Line> lines_;
 };
 
-/// The note of a spread: `(min .. median .. max)`.
-std::string spread(std::string_view min, std::string_view median, std::string_view max);
+/// `1 cycle`, `2 cycles`.
+std::string counted(std::uint64_t count, std::string_view noun);
+
+/// Appends `12 ok` to a list with commas, unless the count is 0.
+void append_count(std::string& list, std::uint64_t count, std::string_view name);
 
 }  // namespace biss::report

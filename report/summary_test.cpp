@@ -8,7 +8,7 @@ namespace summary_test {
 TEST(Summary, KeysValuesAndNotes_AreAligned) {
   Summary summary;
   summary.title("encoder.vcd")
-      .entry("clock", "10.000 MHz", spread("9.998", "10.000", "10.002"))
+      .entry("clock", "10.000 MHz", "(9.998 .. 10.000 .. 10.002)")
       .entry("line delay", "112 ns", "compensated")
       .entry("lines", "MA = channel 0, SLO = channel 1, found by their behaviour")
       .title("frames")

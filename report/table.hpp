@@ -12,7 +12,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -119,8 +118,6 @@ struct Column {
   /// Displayed digits after the point, rounded; nullopt: 3 more than `shift` for nanoseconds (all
   /// there is), `shift` for integers. At most 15; so is shift.
   std::optional<unsigned> places = std::nullopt;
-  /// The least width, for a column with later rows that are wider than the first ones.
-  unsigned width = 0;
   Role role = Role::value;
   std::string title = {};  ///< in a page: of its plot, or of the things that its role counts
   /// Place of its plot among the plots of a page, which columns may share; 0: it has none.

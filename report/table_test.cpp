@@ -292,12 +292,6 @@ TEST(EyeTable, MoreRowsThanMeasured_StreamAndWidenFromThere) {
   EXPECT_EQ(text, " n  t\n──  ─\n 1  a\n20  b\n 3  c\n4000  d\n   5  e\n");
 }
 
-TEST(EyeTable, WidthGiven_IsKeptFromTheFirstRow) {
-  EXPECT_EQ(
-      write(Format::table, {{.name = "n", .kind = Kind::unsigned_integer, .width = 3}}, {{1U}}),
-      "  n\n───\n  1\n");
-}
-
 TEST(EyeTable, Colour_MarksOnlyTheStatusThatIsNotOk) {
   const std::vector<Column> columns = {{.name = "status", .role = Role::status}, {.name = "t"}};
   const std::vector<std::vector<Cell>> rows = {{"ok", "crc"}, {"crc", "ok"}};

@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <string>
 #include <vector>
 
@@ -38,6 +37,22 @@ void append_string_value(std::string& out, std::string_view text) {
   }
 }
 
+struct VariableType {
+  std::string_view name;
+  char prefix;     ///< of a value; 0: none
+  unsigned width;  ///< 0: the bits of the column
+};
+
+// In the order of Kind.
+constexpr std::array<VariableType, kind_names.size()> types{{{"string", 's', 1},
+                                                             {"integer", 'b', 0},
+                                                             {"integer", 'b', 0},
+                                                             {"real", 'r', word_bits},
+                                                             {"real", 'r', word_bits},
+                                                             {"string", 's', 1},
+                                                             {"wire", 'b', 0},
+                                                             {"wire", '\0', 1}}};
+
 // A column as a variable. Absent is x, and NaN if the variable is a real number.
 class Variable {
  public:
@@ -48,7 +63,7 @@ class Variable {
         id_(std::move(id)) {}
 
   std::string declaration() const {
-    std::string text = "$var " + std::string(type()) + ' ';
+    std::string text = "$var " + std::string(type().name) + ' ';
     append_number(text, std::uint64_t{width()});
     return text + ' ' + id_ + ' ' + name_ + " $end\n";
   }
@@ -66,74 +81,28 @@ class Variable {
   }
 
  private:
-  std::string_view type() const {
-    switch (kind_) {
-      case Kind::nanoseconds:
-      case Kind::real:
-        return "real";
-      case Kind::unsigned_integer:
-      case Kind::signed_integer:
-        return "integer";
-      case Kind::text:
-      case Kind::absent:
-        return "string";
-      case Kind::flag:
-      case Kind::bits:
-        break;
-    }
-    return "wire";
-  }
+  const VariableType& type() const { return types[static_cast<std::size_t>(kind_)]; }
 
   unsigned width() const {
-    switch (kind_) {
-      case Kind::unsigned_integer:
-        // An integer has a sign.
-        return bits_ + 1;
-      case Kind::flag:
-      case Kind::text:
-      case Kind::absent:
-        return 1;
-      case Kind::nanoseconds:
-      case Kind::real:
-        return word_bits;
-      case Kind::signed_integer:
-      case Kind::bits:
-        break;
-    }
-    return bits_;
+    if (type().width != 0) return type().width;
+    // An integer has a sign.
+    return kind_ == Kind::unsigned_integer ? bits_ + 1 : bits_;
   }
 
   void append_value(std::string& out, const Cell& cell) const {
-    switch (kind_) {
-      case Kind::flag:
-        out.push_back(cell.kind() == Kind::absent ? 'x' : cell.unsigned_value() != 0 ? '1' : '0');
-        return;
-      case Kind::text:
-      case Kind::absent:
-        out.push_back('s');
-        if (cell.kind() == Kind::text) append_string_value(out, cell.text());
-        return;
-      case Kind::nanoseconds:
-      case Kind::real:
-        out.push_back('r');
-        return append_real(out, cell);
-      case Kind::unsigned_integer:
-      case Kind::signed_integer:
-      case Kind::bits:
-        out.push_back('b');
-        return append_vector(out, cell);
+    const char prefix = type().prefix;
+    if (prefix == '\0') {
+      out.push_back(cell.kind() == Kind::absent ? 'x' : cell.unsigned_value() != 0 ? '1' : '0');
+      return;
     }
-  }
-
-  static void append_real(std::string& out, const Cell& cell) {
-    const bool is_number = cell.kind() == Kind::real && std::isfinite(cell.real_value());
-    if (cell.kind() == Kind::nanoseconds) {
-      append_nanoseconds(out, cell.time());
-    } else if (is_number) {
-      append_number(out, cell.real_value());
-    } else {
-      out += "nan";
+    out.push_back(prefix);
+    if (prefix == 'r') {
+      append_plain(out, cell);
+      if (out.back() == prefix) out += "nan";
+      return;
     }
+    if (prefix == 'b') return append_vector(out, cell);
+    if (cell.kind() == Kind::text) append_string_value(out, cell.text());
   }
 
   void append_vector(std::string& out, const Cell& cell) const {

@@ -6,10 +6,12 @@
 #include <cstddef>
 #include <memory>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
 #include "report/table.hpp"
+#include "report/text.hpp"
 
 namespace biss::report {
 
@@ -69,6 +71,37 @@ class BlockWriter {
   std::size_t used_ = 0;
   bool good_ = true;
 };
+
+/// Puts a value that is no text, as in CSV; nothing if it is absent. Returns the end.
+inline char* put_plain(char* at, const Cell& cell) {
+  switch (cell.kind()) {
+    case Kind::flag:
+    case Kind::unsigned_integer:
+      return put_number(at, cell.unsigned_value());
+    case Kind::signed_integer:
+      return put_number(at, cell.signed_value());
+    case Kind::real:
+      return put_number(at, cell.real_value());
+    case Kind::nanoseconds:
+      return put_nanoseconds(at, cell.time());
+    case Kind::bits:
+      return put_hex(at, cell.bits());
+    case Kind::absent:
+    case Kind::text:
+      break;
+  }
+  return at;
+}
+/// The most characters that it writes.
+inline std::size_t plain_chars(const Cell& cell) {
+  return cell.kind() == Kind::bits ? hex_chars(cell.bits()) : number_chars;
+}
+
+inline void append_plain(std::string& out, const Cell& cell) {
+  const std::size_t before = out.size();
+  out.resize(before + plain_chars(cell));
+  out.resize(static_cast<std::size_t>(put_plain(out.data() + before, cell) - out.data()));
+}
 
 /// The bytes that a format writes unchanged.
 template <class IsPlain>

@@ -6,7 +6,7 @@
 #include "report/hdf5.hpp"
 #include "verbs/common/declared.hpp"
 #include "verbs/common/host.hpp"
-#include "verbs/common/verbs.hpp"
+#include "verbs/common/verb.hpp"
 
 namespace biss::wasm {
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <chrono>
 #include <new>
 #include <nlohmann/json.hpp>
@@ -53,8 +54,11 @@ std::vector<wire::Edge> edges_between(const LineStore& ma, const LineStore& slo,
 }  // namespace
 
 Session::Session(const Request& request, bool any_lines)
-    : accesses_(verbs::access_columns()), listener_([this](const decode::SeenAccess& access) {
-        verbs::write_access(accesses_, access);
+    : listener_([this](const decode::SeenAccess& access) {
+        const bool command = access.kind == decode::SeenAccess::Kind::command;
+        const int slaves = command ? std::popcount(access.slaves) : 1;
+        access_rows_ += static_cast<std::size_t>(std::max(slaves, 1));
+        accesses_.push_back(access);
       }) {
   verbs::Command command(host_);
   const verbs::Verb verb = command.add_verb(verbs::decode_text(), [&](verbs::Host& /*host*/) {
@@ -78,14 +82,14 @@ verbs::ExitStatus Session::begin() {
   }
   status = run_->next();
   if (status != verbs::ExitStatus::done) return status;
-  run_->capture().watch(*this);
   rows_.emplace(run_->columns());
   status = run_->begin_rows();
   if (status != verbs::ExitStatus::done) return status;
-  run_->capture().begin_steps([this](std::uint64_t number, const decode::Cycle& cycle) {
+  const auto take = [this](std::uint64_t number, const decode::Cycle& cycle) {
     listener_.push(number, cycle);
     return run_->take(number, cycle, *rows_);
-  });
+  };
+  run_->capture().begin_steps(take, this);
   return verbs::ExitStatus::done;
 }
 
@@ -145,7 +149,7 @@ std::string Session::about() {
              {"endTime", exact(capture.input().end_time())},
              {"lineKind", line_kind(capture.input())},
              {"cycles", rows_->rows()},
-             {"accesses", accesses_.rows()},
+             {"accesses", access_rows_},
              {"ended", ended_},
              {"status", static_cast<int>(status_)},
              {"error", capture.input().error()}};
@@ -211,17 +215,22 @@ std::optional<std::string> Session::cycle(std::uint64_t row, std::optional<std::
 }
 
 std::string Session::accesses(std::uint64_t first, std::uint64_t end) const {
-  const auto& cycle = accesses_.column("cycle");
-  const auto& cycles = accesses_.column("cycles");
-  // In the order of cycles, and one after the other; a command to several slaves has several rows.
+  // In the order of cycles, and one after the other.
   const auto from_cycle = [&](std::uint64_t wanted) {
-    const auto& numbers = cycle.numbers;
-    return static_cast<std::size_t>(std::lower_bound(numbers.begin(), numbers.end(), wanted) -
-                                    numbers.begin());
+    return std::partition_point(
+        accesses_.begin(), accesses_.end(),
+        [wanted](const decode::SeenAccess& access) { return access.cycle < wanted; });
   };
-  std::size_t from = from_cycle(first);
-  while (from > 0 && cycle.number(from - 1) + cycles.number(from - 1) > first) --from;
-  return accesses_.text(report::Format::jsonl, from, std::max(from, from_cycle(end)));
+  auto access = from_cycle(first);
+  while (access != accesses_.begin() && access[-1].cycle + access[-1].cycles > first) --access;
+  report::StringSink text;
+  const auto writer =
+      report::make_table_writer(report::Format::jsonl, verbs::access_columns(), text);
+  for (; access != accesses_.end() && access->cycle < end; ++access) {
+    verbs::write_access(*writer, *access);
+  }
+  writer->finish();
+  return text.text();
 }
 
 }  // namespace biss::wasm

@@ -25,7 +25,7 @@ using Rows = report::RowStore<Blocks>;
 ///
 /// Memory: about two bytes for each change of MA and SLO, and about 100 for each request cycle and for
 /// each access to a register.
-class Session final : private verbs::ChangeWatcher {
+class Session final : private flow::ChangeWatcher {
  public:
   /// Opens the capture that a request of `decode` names.
   /// \param any_lines if no lines look like MA and SLO, take the two busiest ones
@@ -71,7 +71,9 @@ class Session final : private verbs::ChangeWatcher {
   verbs::DecodeOptions options_;
   std::unique_ptr<verbs::DecodeRun> run_;
   std::optional<Rows> rows_;
-  Rows accesses_;
+  Blocks<decode::SeenAccess> accesses_;
+  // Rows of `biss registers`: a command has one for each slave.
+  std::size_t access_rows_ = 0;
   decode::ControlListener listener_;
   LineStore ma_;
   LineStore slo_;

@@ -32,7 +32,6 @@ namespace {
 
 struct ViewOptions {
   CaptureArguments capture;
-  MarginArguments margin;
   SafetyArguments safety;
   MotionArguments motion;
   bool follow = false;
@@ -100,14 +99,14 @@ ExitStatus run_view(const ViewOptions& options, Host& host) {
 
   const std::string view = page_settings(options.verb->given_options()).link_text();
   ServedPage page(capture, [&](std::uint64_t size) {
-    return page_with_capture(*text,
-                             {{"name", name_of_file(path)},
-                              {"address", "capture"},
-                              {"size", fmt::format("{}", size)},
-                              {"watch", "size"},
-                              {"follow", options.follow ? "yes" : ""},
-                              {"view", view}},
-                             "");
+    return page_with(*text, "biss-capture",
+                     {{"name", name_of_file(path)},
+                      {"address", "capture"},
+                      {"size", fmt::format("{}", size)},
+                      {"watch", "size"},
+                      {"follow", options.follow ? "yes" : ""},
+                      {"view", view}},
+                     "");
   });
   Output output(host);
   const std::string problem = serve(page, capture, options.port, [&] {
@@ -122,10 +121,17 @@ ExitStatus run_view(const ViewOptions& options, Host& host) {
 }
 
 void add_page_options(Verb verb, ViewOptions& options) {
-  add_page_capture_options(verb, options.capture);
+  verb.add_text_option(
+          "FILE", [&options](const std::string& file) { options.capture.files = {file}; },
+          "The capture (VCD, FST, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV and "
+          "binary, raw samples; also compressed by gzip). Drop several files with one line each on "
+          "the page")
+      .required()
+      .file(FileUse::read);
+  add_reading_options(verb, options.capture);
   add_safety_options(verb, options.safety);
   verb.scope(Scope::judging)
-      .add_flag("--no-compensation", options.margin.no_compensation,
+      .add_flag("--no-compensation", options.capture.no_compensation,
                 "The master of this link samples half a period after its own edges of MA");
   add_range_options(verb, options.capture);
   add_motion_options(verb.section("Motion"), options.motion);

@@ -105,8 +105,8 @@ class QuietSource final : public capture::PairSource {
 
 void decode(QuietSource& source, unsigned threads, const std::function<bool()>& go_on = {}) {
   decode::Decoder decoder(decode::CycleReader(std::nullopt, {}, {}), [](const decode::Cycle&) {});
-  flow::decode_pieces(source, decode::CleanCycleFinder(std::nullopt, {}, {}),
-                      {.lines = {0, 1}, .threads = threads, .go_on = go_on}, decoder);
+  flow::CycleFlow(source, decode::CleanCycleFinder(std::nullopt, {}, {}), {0, 1}, decoder)
+      .run(threads, go_on);
 }
 
 TEST(Flow, ExceptionInAnyThread_ComesAfterThePiecesBefore) {

@@ -144,8 +144,9 @@ std::vector<std::string> by_flow(const Trial& trial, const Container& container,
     if (first.ok()) beginning.assign(first->begin(), first->end());
     const auto pairs = capture::pairs_of(std::move(beginning), **source, 0, 1);
     const decode::CleanCycleFinder finder(trial.setup.format, trial.setup.timing, margin);
-    flow::decode_pieces(*pairs, finder, {.lines = {0, 1}, .threads = threads, .go_on = {}},
-                        decoder);
+    flow::CycleFlow flow(*pairs, finder, {0, 1}, decoder);
+    flow.run(threads, {});
+    flow.flush();
     return pairs->end_time();
   });
 }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -12,8 +13,9 @@
 #include "biss/timing/renishaw.hpp"
 #include "decode/check.hpp"
 #include "report/summary.hpp"
-#include "verbs/common/cycle_run.hpp"
+#include "verbs/common/decoded_capture.hpp"
 #include "verbs/common/identified.hpp"
+#include "verbs/common/table_output.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/decode/safety.hpp"
 
@@ -39,7 +41,6 @@ struct Speed {
 
 struct CheckOptions {
   CaptureArguments capture;
-  MarginArguments margin{.signal = true};
   SafetyArguments safety;
   std::string against{against_biss_c};
   Speed speed_max;
@@ -49,18 +50,17 @@ struct CheckOptions {
 
 // Limits are times for some rules and counts or shares for others. Thousandths of any unit are
 // written like picoseconds as nanoseconds.
-const std::vector<report::Column>& check_columns() {
-  static const std::vector<report::Column> all{{.name = "rule", .kind = Kind::text},
-                                               {.name = "limit", .kind = Kind::nanoseconds},
-                                               {.name = "worst", .kind = Kind::nanoseconds},
-                                               {.name = "unit", .kind = Kind::text},
-                                               {.name = "margin", .kind = Kind::nanoseconds},
-                                               {.name = "cycle", .kind = Kind::unsigned_integer},
-                                               {.name = "verdict", .kind = Kind::text},
-                                               {.name = "cases", .kind = Kind::unsigned_integer},
-                                               {.name = "source", .kind = Kind::text},
-                                               {.name = "note", .kind = Kind::text}};
-  return all;
+std::vector<report::Column> check_columns() {
+  return {{.name = "rule", .kind = Kind::text},
+          {.name = "limit", .kind = Kind::nanoseconds},
+          {.name = "worst", .kind = Kind::nanoseconds},
+          {.name = "unit", .kind = Kind::text},
+          {.name = "margin", .kind = Kind::nanoseconds},
+          {.name = "cycle", .kind = Kind::unsigned_integer},
+          {.name = "verdict", .kind = Kind::text},
+          {.name = "cases", .kind = Kind::unsigned_integer},
+          {.name = "source", .kind = Kind::text},
+          {.name = "note", .kind = Kind::text}};
 }
 
 Picoseconds count_of(std::uint64_t count) {
@@ -164,23 +164,29 @@ Speed read_speed(const std::string& text) {
   return speed;
 }
 
-class CheckRun final : public CycleRun {
+class CheckRun {
  public:
-  CheckRun(CheckOptions options, Host& host) : CycleRun(host), options_(std::move(options)) {}
+  CheckRun(const CheckOptions& options, Host& host) : options_(options), host_(host) {}
 
-  ExitStatus open() override {
+  ExitStatus run() {
     CaptureArguments arguments = options_.capture;
     arguments.identify = true;
     const std::string wrong = apply_against(options_.against, arguments);
     if (!wrong.empty()) return host_.fail(ExitStatus::usage, wrong);
     format_ = arguments.device.format;
     renishaw_ = arguments.timing == renishaw_timing;
-    return capture_.open(arguments, options_.margin);
+    arguments.signal = true;
+    const ExitStatus opened = capture_.open(arguments);
+    if (opened != ExitStatus::done) return opened;
+    return write_captures(capture_, options_.output, options_.to, check_columns, true,
+                          std::bind_front(&CheckRun::judge, this));
   }
 
-  std::vector<report::Column> columns() const override { return check_columns(); }
+ private:
+  // The names of the rules by verdict.
+  using Verdicts = std::array<std::vector<std::string_view>, 4>;
 
-  std::optional<ExitStatus> begin(report::TableWriter&, RunMessages&) override {
+  ExitStatus judge(report::TableWriter& writer, RunMessages& messages) {
     std::optional<SafetySetup> safety;
     if (options_.safety.given()) {
       const auto monitor = choose_monitor(options_.safety, format_, capture_);
@@ -189,56 +195,45 @@ class CheckRun final : public CycleRun {
     }
     const auto& format = capture_.format();
     const bool fortis = options_.against.starts_with("fortis") || format_.starts_with("fortis");
-    check_.emplace(decode::CheckSetup{
-        .format = format,
-        .timing = capture_.timing(),
-        .unidirectional = renishaw_,
-        .renishaw_cables = renishaw_,
-        .has_word_lengths = format ? has_word_lengths(*format, renishaw_, fortis) : std::nullopt,
-        .safety = safety,
-        .compensated = capture_.margin().compensated,
-        .resolution = capture_.margin().resolution,
-        .speed_max = counts_per_second(options_.speed_max, capture_.format())});
-    cycles_ = 0;
-    return std::nullopt;
-  }
-
-  void take(std::uint64_t number, const decode::Cycle& cycle) override {
-    ++cycles_;
-    check_->push(number, cycle);
-  }
-
-  ExitStatus end(bool read, Picoseconds, report::TableWriter& writer,
-                 RunMessages& messages) override {
-    check_->finish();
+    decode::Check check(
+        {.format = format,
+         .timing = capture_.timing(),
+         .unidirectional = renishaw_,
+         .renishaw_cables = renishaw_,
+         .has_word_lengths = format ? has_word_lengths(*format, renishaw_, fortis) : std::nullopt,
+         .safety = safety,
+         .compensated = capture_.margin().compensated,
+         .resolution = capture_.margin().resolution,
+         .speed_max = counts_per_second(options_.speed_max, capture_.format())});
+    bool any = false;
+    const bool read = capture_.read([&](std::uint64_t number, const decode::Cycle& cycle) {
+      any = true;
+      check.push(number, cycle);
+      return true;
+    });
+    check.finish();
     if (!read) return messages.fail(ExitStatus::io, capture_.input().error());
-    if (cycles_ == 0) return messages.fail(ExitStatus::data_failed, capture_.no_request());
+    if (!any) return messages.fail(ExitStatus::data_failed, capture_.no_request());
     Verdicts verdicts{};
     for (std::size_t i = 0; i < decode::rule_count; ++i) {
       const auto rule = static_cast<Rule>(i);
-      const RuleResult result = check_->result(rule);
+      const RuleResult result = check.result(rule);
       verdicts[static_cast<std::size_t>(result.verdict)].push_back(text_of(rule).name);
       put(writer, rule, result);
     }
     messages.add_summary(summary(verdicts));
     if (!verdicts[static_cast<std::size_t>(Verdict::fail)].empty()) return ExitStatus::data_failed;
-    const RuleResult frames = check_->result(Rule::frame_structure);
+    const RuleResult frames = check.result(Rule::frame_structure);
     if (frames.cases != 0) return ExitStatus::done;
     return messages.fail(
         ExitStatus::data_failed,
         fmt::format("{}: no frame could be judged: {}", capture_.input().name(), frames.note));
   }
 
- private:
-  // The names of the rules by verdict.
-  using Verdicts = std::array<std::vector<std::string_view>, 4>;
-
   std::string summary(const Verdicts& verdicts) const {
     std::string counted;
     for (std::size_t i = 0; i < verdicts.size(); ++i) {
-      if (verdicts[i].empty()) continue;
-      counted += fmt::format("{}{} {}", counted.empty() ? "" : ", ", verdicts[i].size(),
-                             name_of(static_cast<Verdict>(i)));
+      report::append_count(counted, verdicts[i].size(), name_of(static_cast<Verdict>(i)));
     }
     report::Summary out;
     out.title(fmt::format("{}: {} rules against {}", capture_.input().name(), decode::rule_count,
@@ -253,24 +248,16 @@ class CheckRun final : public CycleRun {
     return out.text();
   }
 
-  const CheckOptions options_;
+  const CheckOptions& options_;
+  Host& host_;
+  DecodedCapture capture_{host_};
   // The limits come from Renishaw's data sheets.
   bool renishaw_ = false;
   // By -f or --against; empty if neither gives one.
   std::string format_;
-  std::optional<decode::Check> check_;
-  std::uint64_t cycles_ = 0;
 };
 
 }  // namespace
-
-std::unique_ptr<CycleRun> check_run(const CaptureArguments& capture, const std::string& against,
-                                    Host& host) {
-  CheckOptions options;
-  options.capture = capture;
-  options.against = against;
-  return std::make_unique<CheckRun>(std::move(options), host);
-}
 
 void add_check(Command& command) {
   const auto options = std::make_shared<CheckOptions>();
@@ -280,9 +267,7 @@ void add_check(Command& command) {
        .examples = {"biss check capture.vcd --against resolute-26",
                     "biss check capture.sr --against renishaw -f pos26,nE,nW,crc6",
                     "biss check capture.vcd --against biss-c --to jsonl"}},
-      [options](Host& host) {
-        return CheckRun(*options, host).write(options->output, options->to);
-      });
+      [options](Host& host) { return CheckRun(*options, host).run(); });
   verb.add_option("--against", options->against,
                   "The limits: biss-c (the default: BiSS C and the name given to -f), "
                   "renishaw (its data sheets), or a name that 'biss encoders' lists, whose format "
@@ -291,7 +276,7 @@ void add_check(Command& command) {
   add_capture_options(verb, options->capture);
   add_range_options(verb, options->capture);
   add_safety_options(verb, options->safety);
-  verb.add_flag("--no-compensation", options->margin.no_compensation,
+  verb.add_flag("--no-compensation", options->capture.no_compensation,
                 "Judge the sampling points of a master that does not compensate the line delay");
   verb.add_text_option(
           "--speed-max",

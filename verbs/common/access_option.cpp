@@ -132,31 +132,31 @@ std::string read_parts(std::string_view text, ControlAccess& access) {
 
 using Accesses = std::vector<ControlAccess>;
 
-tl::unexpected<VerbError> wrong_file(const std::string& path, std::uint64_t line,
-                                     const std::string& what) {
-  return tl::make_unexpected(
-      VerbError{ExitStatus::io, fmt::format("{}: line {}: {}", path, line, what)});
+tl::unexpected<VerbError> unreadable(std::string text) {
+  return tl::make_unexpected(VerbError{ExitStatus::io, std::move(text)});
 }
 
 tl::expected<void, VerbError> read_stream(const std::string& path, std::istream& stream,
                                           Accesses& accesses) {
+  const auto wrong = [&path](std::uint64_t line, const std::string& what) {
+    return unreadable(fmt::format("{}: line {}: {}", path, line, what));
+  };
   dump::LineSource lines(stream, {});
   while (lines.next()) {
     const std::string_view line = lines.line();
     const std::string_view text = dump::trimmed(line.substr(0, line.find('#')));
     if (text.empty()) continue;
     if (accesses.size() == max_accesses) {
-      return wrong_file(path, lines.number(), fmt::format("more than {} accesses", max_accesses));
+      return wrong(lines.number(), fmt::format("more than {} accesses", max_accesses));
     }
     auto access = read_access(std::string(text));
-    if (!access) return wrong_file(path, lines.number(), access.error());
+    if (!access) return wrong(lines.number(), access.error());
     accesses.push_back(std::move(*access));
   }
   if (!lines.error()) return {};
-  return wrong_file(path, lines.error()->line,
-                    lines.error()->cause == dump::DumpCause::line_too_long
-                        ? fmt::format("longer than {} bytes", dump::max_line_bytes)
-                        : "cannot be read");
+  return wrong(lines.error()->line, lines.error()->cause == dump::DumpCause::line_too_long
+                                        ? fmt::format("longer than {} bytes", dump::max_line_bytes)
+                                        : "cannot be read");
 }
 
 tl::expected<void, VerbError> read_file(const std::string& path, Accesses& accesses) {
@@ -166,8 +166,7 @@ tl::expected<void, VerbError> read_file(const std::string& path, Accesses& acces
   if (file && !std::filesystem::is_directory(path, ignored)) {
     return read_stream(path, file, accesses);
   }
-  return tl::make_unexpected(
-      VerbError{ExitStatus::io, fmt::format("--access: cannot open '{}'", path)});
+  return unreadable(fmt::format("--access: cannot open '{}'", path));
 }
 
 }  // namespace

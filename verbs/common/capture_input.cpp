@@ -8,13 +8,13 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
+#include <numeric>
 #include <system_error>
 #include <utility>
 
 #include "capture/edge_pairs.hpp"
 #include "capture/merge.hpp"
 #include "capture/open.hpp"
-#include "verbs/common/host.hpp"
 #include "verbs/common/terminal.hpp"
 
 namespace biss::verbs {
@@ -86,35 +86,25 @@ std::string open_error_text(const capture::CaptureError& error, const std::strin
 // Prints why it cannot.
 ExitStatus open_file(CaptureFile& file, const InputArguments& arguments, Host& host) {
   if (file.source) return ExitStatus::done;
-  if (const GivenCapture* given = host.capture(file.path)) {
-    capture::Opened opened = given->open(arguments);
-    if (!opened) {
-      file.cause = opened.error().cause;
-      return host.fail(ExitStatus::io, capture::capture_error_text(opened.error(), file.path));
-    }
-    file.source = std::move(*opened);
-    return ExitStatus::done;
-  }
   capture::OpenOptions options{.no_verify = arguments.no_verify, .analog = arguments.raw.analog};
   if (arguments.raw.rate) {
     options.raw = layout_of(arguments.raw, name_in(file.path, arguments.ma),
                             name_in(file.path, arguments.slo));
   }
-  capture::OpenedBytes bytes = capture::open_bytes(file.path);
-  if (!bytes) {
-    file.cause = bytes.error().cause;
-    return host.fail(ExitStatus::io, capture::capture_error_text(bytes.error(), file.path));
+  const GivenCapture* const given = host.capture(file.path);
+  capture::Opened opened =
+      given != nullptr ? given->open(arguments) : capture::open_capture(file.path, options);
+  if (opened) {
+    file.source = std::move(*opened);
+    return ExitStatus::done;
   }
-  file.position = ReadPosition((*bytes)->regular_file());
-  capture::Opened opened = capture::open_capture(std::move(*bytes), file.path, options);
-  if (!opened) {
-    file.cause = opened.error().cause;
-    const bool usage = opened.error().cause == capture::CaptureCause::no_such_channel;
-    return host.fail(usage ? ExitStatus::usage : ExitStatus::io,
-                     open_error_text(opened.error(), file.path, options));
+  file.cause = opened.error().cause;
+  if (given != nullptr) {
+    return host.fail(ExitStatus::io, capture::capture_error_text(opened.error(), file.path));
   }
-  file.source = std::move(*opened);
-  return ExitStatus::done;
+  const bool usage = opened.error().cause == capture::CaptureCause::no_such_channel;
+  return host.fail(usage ? ExitStatus::usage : ExitStatus::io,
+                   open_error_text(opened.error(), file.path, options));
 }
 
 std::string pair_text(const std::vector<std::string>& names, const decode::Lines& lines) {
@@ -124,20 +114,11 @@ std::string pair_text(const std::vector<std::string>& names, const decode::Lines
 
 }  // namespace
 
-ReadPosition::ReadPosition(int descriptor) : descriptor_(descriptor < 0 ? -1 : ::dup(descriptor)) {}
-ReadPosition::ReadPosition(ReadPosition&& other) noexcept
-    : descriptor_(std::exchange(other.descriptor_, -1)) {}
-ReadPosition& ReadPosition::operator=(ReadPosition&& other) noexcept {
-  std::swap(descriptor_, other.descriptor_);
-  return *this;
-}
-ReadPosition::~ReadPosition() {
-  if (descriptor_ >= 0) ::close(descriptor_);
-}
-
-std::optional<ReadPosition::Amount> ReadPosition::amount() const {
+std::optional<ReadAmount> read_amount(const std::string& path) {
   struct stat file {};
-  if (descriptor_ < 0 || ::fstat(descriptor_, &file) != 0 || file.st_size <= 0) return std::nullopt;
+  if (::stat(path == "-" ? "/dev/stdin" : path.c_str(), &file) != 0 || file.st_size <= 0) {
+    return std::nullopt;
+  }
   off_t farthest = 0;
   std::error_code end;
   for (auto each = std::filesystem::directory_iterator("/proc/self/fd", end);
@@ -152,12 +133,11 @@ std::optional<ReadPosition::Amount> ReadPosition::amount() const {
   }
   if (farthest == 0) return std::nullopt;
   const auto all = static_cast<std::uint64_t>(file.st_size);
-  return Amount{std::min(all, static_cast<std::uint64_t>(farthest)), all};
+  return ReadAmount{std::min(all, static_cast<std::uint64_t>(farthest)), all};
 }
 
-ExitStatus CaptureInput::open(std::vector<CaptureFile> files, const InputArguments& arguments) {
+ExitStatus CaptureInput::open(std::vector<CaptureFile> files, InputArguments arguments) {
   *this = CaptureInput(*host_);
-  most_beginning_ = arguments.beginning;
   std::vector<capture::NamedSource> sources;
   bool any_raw = arguments.one_of_many || files.size() < arguments.files.size();
   bool any_analog = any_raw;
@@ -169,7 +149,6 @@ ExitStatus CaptureInput::open(std::vector<CaptureFile> files, const InputArgumen
     any_analog = any_analog || file.source->is_analog();
     name_ += (name_.empty() ? "" : " + ") + file.path;
     paths_.push_back(file.path);
-    positions_.push_back(std::move(file.position));
     sources.push_back({std::move(file.source), file.path});
   }
   if (arguments.raw.rate && !any_raw) {
@@ -188,17 +167,18 @@ ExitStatus CaptureInput::open(std::vector<CaptureFile> files, const InputArgumen
   } else {
     source_ = std::make_unique<capture::MergedSource>(std::move(sources));
   }
+  arguments_ = std::move(arguments);
   return ExitStatus::done;
 }
 
-ExitStatus CaptureInput::reopen(const InputArguments& arguments) {
+ExitStatus CaptureInput::reopen() {
   if (contains(paths_, "-")) {
     return host_->fail(ExitStatus::usage,
                        "--each: standard input can be read only once; save it to a file");
   }
   std::vector<CaptureFile> files;
   for (std::string& path : paths_) files.push_back({.path = std::move(path)});
-  return open(std::move(files), arguments);
+  return open(std::move(files), std::move(arguments_));
 }
 
 bool CaptureInput::can_reopen() const {
@@ -220,12 +200,11 @@ std::uint64_t CaptureInput::bytes() const {
 
 // The name of a line of this capture for a name given by the user; empty if it names a line of
 // another capture.
-std::string CaptureInput::request_for(const std::string& text,
-                                      const InputArguments& arguments) const {
+std::string CaptureInput::request_for(const std::string& text) const {
   if (paths_.size() > 1 || contains(lines(), text)) return text;
   const FileAndName parts = split(text);
   if (parts.file == paths_.front()) return parts.name;
-  return contains(arguments.files, parts.file) ? std::string() : text;
+  return contains(arguments_.files, parts.file) ? std::string() : text;
 }
 
 namespace {
@@ -234,50 +213,41 @@ namespace {
 decode::Lines busiest_lines(std::size_t lines, std::span<const wire::Edge> edges) {
   std::vector<std::size_t> counts(lines, 0);
   for (const wire::Edge& edge : edges) ++counts[edge.line];
-  decode::Lines busiest{.ma = 0, .slo = 1};
-  if (counts[1] > counts[0]) std::swap(busiest.ma, busiest.slo);
-  for (std::size_t i = 2; i < lines; ++i) {
-    const auto line = static_cast<wire::LineIndex>(i);
-    if (counts[i] > counts[busiest.ma]) {
-      busiest = {.ma = line, .slo = busiest.ma};
-    } else if (counts[i] > counts[busiest.slo]) {
-      busiest.slo = line;
-    }
-  }
-  return busiest;
+  std::vector<wire::LineIndex> order(lines);
+  std::iota(order.begin(), order.end(), wire::LineIndex{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](wire::LineIndex a, wire::LineIndex b) { return counts[a] > counts[b]; });
+  return {.ma = order[0], .slo = order[1]};
 }
 
 }  // namespace
 
 tl::expected<std::vector<decode::FoundLines>, ExitStatus> CaptureInput::find_lines(
-    const InputArguments& arguments, const decode::CycleReader& reader, bool quiet) {
-  const std::string ma = request_for(arguments.ma, arguments);
-  const std::string slo = request_for(arguments.slo, arguments);
-  auto found = decode::find_lines(lines(), beginning(), {ma, slo, arguments.each}, reader);
+    const decode::CycleReader& reader, bool quiet) {
+  const std::string ma = request_for(arguments_.ma);
+  const std::string slo = request_for(arguments_.slo);
+  auto found = decode::find_lines(lines(), beginning(), {ma, slo, arguments_.each}, reader);
   if (found) return std::move(*found);
   using enum LineProblem;
   const LineProblem problem = found.error().problem;
   const bool none = problem == too_few_lines || problem == nothing_behaves;
-  if (arguments.any_lines && none && error_.empty() && lines().size() >= 2) {
+  if (arguments_.any_lines && none && error_.empty() && lines().size() >= 2) {
     return std::vector{decode::FoundLines{.lines = busiest_lines(lines().size(), beginning()),
                                           .origin = decode::LineOrigin::by_behaviour}};
   }
   if (quiet && (none || problem == ambiguous) && error_.empty()) {
     return tl::unexpected(ExitStatus::data_failed);
   }
-  return tl::unexpected(report(found.error(), arguments));
+  return tl::unexpected(report(found.error()));
 }
 
-tl::expected<wire::LineIndex, ExitStatus> CaptureInput::find_ma(const InputArguments& arguments,
-                                                                const decode::CycleReader& reader) {
-  const auto found =
-      decode::find_ma(lines(), beginning(), request_for(arguments.ma, arguments), reader);
+tl::expected<wire::LineIndex, ExitStatus> CaptureInput::find_ma(const decode::CycleReader& reader) {
+  const auto found = decode::find_ma(lines(), beginning(), request_for(arguments_.ma), reader);
   if (found) return *found;
-  return tl::unexpected(report(found.error(), arguments));
+  return tl::unexpected(report(found.error()));
 }
 
-ExitStatus CaptureInput::report(const decode::LineError& error,
-                                const InputArguments& arguments) const {
+ExitStatus CaptureInput::report(const decode::LineError& error) const {
   if (!error_.empty()) return host_->fail(ExitStatus::io, error_);
   std::vector<std::string> pairs;
   for (const decode::Lines& candidate : error.candidates) {
@@ -289,7 +259,7 @@ ExitStatus CaptureInput::report(const decode::LineError& error,
       const bool ma = error.problem == LineProblem::no_such_ma;
       return host_->fail(ExitStatus::usage,
                          fmt::format("{}: no line '{}' in {}; it has {}", ma ? "--ma" : "--slo",
-                                     ma ? arguments.ma : arguments.slo, name_, some_of(lines())));
+                                     ma ? arguments_.ma : arguments_.slo, name_, some_of(lines())));
     }
     case LineProblem::same_line:
       return host_->fail(ExitStatus::usage,
@@ -312,15 +282,15 @@ ExitStatus CaptureInput::report(const decode::LineError& error,
       fmt::format("{}: several lines can be MA and SLO: {}; name one pair with --ma and "
                   "--slo{}{}",
                   name_, some_of(pairs), paths_.size() > 1 ? ", and give only its files" : "",
-                  arguments.has_each && error.each_helps ? ", or read all with --each" : ""));
+                  arguments_.has_each && error.each_helps ? ", or read all with --each" : ""));
 }
 
 std::string CaptureInput::progress_text(double seconds) const {
   double read = 0;
   double all = 0;
   bool known = true;
-  for (const ReadPosition& position : positions_) {
-    const auto amount = position.amount();
+  for (const std::string& path : paths_) {
+    const auto amount = read_amount(path);
     known = known && amount;
     if (!amount) continue;
     read += static_cast<double>(amount->read);
@@ -354,9 +324,9 @@ void CaptureInput::note_error(const capture::CaptureError& error) {
 }
 
 capture::PairSource& CaptureInput::pairs(const decode::Lines& lines) {
-  auto first = beginning_pending_ ? std::move(beginning_) : std::vector<wire::Edge>{};
-  beginning_ = {};
-  beginning_pending_ = false;
+  const bool pending = std::exchange(state_, Beginning::delivered) == Beginning::pending;
+  auto first = std::exchange(beginning_, {});
+  if (!pending) first.clear();
   pairs_ = capture::pairs_of(std::move(first), *source_, lines.ma, lines.slo);
   return *pairs_;
 }
@@ -367,40 +337,42 @@ bool CaptureInput::end_pairs() {
 }
 
 std::span<const wire::Edge> CaptureInput::beginning() {
-  while (!beginning_read_ && beginning_.size() < most_beginning_) {
+  while (state_ == Beginning::unread && beginning_.size() < arguments_.beginning) {
     const auto block = pull();
     if (block.empty()) break;
-    if (!beginning_.empty()) beginning_.reserve(most_beginning_ + most_beginning_ / 4);
+    if (!beginning_.empty()) beginning_.reserve(arguments_.beginning + arguments_.beginning / 4);
     beginning_.insert(beginning_.end(), block.begin(), block.end());
   }
-  beginning_pending_ = beginning_pending_ || (!beginning_read_ && !beginning_.empty());
-  beginning_read_ = true;
+  if (state_ == Beginning::unread) state_ = Beginning::pending;
   return beginning_;
 }
 
 std::span<const wire::Edge> CaptureInput::next() {
-  if (std::exchange(beginning_pending_, false)) return beginning_;
+  if (std::exchange(state_, Beginning::delivered) == Beginning::pending) return beginning_;
   if (!beginning_.empty()) beginning_ = {};
   return pull();
 }
 
-ExitStatus CaptureList::open(InputArguments arguments) {
-  arguments_ = std::move(arguments);
-  std::vector<std::string>& files = arguments_.files;
-  const std::string ma_file = split(arguments_.ma).file;
-  const std::string slo_file = split(arguments_.slo).file;
+tl::expected<std::vector<std::vector<CaptureFile>>, ExitStatus> list_captures(
+    InputArguments& arguments, Host& host) {
+  const auto wrong = [&host](const std::string& text) {
+    return tl::unexpected(host.fail(ExitStatus::usage, text));
+  };
+  std::vector<std::string>& files = arguments.files;
+  const std::string ma_file = split(arguments.ma).file;
+  const std::string slo_file = split(arguments.slo).file;
   const bool files_given = !files.empty();
   for (const std::string& file : {ma_file, slo_file}) {
     if (file.empty() || contains(files, file)) continue;
     if (files_given && files.size() == 1) continue;  // a line of this name, or of none
     if (files_given) {
-      return host_.fail(ExitStatus::usage, fmt::format("{}: '{}' is not among the captures given",
-                                                       file == ma_file ? "--ma" : "--slo", file));
+      return wrong(fmt::format("{}: '{}' is not among the captures given",
+                               file == ma_file ? "--ma" : "--slo", file));
     }
     files.push_back(file);
   }
   if (files.empty()) {
-    return host_.fail(ExitStatus::usage, "no capture given; name a file, or - for standard input");
+    return wrong("no capture given; name a file, or - for standard input");
   }
   std::vector<CaptureFile> opened;
   for (const std::string& file : files) opened.push_back({.path = file});
@@ -408,36 +380,23 @@ ExitStatus CaptureList::open(InputArguments arguments) {
   if (joined && contains(files, ma_file) && contains(files, slo_file) && ma_file != slo_file) {
     for (const std::string& file : files) {
       if (file == ma_file || file == slo_file) continue;
-      return host_.fail(
-          ExitStatus::usage,
+      return wrong(
           fmt::format("{}: neither --ma nor --slo names a line of it; leave it out", file));
     }
   } else {
     for (std::size_t i = 0; joined && i < opened.size(); ++i) {
-      const ExitStatus status = open_file(opened[i], arguments_, host_);
-      if (status != ExitStatus::done) return status;
+      const ExitStatus status = open_file(opened[i], arguments, host);
+      if (status != ExitStatus::done) return tl::unexpected(status);
       joined = opened[i].source->lines().size() == 1;
     }
   }
-  if (joined || opened.size() == 1) {
-    captures_.push_back(std::move(opened));
+  std::vector<std::vector<CaptureFile>> captures;
+  if (joined) {
+    captures.push_back(std::move(opened));
   } else {
-    for (CaptureFile& file : opened) captures_.emplace_back().push_back(std::move(file));
+    for (CaptureFile& file : opened) captures.emplace_back().push_back(std::move(file));
   }
-  several_ = captures_.size() > 1;
-  return ExitStatus::done;
-}
-
-std::vector<std::string> CaptureList::files_left() const {
-  std::vector<std::string> files;
-  for (std::size_t i = next_; i < captures_.size(); ++i) {
-    for (const CaptureFile& file : captures_[i]) files.push_back(file.path);
-  }
-  return files;
-}
-
-ExitStatus CaptureList::open_next(CaptureInput& input) {
-  return input.open(std::move(captures_[next_++]), arguments_);
+  return captures;
 }
 
 }  // namespace biss::verbs

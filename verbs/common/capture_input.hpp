@@ -43,44 +43,40 @@ struct InputArguments {
   std::size_t beginning = edges_at_beginning;
 };
 
-/// How much of an open file has been read. Has its own descriptor.
-class ReadPosition {
- public:
-  explicit ReadPosition(int descriptor);
-  ReadPosition(ReadPosition&& other) noexcept;
-  ReadPosition& operator=(ReadPosition&& other) noexcept;
-  ~ReadPosition();
-
-  /// Bytes up to the furthest descriptor of the file: readers of archives open it again.
-  struct Amount {
-    std::uint64_t read = 0;
-    std::uint64_t all = 0;
-  };
-  /// Empty if the file has no size, like a pipe, or its position is unknown.
-  std::optional<Amount> amount() const;
-
- private:
-  int descriptor_;
+/// How much of a file has been read: up to the furthest of its descriptors, because readers of
+/// archives open it again.
+struct ReadAmount {
+  std::uint64_t read = 0;
+  std::uint64_t all = 0;
 };
+/// Empty if the file has no size, like a pipe, or is not open. \param path `-` for standard input
+std::optional<ReadAmount> read_amount(const std::string& path);
 
 /// A file of the command line, and its reader once it is open.
 struct CaptureFile {
   std::string path;
   std::unique_ptr<capture::EdgeSource> source = nullptr;
-  ReadPosition position{-1};
   /// Why it could not be opened.
   std::optional<capture::CaptureCause> cause = std::nullopt;
 };
+
+/// The files of each capture of a command line. Files are read as one capture if each has one line,
+/// or if --ma and --slo name lines of different files; otherwise each file is a separate capture.
+/// \param arguments also gets the files that --ma and --slo name
+/// \return or the status, after printing the mistake in the command line, or the file that cannot be
+///   read
+tl::expected<std::vector<std::vector<CaptureFile>>, ExitStatus> list_captures(
+    InputArguments& arguments, Host& host);
 
 /// A capture: one file, or several that are read as one.
 class CaptureInput {
  public:
   explicit CaptureInput(Host& host) : host_(&host) {}
 
-  /// Opens the files that are not open yet. Prints why it cannot be read.
-  ExitStatus open(std::vector<CaptureFile> files, const InputArguments& arguments);
+  /// Opens what is not open yet. Prints why it cannot be read.
+  ExitStatus open(std::vector<CaptureFile> files, InputArguments arguments);
   /// Opens the capture again from its beginning. Prints why it cannot.
-  ExitStatus reopen(const InputArguments& arguments);
+  ExitStatus reopen();
 
   /// reopen() is possible: every file is a regular one.
   bool can_reopen() const;
@@ -97,10 +93,9 @@ class CaptureInput {
   /// and SLO, `io` if reading failed.
   /// \param quiet prints nothing with `data_failed`
   tl::expected<std::vector<decode::FoundLines>, ExitStatus> find_lines(
-      const InputArguments& arguments, const decode::CycleReader& reader, bool quiet = false);
+      const decode::CycleReader& reader, bool quiet = false);
   /// MA alone.
-  tl::expected<wire::LineIndex, ExitStatus> find_ma(const InputArguments& arguments,
-                                                    const decode::CycleReader& reader);
+  tl::expected<wire::LineIndex, ExitStatus> find_ma(const decode::CycleReader& reader);
 
   /// The first edges, at most InputArguments::beginning and one block; next() delivers them again.
   /// Valid until next().
@@ -129,52 +124,23 @@ class CaptureInput {
   const std::optional<capture::CaptureCause>& cause() const { return cause_; }
 
  private:
-  std::string request_for(const std::string& text, const InputArguments& arguments) const;
+  std::string request_for(const std::string& text) const;
   std::span<const wire::Edge> pull();
   void note_error(const capture::CaptureError& error);
-  ExitStatus report(const decode::LineError& error, const InputArguments& arguments) const;
+  ExitStatus report(const decode::LineError& error) const;
 
   Host* host_;
+  InputArguments arguments_;
   std::vector<std::string> paths_;
-  std::vector<ReadPosition> positions_;
   std::string name_;
   std::unique_ptr<capture::EdgeSource> source_;
   std::unique_ptr<capture::PairSource> pairs_;
-  std::size_t most_beginning_ = edges_at_beginning;
   std::vector<wire::Edge> beginning_;
-  bool beginning_read_ = false;
-  bool beginning_pending_ = false;
+  enum class Beginning : std::uint8_t { unread, pending, delivered };
+  Beginning state_ = Beginning::unread;
   bool failed_ = false;
   std::string error_;
   std::optional<capture::CaptureCause> cause_;
-};
-
-/// The captures of a command line. Files are read as one capture if each has one line, or if --ma
-/// and --slo name lines of different files; otherwise each file is a separate capture.
-class CaptureList {
- public:
-  explicit CaptureList(Host& host) : host_(host) {}
-
-  /// Decides which files belong together. Prints the mistake in the command line, or the file that
-  /// cannot be read.
-  ExitStatus open(InputArguments arguments);
-
-  /// More than one capture.
-  bool several() const { return several_; }
-  bool at_end() const { return next_ == captures_.size(); }
-  /// The files that open_next() has not opened.
-  std::vector<std::string> files_left() const;
-  /// Opens the next capture. \pre not at_end()
-  ExitStatus open_next(CaptureInput& input);
-
-  const InputArguments& arguments() const { return arguments_; }
-
- private:
-  Host& host_;
-  InputArguments arguments_;
-  std::vector<std::vector<CaptureFile>> captures_;
-  std::size_t next_ = 0;
-  bool several_ = false;
 };
 
 }  // namespace biss::verbs

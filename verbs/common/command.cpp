@@ -36,13 +36,10 @@ std::vector<std::string> option_names(const DeclaredVerb& verb) {
 
 // The command, the verb that was chosen, and the verb below it if it has any.
 std::vector<const DeclaredVerb*> chosen_verbs(const DeclaredVerb& command) {
-  std::vector<const DeclaredVerb*> chosen{&command};
-  for (bool found = true; found;) {
-    const auto& verbs = chosen.back()->verbs;
-    const auto below = std::find_if(verbs.begin(), verbs.end(),
-                                    [](const DeclaredVerb& each) { return each.parsed; });
-    found = below != verbs.end();
-    if (found) chosen.push_back(&*below);
+  std::vector<const DeclaredVerb*> chosen;
+  const auto is_chosen = [](const DeclaredVerb& each) { return each.parsed; };
+  for (const auto* verb = &command; verb != nullptr; verb = find_record(verb->verbs, is_chosen)) {
+    chosen.push_back(verb);
   }
   return chosen;
 }
@@ -67,45 +64,34 @@ void forget_given(DeclaredVerb& verb) {
   for (DeclaredVerb& below : verb.verbs) forget_given(below);
 }
 
-DeclaredOption* option_of(DeclaredVerb& verb, const std::string& name) {
-  const auto found = std::find_if(verb.options.begin(), verb.options.end(),
-                                  [&](const DeclaredOption& each) { return each.name() == name; });
-  return found == verb.options.end() ? nullptr : &*found;
-}
-
-// The argument that the next word is for; null if the verb takes no further argument.
-DeclaredOption* next_argument(DeclaredVerb& verb) {
-  const auto found =
-      std::find_if(verb.options.begin(), verb.options.end(), [](const DeclaredOption& each) {
-        return each.is_argument() && (each.repeats || each.given.empty());
-      });
-  return found == verb.options.end() ? nullptr : &*found;
-}
-
 // Words that name the verb, then its arguments.
 WrongWords take_given(DeclaredVerb& command, const std::vector<std::string>& words,
                       const GivenOptions& options) {
+  const auto takes_argument = [](const DeclaredOption& each) {
+    return each.is_argument() && (each.repeats || each.given.empty());
+  };
   WrongWords wrong;
   DeclaredVerb* verb = &command;
   for (const std::string& word : words) {
-    const auto below =
-        std::find_if(verb->verbs.begin(), verb->verbs.end(),
-                     [&](const DeclaredVerb& each) { return each.text.name == word; });
-    if (below != verb->verbs.end()) {
-      verb = &*below;
+    DeclaredVerb* const below =
+        find_record(verb->verbs, [&](const DeclaredVerb& each) { return each.text.name == word; });
+    if (below != nullptr) {
+      verb = below;
       verb->parsed = true;
-    } else if (DeclaredOption* const argument = next_argument(*verb)) {
+    } else if (DeclaredOption* const argument = find_record(verb->options, takes_argument)) {
       give(*argument, word);
     } else {
       wrong.further.push_back(word);
     }
   }
-  for (const auto& [name, values] : options) {
-    DeclaredOption* const option = option_of(*verb, name);
+  for (const GivenOption& given : options) {
+    const std::string& name = given.first;
+    DeclaredOption* const option =
+        find_record(verb->options, [&](const DeclaredOption& each) { return each.name() == name; });
     if (option == nullptr) {
       wrong.further.push_back(name);
-    } else if (!values.empty()) {
-      for (const std::string& value : values) give(*option, value);
+    } else if (!given.second.empty()) {
+      for (const std::string& value : given.second) give(*option, value);
     } else if (option->is_flag()) {
       option->given.emplace_back("true");
     } else {
@@ -119,44 +105,6 @@ ExitStatus print(Host& host, const std::string& text, const std::string& path = 
   Output output(host);
   const bool good = output.open(path) && output.write(text) && output.finish();
   return good ? ExitStatus::done : output.status();
-}
-
-OptionHelp help_of(const DeclaredOption& option) {
-  OptionHelp help{.name = option.names,
-                  .value = option.value,
-                  .text = option.meaning,
-                  .heading = option.heading,
-                  .required = option.required};
-  if (option.is_argument()) {
-    help.name += option.repeats ? "..." : "";
-    help.value.clear();
-    help.heading.clear();
-  } else if (const std::size_t comma = help.name.find(','); comma != std::string::npos) {
-    help.name.insert(comma + 1, " ");
-  }
-  return help;
-}
-
-VerbHelp help_of(const DeclaredVerb& verb, const std::string& above = {}) {
-  VerbHelp help;
-  help.name = above + verb.text.name;
-  help.purpose = verb.text.purpose;
-  help.examples = verb.text.examples;
-  for (const DeclaredOption& option : verb.options) help.options.push_back(help_of(option));
-  for (const DeclaredVerb& below : verb.verbs) {
-    help.verbs.push_back(help_of(below, help.name + ' '));
-    const std::vector<std::string>& examples = below.text.examples;
-    if (above.empty() && !examples.empty()) help.examples.push_back(examples.front());
-  }
-  return help;
-}
-
-// The verb of that name below a verb; null if there is none.
-const VerbHelp* below(const VerbHelp& verb, const std::string& name) {
-  const auto found = std::find_if(verb.verbs.begin(), verb.verbs.end(), [&](const VerbHelp& each) {
-    return each.name == verb.name + ' ' + name;
-  });
-  return found == verb.verbs.end() ? nullptr : &*found;
 }
 
 // The files that the command line names, and standard output, which every verb may use.
@@ -201,20 +149,6 @@ std::string usage_text(const DeclaredVerb& verb, const WrongWords& words, const 
                        : fmt::format("unknown option '{}'; did you mean '{}'?", name, meant);
 }
 
-VerbText help_verb() {
-  return {.name = "help",
-          .purpose = "Print the help of a verb, or all of it as a manual page",
-          .examples = {"biss help decode", "biss help eds show", "biss help --to man -o biss.1"}};
-}
-
-void declare_help(Verb verb, HelpOptions& options) {
-  verb.add_option("VERB", options.verb,
-                  "Verb whose help is printed; by default the help of biss itself");
-  add_name_option(verb, "--to", options.to, {"text", "man", "bash"},
-                  "A verb's help (the default), the manual page, or a completion script for bash");
-  add_output_option(verb, options.output);
-}
-
 }  // namespace
 
 Command::Command(Host& host)
@@ -234,31 +168,37 @@ Verb Command::add_verb(const VerbText& text, Run run) {
 }
 
 ExitStatus Command::print_help(const HelpOptions& options) const {
-  const VerbHelp command = help_of(*root_);
-  if (options.to == "man") return print(host_, man_page(command, BISS_VERSION), options.output);
-  if (options.to == "bash") return print(host_, bash_completion(command), options.output);
-  const VerbHelp* verb = &command;
+  if (options.to == "man") return print(host_, man_page(*root_, BISS_VERSION), options.output);
+  if (options.to == "bash") return print(host_, bash_completion(*root_), options.output);
+  const DeclaredVerb* verb = root_.get();
+  std::string path = verb->text.name;
   for (const std::string& name : options.verb) {
-    const VerbHelp* const next = below(*verb, name);
+    const auto* next =
+        find_record(verb->verbs, [&](const DeclaredVerb& each) { return each.text.name == name; });
     if (next == nullptr) {
-      std::vector<std::string> names;
-      for (const VerbHelp& each : verb->verbs) {
-        names.push_back(each.name.substr(verb->name.size() + 1));
-      }
-      return host_.fail(ExitStatus::usage, fmt::format("{} (see '{} --help')",
-                                                       unknown_verb_text(name, names), verb->name));
+      return host_.fail(
+          ExitStatus::usage,
+          fmt::format("{} (see '{} --help')", unknown_verb_text(name, verb_names(*verb)), path));
     }
     verb = next;
+    path += ' ' + name;
   }
-  return print(host_, help_text(*verb), options.output);
+  return print(host_, help_text(*verb, path), options.output);
 }
 
 void Command::add_help() {
   if (!root_->verbs.empty() && root_->verbs.back().text.name == "help") return;
   const auto options = std::make_shared<HelpOptions>();
-  declare_help(
-      add_verb(help_verb(), [this, options](Host& /*host*/) { return print_help(*options); }),
-      *options);
+  const Verb verb = add_verb(
+      {.name = "help",
+       .purpose = "Print the help of a verb, or all of it as a manual page",
+       .examples = {"biss help decode", "biss help eds show", "biss help --to man -o biss.1"}},
+      [this, options](Host& /*host*/) { return print_help(*options); });
+  verb.add_option("VERB", options->verb,
+                  "Verb whose help is printed; by default the help of biss itself");
+  add_name_option(verb, "--to", options->to, {"text", "man", "bash"},
+                  "A verb's help (the default), the manual page, or a completion script for bash");
+  add_output_option(verb, options->output);
 }
 
 DeclaredVerb& Command::declared() {

@@ -1,5 +1,4 @@
 #include "verbs/common/declared.hpp"
-#include "verbs/common/verb.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -116,9 +115,10 @@ void check_given(const DeclaredVerb& verb) {
       throw WrongUsage(option.name() + " excludes " + other.name());
     }
   }
-  const bool named = std::any_of(verb.verbs.begin(), verb.verbs.end(),
-                                 [](const DeclaredVerb& below) { return below.parsed; });
-  if (verb.needs_verb() && !named) throw WrongUsage("no verb given");
+  const auto is_chosen = [](const DeclaredVerb& below) { return below.parsed; };
+  if (verb.needs_verb() && find_record(verb.verbs, is_chosen) == nullptr) {
+    throw WrongUsage("no verb given");
+  }
 }
 
 Option Option::type_name(const std::string& name) {
@@ -201,14 +201,8 @@ Option Verb::add_flag(const std::string& name, bool& target, const std::string& 
 }
 
 Option Verb::add_text_option(const std::string& name, std::function<void(const std::string&)> set,
-                             const std::string& description) const {
-  return declared(name, "TEXT", description, false, into_each(std::move(set)));
-}
-
-Option Verb::add_repeated_option(const std::string& name,
-                                 std::function<void(const std::string&)> set,
-                                 const std::string& description) const {
-  return declared(name, "TEXT", description, true, into_each(std::move(set)));
+                             const std::string& description, bool repeats) const {
+  return declared(name, "TEXT", description, repeats, into_each(std::move(set)));
 }
 
 Option Verb::declared(const std::string& names, const std::string& value,
@@ -223,10 +217,10 @@ void Verb::after_parsing(std::function<void()> check) const {
 }
 
 Option Verb::get_option(const std::string& name) const {
-  const auto found = std::find_if(verb_->options.begin(), verb_->options.end(),
-                                  [&](const DeclaredOption& each) { return each.name() == name; });
-  if (found == verb_->options.end()) throw std::logic_error("no option " + name);
-  return Option(&*found);
+  DeclaredOption* const found =
+      find_record(verb_->options, [&](const DeclaredOption& each) { return each.name() == name; });
+  if (found == nullptr) throw std::logic_error("no option " + name);
+  return Option(found);
 }
 
 std::vector<Option> Verb::given_options() const {

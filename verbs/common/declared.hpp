@@ -3,6 +3,7 @@
 // records.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <list>
 #include <optional>
@@ -10,7 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "verbs/common/files.hpp"
 #include "verbs/common/verb.hpp"
 
 namespace biss::verbs {
@@ -52,6 +52,13 @@ struct DeclaredVerb {
   /// A verb below this one must be named.
   bool needs_verb() const { return !run && !verbs.empty(); }
 };
+
+/// The first option or verb that fits; null if there is none.
+template <class Records, class Fits>
+auto* find_record(Records& records, Fits fits) {
+  const auto found = std::find_if(records.begin(), records.end(), fits);
+  return found == records.end() ? nullptr : &*found;
+}
 
 /// Why options are wrong, as one line.
 class WrongUsage : public std::runtime_error {

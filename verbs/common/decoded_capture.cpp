@@ -8,9 +8,6 @@
 #include "biss/frame/format_text.hpp"
 #include "decode/polarity.hpp"
 #include "decode/statistics.hpp"
-#include "flow/cycle_flow.hpp"
-#include "identify/collector.hpp"
-#include "report/summary.hpp"
 #include "verbs/common/host.hpp"
 #include "verbs/common/identified.hpp"
 #include "verbs/common/terminal.hpp"
@@ -32,45 +29,6 @@ bool contradicts(decode::CycleStatus status) {
   using enum decode::CycleStatus;
   return status == crc || status == stop_bit || status == truncated || status == cds;
 }
-
-bool is_resolution(Picoseconds time) { return time >= Picoseconds{} && time <= milliseconds(1); }
-
-// Adds the same cells at the end of each row.
-class CaptureRows final : public report::TableWriter {
- public:
-  CaptureRows(report::TableWriter& writer, std::size_t columns, const Output& output,
-              bool needs_all)
-      : writer_(writer), columns_(columns), output_(output), needs_all_(needs_all) {}
-
-  void set_last_cells(std::vector<report::Cell> cells) { last_ = std::move(cells); }
-  // False when the rows cannot be written, or are of no use because their reader has left.
-  bool good() const { return good_; }
-
-  bool row(std::span<const report::Cell> cells) override {
-    if (!last_.empty()) {
-      row_.assign(cells.begin(), cells.end());
-      row_.resize(columns_ - last_.size());
-      row_.insert(row_.end(), last_.begin(), last_.end());
-      cells = row_;
-    }
-    good_ = writer_.row(cells) && (needs_all_ || !output_.reader_left());
-    return good_;
-  }
-  bool finish() override { return writer_.finish(); }
-
- private:
-  report::TableWriter& writer_;
-  std::size_t columns_;
-  const Output& output_;
-  bool needs_all_;
-  std::vector<report::Cell> last_;
-  std::vector<report::Cell> row_;
-  bool good_ = true;
-};
-
-}  // namespace
-
-namespace {
 
 constexpr auto any_format = "; none: check the structure alone";
 
@@ -111,41 +69,7 @@ void add_capture_options(Verb verb, CaptureArguments& arguments, bool finds_form
   add_raw_options(verb, arguments.raw);
 }
 
-void add_single_capture_options(Verb verb, CaptureArguments& arguments) {
-  verb.add_option("FILE", arguments.files,
-                  "The capture (VCD, FST, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV "
-                  "and binary, raw samples; also compressed by gzip or zstd); files with one line "
-                  "each are read as one capture")
-      .file(FileUse::read);
-  add_decode_options(verb, arguments);
-  add_raw_options(verb, arguments.raw);
-}
-
-void add_page_capture_options(Verb verb, CaptureArguments& arguments) {
-  verb.add_text_option(
-          "FILE", [&arguments](const std::string& file) { arguments.files = {file}; },
-          "The capture (VCD, FST, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV and "
-          "binary, raw samples; also compressed by gzip). Drop several files with one line each on "
-          "the page")
-      .required()
-      .file(FileUse::read);
-  add_decode_options(verb, arguments);
-  add_raw_options(verb, arguments.raw);
-}
-
-void add_folder_options(Verb verb, CaptureArguments& arguments) {
-  verb.add_option("DIR", arguments.files,
-                  "Folders with captures of any format, and the folders in them; also single files")
-      .file(FileUse::read);
-  add_decode_options(verb, arguments);
-  add_raw_options(verb, arguments.raw);
-}
-
-void add_pair_options(Verb verb, CaptureArguments& arguments) {
-  verb.add_option("FILE", arguments.files,
-                  "The capture GOOD and the capture BAD; if each file has one line: the two "
-                  "files of GOOD, then the two of BAD; - is standard input")
-      .file(FileUse::read);
+void add_reading_options(Verb verb, CaptureArguments& arguments) {
   add_decode_options(verb, arguments);
   add_raw_options(verb, arguments.raw);
 }
@@ -156,72 +80,74 @@ void add_range_options(Verb verb, CaptureArguments& arguments) {
   add_time_option(verb, "--until", into(arguments.until), "Skip cycles that begin after this time");
 }
 
-ExitStatus DecodedCapture::open(const CaptureArguments& arguments, const MarginArguments& margin) {
+ExitStatus DecodedCapture::open(const CaptureArguments& arguments) {
   const std::string range = wrong_range(arguments.since, arguments.until);
   if (!range.empty()) return host_.fail(ExitStatus::usage, range);
-  range_ = {arguments.since, arguments.until};
-  identifies_ = arguments.identify && arguments.device.format.empty();
-  finds_format_ = identifies_ || (arguments.identify_besides && !arguments.device.format.empty());
-  if (arguments.device.format.empty() || arguments.device.format == "none") {
-    const auto timing =
-        override_timing(arguments.device, arguments.timing.value_or(DeviceTiming{}));
-    if (!timing) return host_.fail(ExitStatus::usage, timing.error());
-    timing_ = *timing;
-  } else {
-    auto choice = choose_device(arguments.device);
+  const FormatArguments& device = arguments.device;
+  const bool has_format = !device.format.empty() && device.format != "none";
+  if (has_format) {
+    const auto choice = choose_device(device);
     if (!choice) return host_.fail(ExitStatus::usage, choice.error());
-    if (arguments.timing) {
-      const auto timing = override_timing(arguments.device, *arguments.timing);
-      if (!timing) return host_.fail(ExitStatus::usage, timing.error());
-      choice->timing = *timing;
-    }
     format_ = choice->format;
     timing_ = choice->timing;
   }
-  keeps_unknown_ = arguments.keep_unknown;
-  resolution_ = arguments.resolution;
-  threads_ = arguments.threads;
-  invert_ma_ = arguments.invert_ma;
-  invert_slo_ = arguments.invert_slo;
-  margin_.compensated = !margin.no_compensation;
-  margin_.signal = margin.signal;
-  if (resolution_ && !is_resolution(*resolution_)) {
+  if (!has_format || arguments.timing) {
+    const auto timing = override_timing(device, arguments.timing.value_or(DeviceTiming{}));
+    if (!timing) return host_.fail(ExitStatus::usage, timing.error());
+    timing_ = *timing;
+  }
+  if (arguments.resolution &&
+      (*arguments.resolution < Picoseconds{} || *arguments.resolution > milliseconds(1))) {
     return host_.fail(ExitStatus::usage, "--resolution: from 0s to 1ms");
   }
-  if (arguments.words.file.empty()) return list_.open(arguments);
-  words_ = arguments.words;
-  // A word does not show how the device behaves in time.
-  timing_ = {};
+  arguments_ = arguments;
+  margin_.compensated = !arguments.no_compensation;
+  margin_.signal = arguments.signal;
+  if (words() != nullptr) {
+    // A word does not show how the device behaves in time.
+    timing_ = {};
+    return ExitStatus::done;
+  }
+  auto captures = list_captures(arguments_, host_);
+  if (!captures) return captures.error();
+  captures_ = std::move(*captures);
   return ExitStatus::done;
 }
 
 bool DecodedCapture::next() {
-  if (words_) return log_.empty() && open_words();
-  decoder_.reset();
+  if (words() != nullptr) return log_.empty() && open_words();
   outside_ = 0;
   if (pair_ + 1 < pairs_.size()) {
     ++pair_;
-    ExitStatus opened = input_.reopen(list_.arguments());
+    ExitStatus opened = input_.reopen();
     if (opened == ExitStatus::done) opened = identify_format();
     status_ = std::max(status_, opened);
     return opened == ExitStatus::done;
   }
-  while (status_ <= ExitStatus::data_failed && !list_.at_end()) {
+  while (status_ <= ExitStatus::data_failed && next_capture_ < captures_.size()) {
     if (open_next()) return true;
   }
   return false;
 }
 
+std::vector<std::string> DecodedCapture::files_left() const {
+  std::vector<std::string> files;
+  for (std::size_t i = next_capture_; i < captures_.size(); ++i) {
+    for (const CaptureFile& file : captures_[i]) files.push_back(file.path);
+  }
+  return files;
+}
+
 bool DecodedCapture::open_words() {
-  auto log = read_word_log(*words_);
+  auto log = read_word_log(arguments_.words);
   if (!log) status_ = host_.fail(ExitStatus::io, log.error());
-  if (words_->reading.payload && !format_) {
+  if (arguments_.words.reading.payload && !format_) {
     status_ =
         host_.fail(ExitStatus::usage, "--payload: the length of the frame is not known; give -f");
   }
   if (status_ != ExitStatus::done) return false;
   log_ = std::move(*log);
-  if (!finds_format_) return true;
+  if (!identifies() && !arguments_.identify_besides) return true;
   identify::SampleCollector frames;
   read_words(decode::CycleReader(std::nullopt, {}),
              [&frames](std::uint64_t number, const auto& cycle) {
@@ -229,14 +155,14 @@ bool DecodedCapture::open_words() {
                return true;
              });
   take_finding(frames.samples());
-  if (const auto* sure = finding_->sure(); identifies_ && sure != nullptr) format_ = sure->format;
+  if (const auto* sure = finding_->sure(); identifies() && sure != nullptr) format_ = sure->format;
   return true;
 }
 
 bool DecodedCapture::read_words(const decode::CycleReader& reader, const OnCycle& on_cycle) {
   for (std::size_t i = 0; i < log_.size(); ++i) {
     timed_ = log_[i].time.has_value();
-    if (!on_cycle(i, cycle_of(log_[i], words_->reading, reader, format_))) break;
+    if (!on_cycle(i, cycle_of(log_[i], arguments_.words.reading, reader, format_))) break;
   }
   return true;
 }
@@ -246,104 +172,91 @@ std::string DecodedCapture::fitting_options() const {
   std::size_t good = 0;
   for (const LoggedWord& logged : log_) {
     words.push_back(logged.word);
-    if (is_good(logged.word, words_->reading, *format_)) ++good;
+    if (is_good(logged.word, arguments_.words.reading, *format_)) ++good;
   }
   if (2 * good > words.size()) return {};
-  return verbs::fitting_options({{words_->reading.digits, words}}, words_->reading, *format_);
+  return verbs::fitting_options({{arguments_.words.reading.digits, words}},
+                                arguments_.words.reading, *format_);
 }
 
 bool DecodedCapture::open_next() {
   pairs_.clear();
   pair_ = 0;
-  if (identifies_) format_.reset();
-  ExitStatus status = list_.open_next(input_);
+  if (identifies()) format_.reset();
+  ExitStatus status = input_.open(std::move(captures_[next_capture_++]), arguments_);
   if (status == ExitStatus::done) {
-    margin_.resolution = resolution_.value_or(input_.sample_period());
-    auto found = input_.find_lines(list_.arguments(), reader(), keeps_unknown_);
+    margin_.resolution = arguments_.resolution.value_or(input_.sample_period());
+    auto found = input_.find_lines(reader(), arguments_.keep_unknown);
     if (found) {
       pairs_ = std::move(*found);
       for (decode::FoundLines& pair : pairs_) measure_polarity(pair);
       status = identify_format();
-    } else if (!keeps_unknown_ || found.error() != ExitStatus::data_failed) {
+    } else if (!arguments_.keep_unknown || found.error() != ExitStatus::data_failed) {
       status = found.error();
-      if (identifies_ && status == ExitStatus::data_failed) warn_of_protocol();
+      if (identifies() && status == ExitStatus::data_failed) warn_of_protocol();
     }
   }
   status_ = std::max(status_, status);
   return status == ExitStatus::done;
 }
 
-namespace {
-
-// The frames of a capture, read without a format.
-class FrameCollection {
- public:
-  explicit FrameCollection(const DecodedCapture& capture)
-      : lines_(capture.lines().lines),
-        decoder_(decode::CycleReader(std::nullopt, {.timeout = capture.reading_timing().timeout},
-                                     capture.margin()),
-                 [this, &capture](const decode::Cycle& cycle) {
-                   if (capture.is_wanted(cycle)) collector_.add(number_, cycle);
-                   ++number_;
-                 }) {}
-
-  void push(std::span<const wire::Edge> edges) {
-    decoder_.push(edges, lines_);
-    edges_ += edges.size();
+// Collects the frames of the capture, or of its beginning, read without a format.
+// \return the edges that were read
+std::size_t DecodedCapture::collect_frames(bool all, identify::SampleCollector& frames) {
+  std::uint64_t number = 0;
+  decode::Decoder decoder(
+      decode::CycleReader(std::nullopt, {.timeout = reading_timing().timeout}, margin_),
+      [&](const decode::Cycle& cycle) {
+        if (is_wanted(cycle)) frames.add(number, cycle);
+        ++number;
+      });
+  if (!all) {
+    const auto first = input_.beginning();
+    decoder.push(first, lines().lines);
+    decoder.finish(first.empty() ? Picoseconds{} : first.back().time);
+    return first.size();
   }
-  std::span<const identify::Sample> finish(Picoseconds end) {
-    decoder_.finish(end);
-    return collector_.samples();
+  std::size_t edges = 0;
+  Progress progress(host_);
+  for (auto block = input_.next(); !block.empty(); block = input_.next()) {
+    decoder.push(block, lines().lines);
+    edges += block.size();
+    if (progress.due()) {
+      progress.show(input_.progress_text(progress.seconds()) + ", to identify the format");
+    }
   }
-  std::size_t edges() const { return edges_; }
-
- private:
-  decode::Lines lines_;
-  identify::SampleCollector collector_;
-  std::uint64_t number_ = 0;
-  std::size_t edges_ = 0;
-  decode::Decoder decoder_;
-};
-
-}  // namespace
+  decoder.finish(input_.end_time());
+  return edges;
+}
 
 // Identifies the format from the beginning of the capture; if that does not show it, or if the
 // capture is short, from all of it. Fails if the capture cannot be opened a second time.
 ExitStatus DecodedCapture::identify_format() {
   constexpr std::uint64_t short_bytes = std::uint64_t{64} << 20U;
   paused_timeout_.reset();
-  if (identifies_) format_.reset();
+  if (identifies()) format_.reset();
   if (!format_ && !reader().knows_timeout()) {
     paused_timeout_ = decode::find_paused_timeout(lines().lines, input_.beginning());
   }
-  if (!finds_format_) return ExitStatus::done;
-  FrameCollection frames(*this);
-  frames.push(input_.beginning());
-  const auto first = input_.beginning();
-  take_finding(frames.finish(first.empty() ? Picoseconds{} : first.back().time));
+  if (!identifies() && !arguments_.identify_besides) return ExitStatus::done;
+  identify::SampleCollector frames;
+  collect_frames(false, frames);
+  take_finding(frames.samples());
   ExitStatus status = ExitStatus::done;
   const bool all = finding_->sure() == nullptr || input_.bytes() <= short_bytes;
-  if (identifies_ && all && input_.can_reopen()) status = identify_from_all();
+  if (identifies() && all && input_.can_reopen()) status = identify_from_all();
   const auto* sure = finding_->sure();
-  if (identifies_ && sure != nullptr) format_ = sure->format;
+  if (identifies() && sure != nullptr) format_ = sure->format;
   return status;
 }
 
 ExitStatus DecodedCapture::identify_from_all() {
-  FrameCollection frames(*this);
+  identify::SampleCollector frames;
   const std::size_t first = input_.beginning().size();
-  Progress progress(host_);
-  for (auto block = input_.next(); !block.empty(); block = input_.next()) {
-    frames.push(block);
-    if (progress.due()) {
-      progress.show(input_.progress_text(progress.seconds()) + ", to identify the format");
-    }
-  }
-  const auto samples = frames.finish(input_.end_time());
-  if (frames.edges() > first) {
+  if (collect_frames(true, frames) > first) {
     const auto* sure = finding_->sure();
     const auto before = sure != nullptr ? std::optional(sure->format) : std::nullopt;
-    take_finding(samples);
+    take_finding(frames.samples());
     sure = finding_->sure();
     if (before && (sure == nullptr || sure->format != *before)) {
       host_.warn(fmt::format(
@@ -354,7 +267,7 @@ ExitStatus DecodedCapture::identify_from_all() {
               : fmt::format("all frames are judged by {}", format_text(sure->format).view())));
     }
   }
-  return input_.reopen(list_.arguments());
+  return input_.reopen();
 }
 
 // If the frames change their length, this is the format of the longest part.
@@ -376,7 +289,7 @@ void DecodedCapture::take_finding(std::span<const identify::Sample> samples) {
                                  format == nullptr ? "an unknown format" : text_of(format->format),
                                  part.from_cycle, part.to_cycle);
   }
-  if (!identifies_) return;
+  if (!identifies()) return;
   host_.warn(
       fmt::format("{}: the format changes: {}; decode each part with -f and --since, --until",
                   input_.name(), format_parts_));
@@ -404,16 +317,17 @@ void DecodedCapture::warn_of_protocol() {
 }
 
 void DecodedCapture::measure_polarity(decode::FoundLines& found) {
-  found.lines.ma_inverted = invert_ma_;
-  found.lines.slo_inverted = invert_slo_;
+  found.lines.ma_inverted = arguments_.invert_ma;
+  found.lines.slo_inverted = arguments_.invert_slo;
   found.lines = decode::find_polarity(found.lines, input_.beginning(), reader());
   found.look_swapped = found.look_swapped && !found.lines.slo_inverted;
 }
 
 std::vector<report::Column> DecodedCapture::columns() const {
   std::vector<report::Column> columns;
-  if (list_.several() && !keeps_unknown_) columns.push_back({.name = "file"});
-  if (!list_.arguments().each || keeps_unknown_) return columns;
+  if (arguments_.keep_unknown) return columns;
+  if (captures_.size() > 1) columns.push_back({.name = "file"});
+  if (!arguments_.each) return columns;
   columns.push_back({.name = "ma", .heading = "MA"});
   columns.push_back({.name = "slo", .heading = "SLO"});
   return columns;
@@ -421,24 +335,18 @@ std::vector<report::Column> DecodedCapture::columns() const {
 
 std::vector<report::Cell> DecodedCapture::cells() const {
   std::vector<report::Cell> cells;
-  if (list_.several() && !keeps_unknown_) cells.emplace_back(input_.name());
-  if (!list_.arguments().each || keeps_unknown_) return cells;
+  if (arguments_.keep_unknown) return cells;
+  if (captures_.size() > 1) cells.emplace_back(input_.name());
+  if (!arguments_.each) return cells;
   cells.emplace_back(ma_name());
   cells.emplace_back(slo_name());
   return cells;
 }
 
-decode::Decoder& DecodedCapture::decoder() {
-  if (!decoder_) {
-    decoder_.emplace(reader(), [this](const decode::Cycle& cycle) { deliver_(cycle); });
-  }
-  return *decoder_;
-}
-
 Picoseconds DecodedCapture::interval() {
   decode::Statistics first;
   const auto add = [&first](const decode::Cycle& cycle) { first.add(cycle); };
-  if (words_) {
+  if (words() != nullptr) {
     read_words(reader(), [&](std::uint64_t, const auto& cycle) { return add(cycle), true; });
   } else {
     decode::Decoder decoder(reader(), add);
@@ -448,96 +356,76 @@ Picoseconds DecodedCapture::interval() {
   return interval.count() == 0 ? Picoseconds{} : picoseconds(interval.median());
 }
 
-void DecodedCapture::push(std::span<const wire::Edge> edges) {
-  if (watcher_ != nullptr) watcher_->take(edges);
-  decoder().push(edges, lines().lines);
-}
-
-void DecodedCapture::begin_steps(OnCycle on_cycle) {
-  on_step_ = std::move(on_cycle);
-  step_number_ = 0;
-  step_wanted_ = true;
-  deliver_ = [this](const decode::Cycle& cycle) {
-    step_wanted_ = step_wanted_ && hand_out(step_number_++, cycle, on_step_);
-  };
+void DecodedCapture::begin_steps(OnCycle on_cycle, flow::ChangeWatcher* watcher) {
+  watcher_ = watcher;
+  on_cycle_ = std::move(on_cycle);
+  number_ = good_ = contradict_ = 0;
+  wanted_ = true;
+  decoder_.emplace(reader(), [this](const decode::Cycle& cycle) { hand_out(cycle); });
   const decode::CleanCycleFinder finder(format_, reading_timing(), margin_);
   if (!finder.may_find()) return;
-  piece_.emplace(finder);
-  join_.emplace(finder, decoder());
-  pair_source_ = &input_.pairs(lines().lines);
+  const decode::Lines& own = lines().lines;
+  flow_.emplace(input_.pairs(own), finder, own, *decoder_, watcher_);
 }
 
 bool DecodedCapture::step() {
-  if (!step_wanted_) return false;
-  if (piece_) return step_piece();
+  if (flow_) return wanted_ && flow_->step();
   const auto block = input_.next();
-  if (block.empty()) return false;
-  push(block);
+  if (block.empty() || !wanted_) return false;
+  if (watcher_ != nullptr) watcher_->take(block);
+  decoder_->push(block, lines().lines);
   return true;
 }
 
-bool DecodedCapture::step_piece() {
-  if (!piece_->fetch(*pair_source_)) return false;
-  piece_->expand(lines().lines);
-  piece_->settle(*pair_source_, lines().lines, *join_, watch_of_pieces());
-  return !pair_source_->error();
-}
-
 bool DecodedCapture::end_steps() {
-  if (piece_) {
+  if (flow_) {
     input_.end_pairs();
-    join_->flush();
+    flow_->flush();
   }
-  decoder().finish(input_.end_time());
-  join_.reset();
+  decoder_->finish(input_.end_time());
+  flow_.reset();
   decoder_.reset();
-  piece_.reset();
   return input_.error().empty();
 }
 
-bool DecodedCapture::read(const OnCycle& on_cycle) {
-  if (words_) return read_words(reader(), on_cycle);
-  good_ = contradict_ = 0;
-  std::uint64_t number = 0;
-  bool wanted = true;
+bool DecodedCapture::read(const OnCycle& on_cycle, flow::ChangeWatcher* watcher) {
+  if (words() != nullptr) return read_words(reader(), on_cycle);
+  begin_steps(on_cycle, watcher);
   Progress progress(host_);
-  deliver_ = [&](const decode::Cycle& cycle) {
-    count(cycle);
-    wanted = wanted && hand_out(number++, cycle, on_cycle);
-  };
   const auto go_on = [&] {
     if (progress.due()) {
       const double seconds = progress.seconds();
-      progress.show(fmt::format("{}, {} request cycles{}", input_.progress_text(seconds), number,
-                                rate_text(static_cast<double>(number) / seconds, "cycles")));
+      progress.show(fmt::format("{}, {} request cycles{}", input_.progress_text(seconds), number_,
+                                rate_text(static_cast<double>(number_) / seconds, "cycles")));
     }
-    return wanted;
+    return wanted_;
   };
-  const decode::CleanCycleFinder finder(format_, reading_timing(), margin_);
-  if (finder.may_find()) {
-    read_pieces(finder, go_on);
+  if (flow_) {
+    flow_->run(static_cast<unsigned>(std::min<std::uint64_t>(arguments_.threads, 1024)), go_on);
   } else {
-    read_blocks(go_on);
+    while (go_on() && step()) {
+    }
   }
-  decoder().finish(input_.end_time());
-  decoder_.reset();
-  end_following();
-  return input_.error().empty();
+  const bool whole = end_steps();
+  warn_of_contradictions();
+  return whole;
 }
 
-void DecodedCapture::count(const decode::Cycle& cycle) {
+void DecodedCapture::hand_out(const decode::Cycle& cycle) {
   good_ += cycle.status == decode::CycleStatus::ok ? 1U : 0U;
   contradict_ += contradicts(cycle.status) ? 1U : 0U;
+  if (!wanted_) return;
+  if (is_wanted(cycle)) {
+    wanted_ = on_cycle_(number_, cycle);
+  } else {
+    ++outside_;
+    wanted_ = !(arguments_.until && cycle.time > *arguments_.until);
+  }
+  ++number_;
 }
 
-void DecodedCapture::follow(std::uint64_t number, const decode::Cycle& cycle,
-                            const OnCycle& on_cycle) {
-  count(cycle);
-  hand_out(number, cycle, on_cycle);
-}
-
-void DecodedCapture::end_following() {
-  if (!identifies_ || !format_ || watcher_ != nullptr || contradict_ <= least_contradiction ||
+void DecodedCapture::warn_of_contradictions() {
+  if (!identifies() || !format_ || watcher_ != nullptr || contradict_ <= least_contradiction ||
       4 * contradict_ <= good_) {
     return;
   }
@@ -545,64 +433,6 @@ void DecodedCapture::end_following() {
       fmt::format("{}: {} frames contradict {}, which was identified at the beginning; give -f",
                   input_.name(), contradict_, format_text(*format_).view()));
   status_ = std::max(status_, ExitStatus::data_failed);
-}
-
-bool DecodedCapture::reads_as(const DecodedCapture& other) const {
-  return lines().lines == other.lines().lines && format_ == other.format_ &&
-         reading_timing() == other.reading_timing() &&
-         margin_.compensated == other.margin_.compensated &&
-         margin_.resolution == other.margin_.resolution &&
-         (other.margin_.signal || !margin_.signal);
-}
-
-FollowingCapture::FollowingCapture(DecodedCapture& capture, DecodedCapture::OnCycle on_cycle)
-    : capture_(capture),
-      on_cycle_(std::move(on_cycle)),
-      lines_(capture.lines().lines),
-      decoder_(
-          capture.reader(),
-          [this](const decode::Cycle& cycle) { capture_.follow(number_++, cycle, on_cycle_); }),
-      finder_(capture.format(), capture.reading_timing(), capture.margin()),
-      join_(finder_, decoder_) {}
-
-void FollowingCapture::take(std::span<const wire::Edge> edges) {
-  if (capture_.watcher() != nullptr) capture_.watcher()->take(edges);
-  join_.push(edges, lines_);
-}
-
-void FollowingCapture::take(const capture::PairPiece& changes) {
-  const decode::PairRun run{{changes.ma.times, changes.ma.first_high != lines_.ma_inverted},
-                            {changes.slo.times, changes.slo.first_high != lines_.slo_inverted}};
-  finder_.find(run, clean_);
-  join_.push(run, clean_);
-  if (capture_.watcher() != nullptr) capture_.watcher()->take(changes);
-}
-
-void FollowingCapture::finish(Picoseconds end) {
-  join_.flush();
-  decoder_.finish(end);
-  capture_.end_following();
-}
-
-void DecodedCapture::read_blocks(const std::function<bool()>& go_on) {
-  for (auto block = input_.next(); !block.empty() && go_on(); block = input_.next()) {
-    push(block);
-  }
-}
-
-void DecodedCapture::read_pieces(const decode::CleanCycleFinder& finder,
-                                 const std::function<bool()>& go_on) {
-  const auto threads = static_cast<unsigned>(std::min<std::uint64_t>(threads_, 1024));
-  const flow::FlowSetup setup{
-      .lines = lines().lines, .threads = threads, .watch = watch_of_pieces(), .go_on = go_on};
-  flow::decode_pieces(input_.pairs(lines().lines), finder, setup, decoder());
-  input_.end_pairs();
-}
-
-flow::Watch DecodedCapture::watch_of_pieces() const {
-  if (watcher_ == nullptr) return {};
-  return {[this](std::span<const wire::Edge> edges) { watcher_->take(edges); },
-          [this](const capture::PairPiece& changes) { watcher_->take(changes); }};
 }
 
 bool DecodedCapture::read_edges(const std::function<bool(std::span<const wire::Edge>)>& on_edges) {
@@ -619,16 +449,9 @@ DeviceTiming DecodedCapture::reading_timing() const {
   return timing;
 }
 
-bool DecodedCapture::hand_out(std::uint64_t number, const decode::Cycle& cycle,
-                              const OnCycle& on_cycle) {
-  if (is_wanted(cycle)) return on_cycle(number, cycle);
-  ++outside_;
-  return !(range_.until && cycle.time > *range_.until);
-}
-
 bool DecodedCapture::is_wanted(const decode::Cycle& cycle) const {
-  return !(range_.since && cycle.time < *range_.since) &&
-         !(range_.until && cycle.time > *range_.until);
+  return !(arguments_.since && cycle.time < *arguments_.since) &&
+         !(arguments_.until && cycle.time > *arguments_.until);
 }
 
 std::string DecodedCapture::no_request() const {
@@ -640,83 +463,6 @@ std::string DecodedCapture::no_request() const {
       "{}: no request cycle found on MA ({}); is it the right line, is the time unit "
       "right, and did the master send requests?",
       input_.name(), ma_name());
-}
-
-void RunMessages::add_summary(std::string_view text) {
-  if (text.empty()) return;
-  if (!summaries_.empty()) summaries_ += '\n';
-  summaries_ += text;
-}
-
-ExitStatus RunMessages::fail(ExitStatus status, std::string line) {
-  lines_.push_back(std::move(line));
-  return status;
-}
-
-void RunMessages::print(Host& host) const {
-  host.print_summary(summaries_);
-  for (const std::string& line : lines_) host.warn(line);
-}
-
-namespace {
-
-// The outputs and files that are left undone by a run that ends at an unreadable capture.
-std::string rest_text(const DecodedCapture& capture, const std::string& output) {
-  report::Summary text;
-  if (!output.empty()) {
-    text.entry("not written", output,
-               "biss convert --partial keeps the part of a damaged capture before the damage");
-  }
-  const auto files = capture.files_left();
-  if (!files.empty()) {
-    const std::string more = files.size() == 1 ? "" : fmt::format(" and {} more", files.size() - 1);
-    text.entry("not read", files.front() + more, "the run ends at a capture that cannot be read");
-  }
-  return text.empty() ? "" : text.text();
-}
-
-}  // namespace
-
-ExitStatus write_captures(
-    DecodedCapture& capture, const std::string& output_path, const TableChoice& to,
-    const std::function<std::vector<report::Column>()>& columns, bool needs_all,
-    const std::function<ExitStatus(report::TableWriter& writer, RunMessages& messages)>& write) {
-  if (!capture.next()) {
-    if (capture.status() == ExitStatus::io) capture.host().print_summary(rest_text(capture, ""));
-    return capture.status();
-  }
-  Output output(capture.host());
-  if (!output.open(output_path)) return output.status();
-  std::vector<report::Column> all = columns();
-  for (report::Column& column : capture.columns()) {
-    const bool taken = std::any_of(all.begin(), all.end(), [&](const report::Column& each) {
-      return each.name == column.name;
-    });
-    if (taken) column.name += "_line";
-    all.push_back(std::move(column));
-  }
-  const auto made = make_table(to, all, output);
-  if (!made) return capture.host().fail(ExitStatus::usage, made.error());
-  report::TableWriter* const writer = made->get();
-  CaptureRows rows(*writer, all.size(), output, needs_all);
-  RunMessages messages;
-  ExitStatus status = ExitStatus::done;
-  do {
-    rows.set_last_cells(capture.cells());
-    status = std::max(status, write(rows, messages));
-  } while (rows.good() && status < ExitStatus::usage && capture.next());
-  if (!rows.good()) return output.status();
-  status = std::max(status, capture.status());
-  if (status < ExitStatus::usage) {
-    if (!writer->finish() || !output.finish()) return output.status();
-  } else if (status == ExitStatus::io) {
-    const bool is_file = output.file() != nullptr;
-    writer->finish();
-    output.abandon();
-    messages.add_summary(rest_text(capture, is_file ? output_path : ""));
-  }
-  messages.print(capture.host());
-  return status;
 }
 
 }  // namespace biss::verbs

@@ -8,18 +8,15 @@
 #include <string>
 #include <vector>
 
-#include "decode/clean_cycles.hpp"
 #include "decode/cycle.hpp"
 #include "decode/decoder.hpp"
-#include "decode/run_join.hpp"
-#include "flow/piece.hpp"
+#include "flow/cycle_flow.hpp"
+#include "identify/collector.hpp"
 #include "identify/format.hpp"
 #include "identify/protocol.hpp"
 #include "report/table.hpp"
 #include "verbs/common/capture_input.hpp"
-#include "verbs/common/exit_status.hpp"
 #include "verbs/common/format_option.hpp"
-#include "verbs/common/table_output.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/common/word_log.hpp"
 
@@ -47,6 +44,10 @@ struct CaptureArguments : InputArguments {
   /// Only the cycles that begin within these times are read; their numbers stay.
   std::optional<Picoseconds> since;
   std::optional<Picoseconds> until;
+  /// `marginal` is judged for a master without compensation of the line delay.
+  bool no_compensation = false;
+  /// Also measure Cycle::signal.
+  bool signal = false;
   /// Takes the place of the timing that a name in `device` has; the options override it.
   std::optional<DeviceTiming> timing;
 };
@@ -55,34 +56,11 @@ struct CaptureArguments : InputArguments {
 /// options.
 /// \param finds_format the verb identifies the format itself; the help states this
 void add_capture_options(Verb verb, CaptureArguments& arguments, bool finds_format = false);
-/// The same for one capture, also in several files with one line each: without --each.
-void add_single_capture_options(Verb verb, CaptureArguments& arguments);
-/// The same for one file that the page reads: without --each.
-void add_page_capture_options(Verb verb, CaptureArguments& arguments);
-/// The same for folders of captures, in place of FILE…, and without --each.
-void add_folder_options(Verb verb, CaptureArguments& arguments);
-/// The same for two captures that are compared: without --each.
-void add_pair_options(Verb verb, CaptureArguments& arguments);
+/// The same without --each, for a verb that declares FILE… itself.
+void add_reading_options(Verb verb, CaptureArguments& arguments);
 
 /// --since and --until, for the verbs that only read the cycles between them.
 void add_range_options(Verb verb, CaptureArguments& arguments);
-
-/// How `marginal` is judged.
-struct MarginArguments {
-  bool no_compensation = false;
-  /// Also measure Cycle::signal.
-  bool signal = false;
-};
-
-/// Sees the changes of a capture on their way to the decoder, each once and in order, in any thread.
-class ChangeWatcher {
- public:
-  virtual ~ChangeWatcher() = default;
-  /// Edges of all lines.
-  virtual void take(std::span<const wire::Edge> edges) = 0;
-  /// Changes of MA and SLO, as PairSource::settle() gives them.
-  virtual void take(const capture::PairPiece& changes) = 0;
-};
 
 /// The captures of a command line, decoded one after the other:
 ///
@@ -97,23 +75,25 @@ class DecodedCapture {
   /// False ends the reading.
   using OnCycle = std::function<bool(std::uint64_t number, const decode::Cycle& cycle)>;
 
-  explicit DecodedCapture(Host& host) : host_(host), list_(host), input_(host) {}
+  explicit DecodedCapture(Host& host) : host_(host), input_(host) {}
   Host& host() const { return host_; }
 
   /// Prints why the command line makes no sense.
-  ExitStatus open(const CaptureArguments& arguments, const MarginArguments& margin = {});
+  ExitStatus open(const CaptureArguments& arguments);
+
+  const CaptureArguments& arguments() const { return arguments_; }
 
   /// Goes to the next capture, or with --each to the next pair of lines of the same one. Prints why
   /// a capture is left out, and tries the next one. False at the end, or when a file cannot be
   /// read.
   bool next();
   /// The files that next() has not reached.
-  std::vector<std::string> files_left() const { return list_.files_left(); }
+  std::vector<std::string> files_left() const;
   /// The worst status of the captures that next() left out.
   ExitStatus status() const { return status_; }
 
   /// More than one capture or pair of lines may be read.
-  bool several() const { return list_.several() || list_.arguments().each; }
+  bool several() const { return captures_.size() > 1 || arguments_.each; }
   /// Columns that name the capture and the lines of a row: `file` if there are several captures,
   /// `ma` and `slo` with --each; otherwise none.
   std::vector<report::Column> columns() const;
@@ -121,26 +101,15 @@ class DecodedCapture {
   std::vector<report::Cell> cells() const;
 
   /// Reads to the end, with a progress line.
+  /// \param watcher sees the changes that are read; null: none
   /// \return false if reading failed; input().error() then has the reason, and the cycles before
   ///   the failure have been delivered
-  bool read(const OnCycle& on_cycle);
+  bool read(const OnCycle& on_cycle, flow::ChangeWatcher* watcher = nullptr);
   /// read() in steps, without a progress line and in this thread: begin_steps(), then step() until it
   /// is false, then end_steps(), which returns as read().
-  void begin_steps(OnCycle on_cycle);
+  void begin_steps(OnCycle on_cycle, flow::ChangeWatcher* watcher = nullptr);
   bool step();
   bool end_steps();
-  /// In place of read(), if another capture delivers the cycles: follow() each, then
-  /// end_following(), which prints the same as read().
-  void follow(std::uint64_t number, const decode::Cycle& cycle, const OnCycle& on_cycle);
-  void end_following();
-  /// Whether its cycles are the same as the cycles of this other capture. \pre both are of the same
-  /// file
-  bool reads_as(const DecodedCapture& other) const;
-  /// Sets the watcher of the changes that read() or step() reads. \pre it lives as long as the
-  /// reading
-  void watch(ChangeWatcher& watcher) { watcher_ = &watcher; }
-  void unwatch() { watcher_ = nullptr; }
-  ChangeWatcher* watcher() const { return watcher_; }
   /// Reads the edges alone, in place of read(), until `on_edges` returns false.
   /// \return as read()
   bool read_edges(const std::function<bool(std::span<const wire::Edge>)>& on_edges);
@@ -183,9 +152,11 @@ class DecodedCapture {
   const CaptureInput& input() const { return input_; }
   CaptureInput& input() { return input_; }
   /// The capture or the log of words, for a message.
-  std::string name() const { return words_ ? words_->file : input_.name(); }
+  std::string name() const { return words() != nullptr ? words()->file : input_.name(); }
   /// The words that are read in place of a capture; null for a capture.
-  const WordArguments* words() const { return words_ ? &*words_ : nullptr; }
+  const WordArguments* words() const {
+    return arguments_.words.file.empty() ? nullptr : &arguments_.words;
+  }
   /// The cycle that was read last has a time.
   bool timed() const { return timed_; }
   /// The result of verbs::fitting_options(), if at most half of the words are good frames; else
@@ -200,118 +171,49 @@ class DecodedCapture {
   Picoseconds interval();
 
  private:
-  // Delivers the cycle if it is wanted. False: no further cycle is wanted.
-  bool hand_out(std::uint64_t number, const decode::Cycle& cycle, const OnCycle& on_cycle);
-  void count(const decode::Cycle& cycle);
+  void hand_out(const decode::Cycle& cycle);
+  bool identifies() const { return arguments_.identify && arguments_.device.format.empty(); }
   bool open_next();
   bool open_words();
   bool read_words(const decode::CycleReader& reader, const OnCycle& on_cycle);
   void warn_of_protocol();
   ExitStatus identify_format();
   ExitStatus identify_from_all();
+  std::size_t collect_frames(bool all, identify::SampleCollector& frames);
   void take_finding(std::span<const identify::Sample> samples);
-  decode::Decoder& decoder();
-  void push(std::span<const wire::Edge> edges);
-  bool step_piece();
-  flow::Watch watch_of_pieces() const;
-  void read_blocks(const std::function<bool()>& go_on);
-  void read_pieces(const decode::CleanCycleFinder& finder, const std::function<bool()>& go_on);
+  void warn_of_contradictions();
   void measure_polarity(decode::FoundLines& found);
 
   Host& host_;
+  CaptureArguments arguments_;
   std::optional<FrameFormat> format_;
   DeviceTiming timing_;
-  // To use the format, or only to find it.
-  bool identifies_ = false;
-  bool finds_format_ = false;
-  bool keeps_unknown_ = false;
   std::optional<identify::FormatFinding> finding_;
   bool finding_agrees_ = false;
   std::string format_parts_;
   std::optional<Timeout> paused_timeout_;
-  struct Range {
-    std::optional<Picoseconds> since;
-    std::optional<Picoseconds> until;
-  };
-  Range range_;
   // Cycles that read() has left out.
   std::uint64_t outside_ = 0;
   // Cycles with a good frame, and cycles with a frame that does not fit the format.
   std::uint64_t good_ = 0;
   std::uint64_t contradict_ = 0;
-  std::optional<Picoseconds> resolution_;
-  std::uint64_t threads_ = 0;
-  bool invert_ma_ = false;
-  bool invert_slo_ = false;
   decode::MarginSetup margin_;
-  CaptureList list_;
+  std::vector<std::vector<CaptureFile>> captures_;
+  // The place of the next one.
+  std::size_t next_capture_ = 0;
   CaptureInput input_;
-  std::optional<WordArguments> words_;
   std::vector<LoggedWord> log_;
   bool timed_ = true;
   std::vector<decode::FoundLines> pairs_;
   std::size_t pair_ = 0;
-  // The decoder of the current capture.
+  // The reading of the current capture: the flow if it may have clean cycles.
+  OnCycle on_cycle_;
+  std::uint64_t number_ = 0;
+  bool wanted_ = true;
   std::optional<decode::Decoder> decoder_;
-  std::function<void(const decode::Cycle&)> deliver_;
-  // The function for the cycles of step().
-  OnCycle on_step_;
-  std::uint64_t step_number_ = 0;
-  bool step_wanted_ = true;
-  std::optional<flow::Piece> piece_;
-  std::optional<decode::RunJoin> join_;
-  capture::PairSource* pair_source_ = nullptr;
-  ChangeWatcher* watcher_ = nullptr;
+  std::optional<flow::CycleFlow> flow_;
+  flow::ChangeWatcher* watcher_ = nullptr;
   ExitStatus status_ = ExitStatus::done;
 };
-
-/// The cycles of a capture, from the changes that another capture of the same file and lines reads.
-/// They are the same as from DecodedCapture::read(), and the capture's watcher gets the changes,
-/// too.
-class FollowingCapture final : public ChangeWatcher {
- public:
-  /// \param on_cycle its result is ignored
-  FollowingCapture(DecodedCapture& capture, DecodedCapture::OnCycle on_cycle);
-
-  void take(std::span<const wire::Edge> edges) override;
-  void take(const capture::PairPiece& changes) override;
-  /// After the last changes.
-  void finish(Picoseconds end);
-
- private:
-  DecodedCapture& capture_;
-  DecodedCapture::OnCycle on_cycle_;
-  std::uint64_t number_ = 0;
-  decode::Lines lines_;
-  decode::Decoder decoder_;
-  decode::CleanCycleFinder finder_;
-  decode::RunJoin join_;
-  std::vector<decode::CleanCycle> clean_;
-};
-
-/// The text that a run prints on stderr after its rows.
-class RunMessages {
- public:
-  void add_summary(std::string_view text);
-  /// Keeps the line with the reason why the run fails; returns `status`.
-  ExitStatus fail(ExitStatus status, std::string line);
-  void print(Host& host) const;
-
- private:
-  std::string summaries_;
-  std::vector<std::string> lines_;
-};
-
-/// Writes one table of all captures: calls `write` for each, which writes the rows of the current
-/// capture. Columns that name the capture of a row are added.
-/// \param output as for Output::open()
-/// \param to the format, and the names of the columns, if only some are written
-/// \param columns of the rows; called when the first capture is open
-/// \param needs_all the status depends on every row, also when the reader of a pipe has left
-/// \return the worst status of all captures; with `usage` and `io` the output file is left as it was
-ExitStatus write_captures(
-    DecodedCapture& capture, const std::string& output, const TableChoice& to,
-    const std::function<std::vector<report::Column>()>& columns, bool needs_all,
-    const std::function<ExitStatus(report::TableWriter& writer, RunMessages& messages)>& write);
 
 }  // namespace biss::verbs

@@ -33,12 +33,28 @@ std::optional<explain::OtherProtocol> other_protocol(DecodedCapture& capture) {
   }
 }
 
+// Sees the changes of the capture, too.
+class WatchingObserver final : public explain::Observer, public flow::ChangeWatcher {
+ public:
+  using explain::Observer::Observer;
+
+  void take(std::span<const wire::Edge> edges) override {
+    settle();
+    Observer::take(edges);
+  }
+  void take(const capture::PairPiece& changes) override {
+    Observer::take(decode::PairRun{.ma = {changes.ma.times, changes.ma.first_high},
+                                   .slo = {changes.slo.times, changes.slo.first_high}});
+    settle();
+  }
+};
+
 }  // namespace
 
-explain::Reading choose_reading(DecodedCapture& capture, const CaptureArguments& arguments) {
+explain::Reading choose_reading(DecodedCapture& capture) {
   decode::Lines lines = capture.lines().lines;
-  lines.ma_inverted = arguments.invert_ma;
-  lines.slo_inverted = arguments.invert_slo;
+  lines.ma_inverted = capture.arguments().invert_ma;
+  lines.slo_inverted = capture.arguments().invert_slo;
   explain::Reading reading = explain::choose_reading(lines, capture.beginning(), capture.reader());
   // Lines without names cannot have the wrong ones.
   const bool named = capture.lines().origin != decode::LineOrigin::by_behaviour;
@@ -46,35 +62,33 @@ explain::Reading choose_reading(DecodedCapture& capture, const CaptureArguments&
   return reading;
 }
 
-CaptureObserver::CaptureObserver(DecodedCapture& capture, const decode::Lines& lines)
-    : observer_({.format = capture.format(),
-                 .timing = capture.timing(),
-                 .timeout = capture.reader().timing().timeout,
-                 .margin = capture.margin(),
-                 .lines = lines},
-                capture.beginning()) {
+bool observe(DecodedCapture& capture, const decode::Lines& lines,
+             const std::function<void(const decode::Cycle& cycle)>& on_cycle,
+             explain::Evidence& evidence) {
+  WatchingObserver observer({.format = capture.format(),
+                             .timing = capture.timing(),
+                             .timeout = capture.reader().timing().timeout,
+                             .margin = capture.margin(),
+                             .lines = lines},
+                            capture.beginning());
   capture.read_as(lines);
+  const auto take = [&](std::uint64_t number, const decode::Cycle& cycle) {
+    on_cycle(cycle);
+    observer.add(number, cycle);
+    return true;
+  };
+  const bool whole = capture.read(take, &observer);
+  evidence = observer.finish(capture.input().end_time());
+  return whole;
 }
 
-void CaptureObserver::take(std::span<const wire::Edge> edges) {
-  observer_.settle();
-  observer_.take(edges);
-}
-
-void CaptureObserver::take(const capture::PairPiece& changes) {
-  observer_.take(decode::PairRun{.ma = {changes.ma.times, changes.ma.first_high},
-                                 .slo = {changes.slo.times, changes.slo.first_high}});
-  observer_.settle();
-}
-
-explain::Context explain_context(DecodedCapture& capture, const CaptureArguments& arguments,
-                                 const MarginArguments& margin) {
+explain::Context explain_context(DecodedCapture& capture) {
   explain::Context context;
   context.format = capture.format();
-  context.given = !arguments.device.format.empty();
+  context.given = !capture.arguments().device.format.empty();
   context.timing = capture.timing();
-  if (margin.no_compensation) context.compensated = false;
-  context.reading = choose_reading(capture, arguments);
+  if (capture.arguments().no_compensation) context.compensated = false;
+  context.reading = choose_reading(capture);
   context.identified = identified_format(capture);
   if (const auto* finding = capture.finding(); finding != nullptr && !context.identified) {
     for (const auto& each : finding->candidates) context.candidates.push_back(each.format);

@@ -1,15 +1,20 @@
 #include "verbs/common/help.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
+#include <sstream>
+#include <utility>
+#include <vector>
 
 #include "verbs/common/wrap.hpp"
 
 namespace biss::verbs {
 namespace {
 
+// An example is never broken.
+constexpr std::size_t help_width = 100;
 constexpr std::size_t text_column = 28;
 
 // `  NAME   text`, the text in a second column. A long list of values is broken after a `|`.
@@ -30,77 +35,86 @@ void append_entry(std::string& out, const std::string& name, std::string_view te
   out += '\n';
 }
 
-std::string label_of(const OptionHelp& option) {
-  return option.value.empty() ? option.name : option.name + ' ' + option.value;
+// `-f, --format FORMAT`, or `FILE...` for an argument.
+std::string label_of(const DeclaredOption& option) {
+  if (option.is_argument()) return option.names + (option.repeats ? "..." : "");
+  std::string label = option.names;
+  if (const std::size_t comma = label.find(','); comma != std::string::npos) {
+    label.insert(comma + 1, " ");
+  }
+  return option.is_flag() ? label : label + ' ' + option.value;
 }
 
-std::string label_text(const OptionHelp& option) {
-  const bool argument = option.heading.empty();
-  return option.required && !argument ? option.text + " (required)" : option.text;
+std::string label_text(const DeclaredOption& option) {
+  return option.meaning + (option.required && !option.is_argument() ? " (required)" : "");
 }
 
-// Headings in the order of their first option. `Options` is among them for the manual; the help
-// prints it last.
-std::vector<std::string> headings_of(const VerbHelp& verb) {
-  std::vector<std::string> headings;
-  for (const OptionHelp& option : verb.options) {
-    if (option.heading.empty()) continue;
-    if (std::find(headings.begin(), headings.end(), option.heading) == headings.end()) {
-      headings.push_back(option.heading);
+// The command has the first example of each verb.
+std::vector<std::string> examples_of(const DeclaredVerb& verb, const std::string& path) {
+  std::vector<std::string> examples = verb.text.examples;
+  if (path != "biss") return examples;
+  for (const DeclaredVerb& below : verb.verbs) {
+    if (!below.text.examples.empty()) examples.push_back(below.text.examples.front());
+  }
+  return examples;
+}
+
+std::string heading_of(const DeclaredOption& option) {
+  return option.is_argument() ? "Arguments" : option.heading;
+}
+
+// Options under their headings, in the order of the first option; arguments are first.
+void append_options(std::string& out, const DeclaredVerb& verb) {
+  std::vector<std::string> headings{"Arguments"};
+  for (const DeclaredOption& option : verb.options) {
+    if (std::find(headings.begin(), headings.end(), heading_of(option)) == headings.end()) {
+      headings.push_back(heading_of(option));
     }
   }
-  return headings;
+  for (const std::string& heading : headings) {
+    std::string title = '\n' + heading + ":\n";
+    for (const DeclaredOption& option : verb.options) {
+      if (heading_of(option) != heading) continue;
+      out += std::exchange(title, {});
+      append_entry(out, label_of(option), label_text(option));
+    }
+  }
 }
 
-std::string usage_of(const VerbHelp& verb) {
-  std::string usage = verb.name;
-  for (const OptionHelp& option : verb.options) {
-    if (option.required && !option.heading.empty()) usage += ' ' + label_of(option);
+std::string usage_of(const DeclaredVerb& verb, const std::string& path) {
+  std::string usage = path;
+  for (const DeclaredOption& option : verb.options) {
+    if (option.required && !option.is_argument()) usage += ' ' + label_of(option);
   }
   usage += " [OPTION]...";
-  for (const OptionHelp& option : verb.options) {
-    if (!option.heading.empty()) continue;
-    usage += option.required ? ' ' + option.name : " [" + option.name + ']';
+  for (const DeclaredOption& option : verb.options) {
+    if (!option.is_argument()) continue;
+    usage += fmt::format(fmt::runtime(option.required ? " {}" : " [{}]"), label_of(option));
   }
-  if (!verb.verbs.empty())
-    usage += verb.options.size() > 1 && verb.name != "biss" ? " [VERB]" : " VERB";
+  if (!verb.verbs.empty()) {
+    usage += verb.options.size() > 1 && path != "biss" ? " [VERB]" : " VERB";
+  }
   return usage;
-}
-
-template <class Wanted>
-void append_options(std::string& out, const VerbHelp& verb, const std::string& title,
-                    const Wanted& wanted) {
-  bool first = true;
-  for (const OptionHelp& option : verb.options) {
-    if (!wanted(option)) continue;
-    if (first) out += '\n' + title + ":\n";
-    first = false;
-    append_entry(out, label_of(option), label_text(option));
-  }
 }
 
 }  // namespace
 
-std::string help_text(const VerbHelp& verb) {
+std::string help_text(const DeclaredVerb& verb, const std::string& path) {
   std::string out;
-  append_wrapped(out, verb.purpose + '.', {0, 0, help_width});
+  append_wrapped(out, verb.text.purpose + '.', {0, 0, help_width});
   out += "\n\nUsage: ";
-  append_wrapped(out, usage_of(verb), {7, 9, help_width});
+  append_wrapped(out, usage_of(verb, path), {7, 9, help_width});
   out += '\n';
-  append_options(out, verb, "Arguments",
-                 [](const OptionHelp& option) { return option.heading.empty(); });
-  for (const std::string& heading : headings_of(verb)) {
-    append_options(out, verb, heading,
-                   [&](const OptionHelp& option) { return option.heading == heading; });
-  }
+  append_options(out, verb);
   if (!verb.verbs.empty()) out += "\nVerbs:\n";
-  for (const VerbHelp& below : verb.verbs) {
-    append_entry(out, below.name.substr(below.name.rfind(' ') + 1), below.purpose);
+  for (const DeclaredVerb& below : verb.verbs) {
+    append_entry(out, below.text.name, below.text.purpose);
   }
-  if (!verb.examples.empty()) out += verb.examples.size() == 1 ? "\nExample:\n" : "\nExamples:\n";
-  for (const std::string& example : verb.examples) out += "  " + example + '\n';
+  const std::vector<std::string> examples = examples_of(verb, path);
+  if (!examples.empty()) out += examples.size() == 1 ? "\nExample:\n" : "\nExamples:\n";
+  for (const std::string& example : examples) out += "  " + example + '\n';
   if (!verb.verbs.empty()) {
-    out += fmt::format("\n'{} VERB --help' prints the help of a verb.\n", verb.name);
+    out += fmt::format("\n'{} VERB --help' prints the help of a verb.\n", path);
   }
   return out;
 }
@@ -123,17 +137,23 @@ std::string roff(std::string_view text) {
   return out;
 }
 
-void append_manual(std::string& out, const VerbHelp& verb) {
-  out += fmt::format(".SS {}\n{}.\n.PP\n.B {}\n", roff(verb.name), roff(verb.purpose),
-                     roff(usage_of(verb)));
-  for (const OptionHelp& option : verb.options) {
-    if (option.name.ends_with("--help")) continue;
-    out += fmt::format(".TP\n.B {}\n{}.\n", roff(label_of(option)), roff(label_text(option)));
+void append_manual(std::string& out, const DeclaredOption& option) {
+  out += fmt::format(".TP\n.B {}\n{}.\n", roff(label_of(option)), roff(label_text(option)));
+}
+
+void append_manual(std::string& out, const DeclaredVerb& verb, const std::string& path) {
+  out += fmt::format(".SS {}\n{}.\n.PP\n.B {}\n", roff(path), roff(verb.text.purpose),
+                     roff(usage_of(verb, path)));
+  for (const DeclaredOption& option : verb.options) {
+    if (option.name() != "--help") append_manual(out, option);
   }
-  if (!verb.examples.empty()) out += ".PP\nExamples:\n.PP\n.nf\n";
-  for (const std::string& example : verb.examples) out += "    " + roff(example) + '\n';
-  if (!verb.examples.empty()) out += ".fi\n";
-  for (const VerbHelp& below : verb.verbs) append_manual(out, below);
+  const std::vector<std::string> examples = examples_of(verb, path);
+  if (!examples.empty()) out += ".PP\nExamples:\n.PP\n.nf\n";
+  for (const std::string& example : examples) out += "    " + roff(example) + '\n';
+  if (!examples.empty()) out += ".fi\n";
+  for (const DeclaredVerb& below : verb.verbs) {
+    append_manual(out, below, path + ' ' + below.text.name);
+  }
 }
 
 constexpr std::string_view manual_introduction = R"(.SH DESCRIPTION
@@ -183,86 +203,65 @@ The folder for temporary files that do not belong beside an output; /tmp by defa
 
 }  // namespace
 
-std::string man_page(const VerbHelp& command, std::string_view version) {
+std::string man_page(const DeclaredVerb& command, std::string_view version) {
   std::string out = fmt::format(
       ".TH BISS 1 \"\" \"biss {}\" \"User Commands\"\n.SH NAME\nbiss \\- toolkit for the BiSS C "
       "encoder interface\n.SH SYNOPSIS\n.B biss\n.I VERB\n[\\fIOPTION\\fR]...\n",
       version);
   out += manual_introduction;
   out += ".SH OPTIONS\n";
-  for (const OptionHelp& option : command.options) {
-    out += fmt::format(".TP\n.B {}\n{}.\n", roff(label_of(option)), roff(label_text(option)));
-  }
+  for (const DeclaredOption& option : command.options) append_manual(out, option);
   out += ".SH VERBS\n";
-  for (const VerbHelp& verb : command.verbs) append_manual(out, verb);
-  out += page_end;
+  for (const DeclaredVerb& verb : command.verbs) append_manual(out, verb, "biss " + verb.text.name);
+  out += rest;
   return out;
 }
 
 namespace {
 
-// `a b` of `biss a b`; empty for the command itself.
-std::string path_of(const VerbHelp& verb) {
-  const std::size_t space = verb.name.find(' ');
-  return space == std::string::npos ? std::string() : verb.name.substr(space + 1);
-}
-
-// All verbs, each before those below it.
-void collect(const VerbHelp& verb, std::vector<const VerbHelp*>& all) {
-  all.push_back(&verb);
-  for (const VerbHelp& below : verb.verbs) collect(below, all);
-}
-
-// The words of `-f, --format`.
-std::vector<std::string> words_of(const OptionHelp& option) {
-  std::vector<std::string> words;
-  std::string_view rest_of = option.name;
-  while (!rest_of.empty()) {
-    const std::size_t end = std::min(rest_of.find(", "), rest_of.size());
-    words.emplace_back(rest_of.substr(0, end));
-    rest_of.remove_prefix(std::min(end + 2, rest_of.size()));
-  }
-  return words;
-}
-
 // `table|csv|jsonl` lists values; `N|TIME` names kinds of values.
-bool lists_values(const OptionHelp& option) {
+bool lists_values(const DeclaredOption& option) {
   return option.value.find('|') != std::string::npos &&
          std::none_of(option.value.begin(), option.value.end(),
                       [](char c) { return c >= 'A' && c <= 'Z'; });
 }
 
-}  // namespace
+// The parts of the script for each verb.
+struct Completion {
+  std::string paths{};
+  std::string values{};
+  std::string words{};
 
-std::string bash_completion(const VerbHelp& command) {
-  std::vector<const VerbHelp*> all;
-  collect(command, all);
-  std::string paths;
-  std::string values;
-  std::string words;
-  for (const VerbHelp* verb : all) {
-    const std::string path = path_of(*verb);
+  void add(const DeclaredVerb& verb, const std::string& path) {
     if (!path.empty()) paths += fmt::format("{}'{}'", paths.empty() ? "" : "|", path);
-    std::string options;
-    for (const OptionHelp& option : verb->options) {
-      if (option.heading.empty()) continue;
-      for (const std::string& word : words_of(option)) {
-        options += ' ' + word;
+    std::vector<std::string> options;
+    for (const DeclaredOption& option : verb.options) {
+      if (option.is_argument()) continue;
+      std::istringstream names(option.names);
+      for (std::string name; std::getline(names, name, ',');) {
+        options.push_back(name);
         std::string list = option.value;
         std::replace(list.begin(), list.end(), '|', ' ');
         if (lists_values(option)) {
-          values += fmt::format("    '{} {}') list='{}' ;;\n", path, word, list);
+          values += fmt::format("    '{} {}') list='{}' ;;\n", path, name, list);
         }
       }
     }
-    std::string verbs;
-    for (const VerbHelp& below : verb->verbs) {
-      verbs += ' ' + below.name.substr(below.name.rfind(' ') + 1);
+    std::vector<std::string> verbs;
+    for (const DeclaredVerb& below : verb.verbs) verbs.push_back(below.text.name);
+    words += fmt::format("    '{}') options='{}' verbs='{}' ;;\n", path, fmt::join(options, " "),
+                         fmt::join(verbs, " "));
+    for (const DeclaredVerb& below : verb.verbs) {
+      add(below, path + (path.empty() ? "" : " ") + below.text.name);
     }
-    words += fmt::format("    '{}') options='{}' verbs='{}' ;;\n", path,
-                         options.substr(std::min<std::size_t>(options.size(), 1)),
-                         verbs.substr(std::min<std::size_t>(verbs.size(), 1)));
   }
+};
+
+}  // namespace
+
+std::string bash_completion(const DeclaredVerb& command) {
+  Completion parts;
+  parts.add(command, "");
   return fmt::format(R"(# bash completion for biss, made by 'biss help --to bash'
 _biss() {{
   local current=${{COMP_WORDS[COMP_CWORD]}} before=${{COMP_WORDS[COMP_CWORD - 1]}}
@@ -291,7 +290,7 @@ _biss() {{
 }}
 complete -o default -F _biss biss
 )",
-                     paths, values, words);
+                     parts.paths, parts.values, parts.words);
 }
 
 }  // namespace biss::verbs

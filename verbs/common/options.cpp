@@ -8,23 +8,6 @@
 #include "verbs/common/verb.hpp"
 
 namespace biss::verbs {
-namespace {
-
-// The one form of all options with a value of our own: parse, or wrong usage.
-template <class Parse, class Set>
-Option add_parsed(Verb verb, const std::string& name, const std::string& description,
-                  Quantity quantity, Parse parse, Set set, std::uint64_t largest = UINT64_MAX) {
-  const auto take = [name, quantity, parse, set, largest](const std::string& text) {
-    const auto value = parse(text);
-    if (!value) {
-      wrong_value(name, quantity_error_text(quantity, text, value.error(), largest));
-    }
-    set(*value);
-  };
-  return verb.add_text_option(name, take, description);
-}
-
-}  // namespace
 
 Option add_output_option(Verb verb, std::string& path, const std::string& help) {
   return verb.scope(Scope::command)
@@ -83,52 +66,21 @@ Option add_name_option(Verb verb, const std::string& name, std::string& target,
       .one_of(names);
 }
 
-Option add_rate_option(Verb verb, const std::string& name, std::function<void(Hertz)> set,
-                       const std::string& description) {
-  return add_parsed(verb, name, description, Quantity::rate, parse_rate, std::move(set))
-      .type_name("RATE");
-}
-
-Option add_duration_option(Verb verb, const std::string& name, std::function<void(Picoseconds)> set,
-                           const std::string& description) {
-  return add_parsed(verb, name, description, Quantity::duration, parse_duration, std::move(set))
-      .type_name("TIME");
-}
-
-Option add_time_option(Verb verb, const std::string& name, std::function<void(Picoseconds)> set,
-                       const std::string& description) {
-  return add_parsed(verb, name, description, Quantity::time, parse_time, std::move(set))
-      .type_name("TIME");
-}
-
 std::string wrong_range(const std::optional<Picoseconds>& since,
                         const std::optional<Picoseconds>& until) {
   return since && until && *until < *since ? "--until: is before --since; exchange them" : "";
 }
 
-Option add_length_option(Verb verb, const std::string& name, std::function<void(Millimetres)> set,
-                         const std::string& description) {
-  return add_parsed(verb, name, description, Quantity::length, parse_length, std::move(set))
-      .type_name("LENGTH");
-}
-
-Option add_duty_option(Verb verb, const std::string& name, std::function<void(std::uint32_t)> set,
-                       const std::string& description) {
-  return add_parsed(verb, name, description, Quantity::duty, parse_duty, std::move(set))
-      .type_name("SHARE");
-}
-
-Option add_deviation_option(Verb verb, const std::string& name,
-                            std::function<void(std::int32_t)> set, const std::string& description) {
-  return add_parsed(verb, name, description, Quantity::deviation, parse_deviation, std::move(set))
-      .type_name("PPM");
-}
-
 Option add_count_option(Verb verb, const std::string& name, std::function<void(std::uint64_t)> set,
                         const std::string& description, std::uint64_t largest) {
-  const auto parse = [largest](const std::string& text) { return parse_count(text, largest); };
-  return add_parsed(verb, name, description, Quantity::count, parse, std::move(set), largest)
-      .type_name("N");
+  const auto take = [=](const std::string& text) {
+    const auto value = parse_count(text, largest);
+    if (!value) {
+      wrong_value(name, quantity_error_text(Quantity::count, text, value.error(), largest));
+    }
+    set(*value);
+  };
+  return verb.add_text_option(name, take, description).type_name("N");
 }
 
 }  // namespace biss::verbs

@@ -14,7 +14,6 @@
 
 #include "report/text.hpp"
 #include "verbs/common/files.hpp"
-#include "verbs/common/host.hpp"
 #include "verbs/common/terminal.hpp"
 
 namespace biss::verbs {

@@ -70,25 +70,16 @@ tl::expected<std::string, VerbError> read_page(const std::string& path) {
   return *text;
 }
 
-std::string page_with_capture(std::string_view page,
-                              std::initializer_list<PageAttribute> attributes,
-                              std::string_view content) {
+std::string page_with(std::string_view page, std::string_view id,
+                      std::initializer_list<PageAttribute> attributes, std::string_view content) {
   const std::size_t place = page.find(core_element);
-  std::string element = R"(<script type="text/plain" id="biss-capture")";
+  std::string element = fmt::format("<script type=\"text/plain\" id=\"{}\"", id);
   for (const PageAttribute& attribute : attributes) {
     element += fmt::format(" data-{}=\"{}\"", attribute.name, draw::markup_text(attribute.value));
   }
   std::string text;
   text.reserve(page.size() + element.size() + content.size() + 16);
   text.append(page.substr(0, place)).append(element).append(">").append(content);
-  text.append("</script>").append(page.substr(place));
-  return text;
-}
-
-std::string page_with_report(std::string_view page, std::string_view content) {
-  const std::size_t place = page.find(core_element);
-  std::string text(page.substr(0, place));
-  text.append(R"(<script type="text/plain" id="biss-report">)").append(content);
   return text.append("</script>").append(page.substr(place));
 }
 

@@ -6,7 +6,6 @@
 #include <string_view>
 #include <tl/expected.hpp>
 
-#include "verbs/common/host.hpp"
 #include "verbs/common/verb.hpp"
 
 namespace biss::verbs {
@@ -19,23 +18,18 @@ Option add_page_option(Verb verb, std::string& path);
 /// \return `io`: there is no page, it cannot be read, or the file is not the page of biss
 tl::expected<std::string, VerbError> read_page(const std::string& path);
 
-/// An attribute of the element `biss-capture`: `data-NAME="VALUE"`. The value is any text.
+/// An attribute of an element: `data-NAME="VALUE"`. The value is any text.
 struct PageAttribute {
   std::string_view name;
   std::string_view value;
 };
 
-/// The page with an element `biss-capture`, which view/src/shell/carried.ts describes.
+/// The page with one more element: `biss-capture`, which view/src/shell/carried.ts describes, or
+/// `biss-report`, which view/src/core/report.ts describes: facts about the whole capture, for a page
+/// with a part of it.
 /// \param content base64 of gzip, or empty
 /// \pre `page` is from read_page()
-std::string page_with_capture(std::string_view page,
-                              std::initializer_list<PageAttribute> attributes,
-                              std::string_view content);
-
-/// The page with an element `biss-report`, which view/src/core/report.ts describes: facts about the
-/// whole capture, for a page with a part of it.
-/// \param content base64 of gzip
-/// \pre `page` is from read_page()
-std::string page_with_report(std::string_view page, std::string_view content);
+std::string page_with(std::string_view page, std::string_view id,
+                      std::initializer_list<PageAttribute> attributes, std::string_view content);
 
 }  // namespace biss::verbs

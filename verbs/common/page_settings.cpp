@@ -72,10 +72,8 @@ PageSettings page_settings(const std::vector<Option>& given) {
     if (option.scope() == Scope::command) continue;
     if (name == "--format") {
       settings.format = values.back();
-    } else if (name == "--ma") {
-      settings.ma = line_name(values.back(), files);
-    } else if (name == "--slo") {
-      settings.slo = line_name(values.back(), files);
+    } else if (name == "--ma" || name == "--slo") {
+      (name == "--ma" ? settings.ma : settings.slo) = line_name(values.back(), files);
     } else if (name == "--invert-ma") {
       settings.invert_ma = true;
     } else if (name == "--invert-slo") {

@@ -58,14 +58,15 @@ TEST(Page, Folder_IsNamed) {
 }
 
 TEST(Page, CaptureInThePage_StandsBeforeTheCore) {
-  EXPECT_EQ(page_with_capture(page, {{"name", "a.vcd"}, {"view", "row=1&panel=eds"}}, "H4sI"),
-            R"(<body><script type="text/plain" id="biss-capture" data-name="a.vcd")"
-            R"( data-view="row=1&amp;panel=eds">H4sI</script>)"
-            R"(<script type="text/plain" id="biss-core">CORE</script></body>)");
+  EXPECT_EQ(
+      page_with(page, "biss-capture", {{"name", "a.vcd"}, {"view", "row=1&panel=eds"}}, "H4sI"),
+      R"(<body><script type="text/plain" id="biss-capture" data-name="a.vcd")"
+      R"( data-view="row=1&amp;panel=eds">H4sI</script>)"
+      R"(<script type="text/plain" id="biss-core">CORE</script></body>)");
 }
 
 TEST(Page, ReportInThePage_StandsBeforeTheCore) {
-  EXPECT_EQ(page_with_report(page, "H4sI"),
+  EXPECT_EQ(page_with(page, "biss-report", {}, "H4sI"),
             R"(<body><script type="text/plain" id="biss-report">H4sI</script>)"
             R"(<script type="text/plain" id="biss-core">CORE</script></body>)");
 }

@@ -49,12 +49,12 @@ void add_analog_options(Verb verb, capture::AnalogOptions& analog) {
           "Threshold of analog channels and its hysteresis (100mV by default); by default both are "
           "measured for each channel at the beginning of the capture")
       .type_name("VOLTAGE[:VOLTAGE]");
-  verb.add_repeated_option(
+  verb.add_text_option(
           "--differential",
           [&analog](const std::string& text) {
             analog.differentials.push_back(differential_of(text));
           },
-          "Take the analog channels A and B as one line, A minus B; repeatable")
+          "Take the analog channels A and B as one line, A minus B; repeatable", true)
       .type_name("A-B[=NAME]");
 }
 

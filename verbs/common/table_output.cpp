@@ -4,32 +4,61 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <memory>
+#include <span>
+#include <tl/expected.hpp>
 #include <utility>
 
 #include "report/hdf5.hpp"
+#include "report/summary.hpp"
+#include "verbs/common/output.hpp"
 
 namespace biss::verbs {
 
 namespace {
 
-// Passes on some cells of each row.
-class ChosenColumns final : public report::TableWriter {
+// Adds the same cells at the end of each row, and hands on the chosen ones.
+class CaptureRows final : public report::TableWriter {
  public:
-  ChosenColumns(std::vector<std::size_t> places, std::unique_ptr<report::TableWriter> writer)
-      : places_(std::move(places)), cells_(places_.size()), writer_(std::move(writer)) {}
+  CaptureRows(std::unique_ptr<report::TableWriter> writer, std::size_t columns,
+              std::vector<std::size_t> places, const Output& output, bool needs_all)
+      : writer_(std::move(writer)),
+        columns_(columns),
+        places_(std::move(places)),
+        chosen_(places_.size()),
+        output_(output),
+        needs_all_(needs_all) {}
+
+  void set_last_cells(std::vector<report::Cell> cells) { last_ = std::move(cells); }
+  // False when the rows cannot be written, or are of no use because their reader has left.
+  bool good() const { return good_; }
 
   bool row(std::span<const report::Cell> cells) override {
-    for (std::size_t i = 0; i < places_.size(); ++i) {
-      cells_[i] = places_[i] < cells.size() ? cells[places_[i]] : report::Cell();
+    if (!last_.empty()) {
+      row_.assign(cells.begin(), cells.end());
+      row_.resize(columns_ - last_.size());
+      row_.insert(row_.end(), last_.begin(), last_.end());
+      cells = row_;
     }
-    return writer_->row(cells_);
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      chosen_[i] = places_[i] < cells.size() ? cells[places_[i]] : report::Cell();
+    }
+    good_ =
+        writer_->row(places_.empty() ? cells : chosen_) && (needs_all_ || !output_.reader_left());
+    return good_;
   }
   bool finish() override { return writer_->finish(); }
 
  private:
-  std::vector<std::size_t> places_;
-  std::vector<report::Cell> cells_;
   std::unique_ptr<report::TableWriter> writer_;
+  std::size_t columns_;
+  std::vector<std::size_t> places_;
+  std::vector<report::Cell> chosen_;
+  const Output& output_;
+  bool needs_all_;
+  std::vector<report::Cell> last_;
+  std::vector<report::Cell> row_;
+  bool good_ = true;
 };
 
 using Places = std::vector<std::size_t>;
@@ -78,21 +107,84 @@ tl::expected<std::unique_ptr<report::TableWriter>, std::string> make_writer(
   return report::make_hdf5_writer(columns, *output.file());
 }
 
+// The outputs and files that are left undone by a run that ends at an unreadable capture.
+std::string rest_text(const DecodedCapture& capture, const std::string& output) {
+  report::Summary text;
+  if (!output.empty()) {
+    text.entry("not written", output,
+               "biss convert --partial keeps the part of a damaged capture before the damage");
+  }
+  const auto files = capture.files_left();
+  if (!files.empty()) {
+    const std::string more = files.size() == 1 ? "" : fmt::format(" and {} more", files.size() - 1);
+    text.entry("not read", files.front() + more, "the run ends at a capture that cannot be read");
+  }
+  return text.text();
+}
+
 }  // namespace
 
-tl::expected<std::unique_ptr<report::TableWriter>, std::string> make_table(
-    const TableChoice& choice, std::span<const report::Column> columns, Output& output) {
-  if (choice.columns.empty()) return make_writer(choice.to, columns, output);
-  auto places = places_of(choice.columns, columns);
-  if (!places) return tl::unexpected(places.error());
-  if (choice.to == report::Format::vcd) put_time_first(*places, columns);
-  std::vector<report::Column> chosen;
-  for (const std::size_t place : *places) chosen.push_back(columns[place]);
-  return make_writer(choice.to, chosen, output)
-      .map(
-          [&](std::unique_ptr<report::TableWriter> writer) -> std::unique_ptr<report::TableWriter> {
-            return std::make_unique<ChosenColumns>(std::move(*places), std::move(writer));
-          });
+void RunMessages::add_summary(std::string_view text) {
+  if (text.empty()) return;
+  if (!summaries_.empty()) summaries_ += '\n';
+  summaries_ += text;
+}
+
+ExitStatus RunMessages::fail(ExitStatus status, std::string line) {
+  lines_.push_back(std::move(line));
+  return status;
+}
+
+void RunMessages::print(Host& host) const {
+  host.print_summary(summaries_);
+  for (const std::string& line : lines_) host.warn(line);
+}
+
+ExitStatus write_captures(
+    DecodedCapture& capture, const std::string& output_path, report::Format to,
+    const std::function<std::vector<report::Column>()>& columns, bool needs_all,
+    const std::function<ExitStatus(report::TableWriter& writer, RunMessages& messages)>& write,
+    const std::vector<std::string>& chosen) {
+  if (!capture.next()) {
+    if (capture.status() == ExitStatus::io) capture.host().print_summary(rest_text(capture, ""));
+    return capture.status();
+  }
+  Output output(capture.host());
+  if (!output.open(output_path)) return output.status();
+  std::vector<report::Column> all = columns();
+  for (report::Column& column : capture.columns()) {
+    const bool taken = std::any_of(all.begin(), all.end(), [&](const report::Column& each) {
+      return each.name == column.name;
+    });
+    if (taken) column.name += "_line";
+    all.push_back(std::move(column));
+  }
+  auto places = places_of(chosen, all);
+  if (!places) return capture.host().fail(ExitStatus::usage, places.error());
+  if (to == report::Format::vcd && !places->empty()) put_time_first(*places, all);
+  std::vector<report::Column> shown;
+  for (const std::size_t place : *places) shown.push_back(all[place]);
+  auto writer = make_writer(to, shown.empty() ? all : shown, output);
+  if (!writer) return capture.host().fail(ExitStatus::usage, writer.error());
+  CaptureRows rows(std::move(*writer), all.size(), std::move(*places), output, needs_all);
+  RunMessages messages;
+  ExitStatus status = ExitStatus::done;
+  do {
+    rows.set_last_cells(capture.cells());
+    status = std::max(status, write(rows, messages));
+  } while (rows.good() && status < ExitStatus::usage && capture.next());
+  if (!rows.good()) return output.status();
+  status = std::max(status, capture.status());
+  if (status < ExitStatus::usage) {
+    if (!rows.finish() || !output.finish()) return output.status();
+  } else if (status == ExitStatus::io) {
+    const bool is_file = output.file() != nullptr;
+    rows.finish();
+    output.abandon();
+    messages.add_summary(rest_text(capture, is_file ? output_path : ""));
+  }
+  messages.print(capture.host());
+  return status;
 }
 
 }  // namespace biss::verbs

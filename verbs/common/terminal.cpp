@@ -7,9 +7,7 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <cstdint>
 #include <cstdio>
-#include <string>
 #include <utility>
 
 #include "report/text.hpp"

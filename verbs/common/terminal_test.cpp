@@ -43,23 +43,23 @@ TEST(ProgressLine, OfACount_HasRateAndTimeLeft) {
   EXPECT_EQ(progress_text({.done = 0, .all = 10}, "faults", 2.0), "0 of 10 faults");
 }
 
-TEST(ReadPosition, OfAFileThatIsReadByAnotherDescriptor_IsFound) {
+TEST(ReadAmount, OfAFileThatIsReadByAnotherDescriptor_IsFound) {
   const auto path =
       std::filesystem::temp_directory_path() / ("biss-position-" + std::to_string(::getpid()));
   std::ofstream(path) << std::string(1'000, 'x');
   const int first = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   ASSERT_GE(first, 0);
-  const ReadPosition position(first);
-  EXPECT_FALSE(position.amount());
+  EXPECT_FALSE(read_amount(path));
   const int again = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   ASSERT_EQ(::lseek(again, 250, SEEK_SET), 250);
-  ASSERT_TRUE(position.amount());
-  EXPECT_EQ(position.amount()->read, 250U);
-  EXPECT_EQ(position.amount()->all, 1'000U);
+  const auto amount = read_amount(path);
+  ASSERT_TRUE(amount);
+  EXPECT_EQ(amount->read, 250U);
+  EXPECT_EQ(amount->all, 1'000U);
   ::close(again);
   ::close(first);
   std::filesystem::remove(path);
-  EXPECT_FALSE(ReadPosition(-1).amount());
+  EXPECT_FALSE(read_amount(path));
 }
 
 }  // namespace terminal_test

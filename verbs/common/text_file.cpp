@@ -10,6 +10,9 @@
 
 namespace biss::verbs {
 
+// More than any file that this program writes: a state, a table of a bundle.
+constexpr std::size_t max_text_file_bytes = std::size_t{64} << 20U;
+
 tl::expected<std::string, std::string> read_text_file(const std::string& path) {
   const auto wrong = [](const char* what) {
     return tl::make_unexpected(fmt::format("{}: {}", what, std::strerror(errno)));

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "verbs/common/host.hpp"
-#include "verbs/common/verbs.hpp"
+#include "verbs/common/verb.hpp"
 
 namespace biss::verbs {
 namespace threads_test {

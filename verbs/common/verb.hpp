@@ -42,6 +42,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -137,13 +138,10 @@ class Verb {
   Option add_option(const std::string& name, std::int64_t& target,
                     const std::string& description) const;
   Option add_flag(const std::string& name, bool& target, const std::string& description) const;
-  /// `set` gets the text of the value; see wrong_value().
+  /// `set` gets the text of each value; see wrong_value().
+  /// \param repeats it may be given several times
   Option add_text_option(const std::string& name, std::function<void(const std::string&)> set,
-                         const std::string& description) const;
-
-  /// The same for an option that may be given several times: `set` gets the text of each value.
-  Option add_repeated_option(const std::string& name, std::function<void(const std::string&)> set,
-                             const std::string& description) const;
+                         const std::string& description, bool repeats = false) const;
 
   /// An option declared before, by its long name. Throws std::logic_error if it was not.
   Option get_option(const std::string& name) const;
@@ -207,8 +205,11 @@ class Command {
   bool version_ = false;
 };
 
-/// A verb below a verb, such as `biss eds show`. `add` declares its options and returns what runs
-/// it.
+/// Adds the verb of this name; without a name, or if no verb has it, all verbs of this build: the list
+/// is in verbs/CMakeLists.txt.
+void add_verbs(Command& command, std::string_view name = {});
+
+/// A verb below a verb, as `biss eds show`. `add` declares its options and returns what runs it.
 struct GroupVerb {
   VerbText text;
   Run (*add)(Verb verb);
@@ -238,26 +239,40 @@ Option add_to_option(Verb verb, report::Format& target,
 Option add_name_option(Verb verb, const std::string& name, std::string& target,
                        const std::vector<std::string>& names, const std::string& description);
 
-/// Options with a unit. `set` is called only when the option is given, see into(); a wrong value is
-/// wrong usage, its message points at the character.
-Option add_rate_option(Verb verb, const std::string& name, std::function<void(Hertz)> set,
-                       const std::string& description);
-Option add_duration_option(Verb verb, const std::string& name, std::function<void(Picoseconds)> set,
-                           const std::string& description);
-Option add_length_option(Verb verb, const std::string& name, std::function<void(Millimetres)> set,
-                         const std::string& description);
+/// Adds an option with a unit. `set` is called only when the option is given, see into(); a wrong
+/// value is wrong usage, its message points at the character.
+template <class Value>
+struct QuantityOption {
+  Quantity quantity;
+  Result<Value, QuantityError> (*parse)(std::string_view text);
+  const char* value_name;
+
+  Option operator()(Verb verb, const std::string& name, std::function<void(Value)> set,
+                    const std::string& description) const {
+    const auto take = [of = *this, name, set](const std::string& text) {
+      const auto value = of.parse(text);
+      if (!value) wrong_value(name, quantity_error_text(of.quantity, text, value.error()));
+      set(*value);
+    };
+    return verb.add_text_option(name, take, description).type_name(value_name);
+  }
+};
+
+inline constexpr QuantityOption<Hertz> add_rate_option{Quantity::rate, parse_rate, "RATE"};
+inline constexpr QuantityOption<Picoseconds> add_duration_option{Quantity::duration, parse_duration,
+                                                                 "TIME"};
+inline constexpr QuantityOption<Millimetres> add_length_option{Quantity::length, parse_length,
+                                                               "LENGTH"};
 /// A time in a capture, which may be negative.
-Option add_time_option(Verb verb, const std::string& name, std::function<void(Picoseconds)> set,
-                       const std::string& description);
+inline constexpr QuantityOption<Picoseconds> add_time_option{Quantity::time, parse_time, "TIME"};
+/// A share in thousandths.
+inline constexpr QuantityOption<std::uint32_t> add_duty_option{Quantity::duty, parse_duty, "SHARE"};
+/// Parts of a million with a sign.
+inline constexpr QuantityOption<std::int32_t> add_deviation_option{Quantity::deviation,
+                                                                   parse_deviation, "PPM"};
 /// One line: there is no time from --since to --until; else empty.
 std::string wrong_range(const std::optional<Picoseconds>& since,
                         const std::optional<Picoseconds>& until);
-/// A share in thousandths, see parse_duty().
-Option add_duty_option(Verb verb, const std::string& name, std::function<void(std::uint32_t)> set,
-                       const std::string& description);
-/// Parts of a million with a sign, see parse_deviation().
-Option add_deviation_option(Verb verb, const std::string& name,
-                            std::function<void(std::int32_t)> set, const std::string& description);
 /// A count from 0 to `largest`, decimal or 0x….
 Option add_count_option(Verb verb, const std::string& name, std::function<void(std::uint64_t)> set,
                         const std::string& description, std::uint64_t largest = UINT64_MAX);

@@ -5,9 +5,7 @@
 #include <memory>
 
 #include "report/summary.hpp"
-#include "verbs/common/host.hpp"
 #include "verbs/common/identified.hpp"
-#include "verbs/common/output.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/compare/difference.hpp"
 
@@ -20,19 +18,17 @@ using report::Kind;
 
 struct CompareOptions {
   CaptureArguments capture;
-  MarginArguments margin{.signal = true};
   std::string output;
   report::Format to = report::Format::table;
 };
 
 // A value is a number or words.
-const std::vector<report::Column>& compare_columns() {
-  static const std::vector<report::Column> all{{.name = "property", .kind = Kind::text},
-                                               {.name = "unit", .kind = Kind::text},
-                                               {.name = "good", .kind = Kind::text},
-                                               {.name = "bad", .kind = Kind::text},
-                                               {.name = "effect", .kind = Kind::real}};
-  return all;
+std::vector<report::Column> compare_columns() {
+  return {{.name = "property", .kind = Kind::text},
+          {.name = "unit", .kind = Kind::text},
+          {.name = "good", .kind = Kind::text},
+          {.name = "bad", .kind = Kind::text},
+          {.name = "effect", .kind = Kind::real}};
 }
 
 // Whole numbers are written without an exponent: 1000000 and not 1e+06.
@@ -90,6 +86,7 @@ class CompareRun {
       side->arguments.any_lines = true;
       side->arguments.identify = true;
       side->arguments.identify_besides = true;
+      side->arguments.signal = true;
     }
     good_.arguments.files.assign(files.begin(), middle);
     bad_.arguments.files.assign(middle, files.end());
@@ -111,7 +108,7 @@ class CompareRun {
   }
 
   ExitStatus open(Side& side) const {
-    const ExitStatus status = side.capture.open(side.arguments, options_.margin);
+    const ExitStatus status = side.capture.open(side.arguments);
     if (status != ExitStatus::done) return status;
     if (side.capture.several()) {
       return host_.fail(ExitStatus::usage,
@@ -122,7 +119,7 @@ class CompareRun {
   }
 
   ExitStatus read(Side& side) const {
-    side.link = read_link(side.capture, side.arguments, options_.margin);
+    side.link = read_link(side.capture);
     return side.link ? ExitStatus::done : host_.fail(ExitStatus::io, side.capture.input().error());
   }
 
@@ -144,8 +141,8 @@ class CompareRun {
   static void add_side(report::Summary& out, std::string_view key, const Side& side) {
     const explain::Evidence& evidence = side.link->evidence;
     out.entry(key, side.capture.input().name(),
-              fmt::format("{} request cycle{}, {} good", evidence.cycles,
-                          evidence.cycles == 1 ? "" : "s", evidence.good));
+              fmt::format("{}, {} good", report::counted(evidence.cycles, "request cycle"),
+                          evidence.good));
   }
 
   std::string summary(const std::vector<Difference>& found) const {
@@ -184,8 +181,12 @@ void add_compare(Command& command) {
        .examples = {"biss compare good.vcd bad.vcd",
                     "biss compare good.vcd bad.vcd -f resolute-26 --to jsonl"}},
       [options](Host& host) { return CompareRun(*options, host).run(); });
-  add_pair_options(verb, options->capture);
-  verb.add_flag("--no-compensation", options->margin.no_compensation,
+  verb.add_option("FILE", options->capture.files,
+                  "The capture GOOD and the capture BAD; if each file has one line: the two "
+                  "files of GOOD, then the two of BAD; - is standard input")
+      .file(FileUse::read);
+  add_reading_options(verb, options->capture);
+  verb.add_flag("--no-compensation", options->capture.no_compensation,
                 "The masters of these links sample half a period after their own edges of MA");
   add_output_option(verb, options->output);
   add_to_option(verb, options->to);

@@ -110,9 +110,18 @@ class Comparison {
       add(std::move(property), "ns", rounded(of->good / 1e3, 1e3), rounded(of->bad / 1e3, 1e3),
           effect);
   }
-  void add_share(std::string property, const Count& good, const Count& bad, double weight) {
+  template <class CountOf>
+  void add_share(std::string property, double weight, CountOf count_of) {
+    const Count good = count_of(good_);
+    const Count bad = count_of(bad_);
     add(std::move(property), "%", rounded(100 * good.share(), 100), rounded(100 * bad.share(), 100),
         weight * share_effect(good, bad));
+  }
+  // Medians of thousandths of a period, in percent.
+  Times shares_of_period(const Distribution& good, const Distribution& bad) const {
+    return {static_cast<double>(good.median()) / 10, static_cast<double>(bad.median()) / 10,
+            static_cast<double>(good.spread()) / 20 +
+                100 * resolution_ / std::min(period_->good, period_->bad)};
   }
 
   // Medians in picoseconds.
@@ -182,10 +191,7 @@ class Comparison {
     const Distribution& good = good_.statistics.duty();
     const Distribution& bad = bad_.statistics.duty();
     if (good.count() != 0 && bad.count() != 0) {
-      const double doubt = static_cast<double>(good.spread()) / 20 +
-                           100 * resolution_ / std::min(period_->good, period_->bad);
-      const Times duty{static_cast<double>(good.median()) / 10,
-                       static_cast<double>(bad.median()) / 10, doubt};
+      const Times duty = shares_of_period(good, bad);
       add("duty", "%", duty.good, duty.bad, duty.apart() / duty_of_full_effect);
     }
     const auto jitter = times(good_.jitter_ma, bad_.jitter_ma);
@@ -224,13 +230,12 @@ class Comparison {
     if (release && release->good > 0 && release->bad > 0) {
       add_times("timeout", release, beside_clock(release));
     }
-    const auto flags = [](const Link& link, std::uint64_t count) {
-      return Count{count, link.statistics.count(CycleStatus::ok)};
-    };
-    add_share("nE", flags(good_, good_.statistics.errors()), flags(bad_, bad_.statistics.errors()),
-              1);
-    add_share("nW", flags(good_, good_.statistics.warnings()),
-              flags(bad_, bad_.statistics.warnings()), 1);
+    add_share("nE", 1, [](const Link& link) {
+      return Count{link.statistics.errors(), link.statistics.count(CycleStatus::ok)};
+    });
+    add_share("nW", 1, [](const Link& link) {
+      return Count{link.statistics.warnings(), link.statistics.count(CycleStatus::ok)};
+    });
   }
 
   std::optional<Times> delays() const {
@@ -306,28 +311,22 @@ class Comparison {
     for (std::size_t i = 0; i < decode::cycle_status_count; ++i) {
       const auto status = static_cast<CycleStatus>(i);
       if (!is_fault(status)) continue;
-      const auto count = [status](const Link& link) {
+      add_share(fmt::format("status_{}", name_of(status)), consequence, [status](const Link& link) {
         return Count{link.evidence.status(status), link.evidence.cycles};
-      };
-      add_share(fmt::format("status_{}", name_of(status)), count(good_), count(bad_), consequence);
+      });
     }
-    const auto passed = [](const Link& link) {
+    add_share("good", consequence, [](const Link& link) {
       return Count{link.evidence.good, link.evidence.cycles};
-    };
-    add_share("good", passed(good_), passed(bad_), consequence);
-    const auto marginal = [](const Link& link) {
+    });
+    add_share("marginal", consequence, [](const Link& link) {
       return Count{link.statistics.marginal(), link.statistics.margin_judged()};
-    };
-    add_share("marginal", marginal(good_), marginal(bad_), consequence);
+    });
     compare_margin();
   }
 
   void compare_margin() {
     if (good_.margin.count() == 0 || bad_.margin.count() == 0 || !has_clock()) return;
-    const Times margin{static_cast<double>(good_.margin.median()) / 10,
-                       static_cast<double>(bad_.margin.median()) / 10,
-                       static_cast<double>(good_.margin.spread()) / 20 +
-                           100 * resolution_ / std::min(period_->good, period_->bad)};
+    const Times margin = shares_of_period(good_.margin, bad_.margin);
     add("sampling_margin", "%", margin.good, margin.bad,
         consequence * std::min(1.0, margin.apart() / 50));
   }
@@ -365,12 +364,11 @@ class Comparison {
     for (std::size_t i = 0; i < decode::rule_count; ++i) {
       const auto rule = static_cast<Rule>(i);
       if (std::find(shown.begin(), shown.end(), rule) != shown.end()) continue;
-      const auto count = [i](const Link& link) {
-        const decode::RuleResult& result = link.rules[i];
-        return Count{std::min(result.faults, result.cases), result.cases};
-      };
-      add_share(fmt::format("limit_{}", decode::text_of(rule).name), count(good_), count(bad_),
-                consequence);
+      add_share(fmt::format("limit_{}", decode::text_of(rule).name), consequence,
+                [i](const Link& link) {
+                  const decode::RuleResult& result = link.rules[i];
+                  return Count{std::min(result.faults, result.cases), result.cases};
+                });
     }
   }
 

@@ -2,7 +2,6 @@
 // its effect.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <variant>

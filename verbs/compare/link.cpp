@@ -92,27 +92,18 @@ class LinkReader {
 
 }  // namespace
 
-std::optional<Link> read_link(DecodedCapture& capture, const CaptureArguments& arguments,
-                              const MarginArguments& margin) {
+std::optional<Link> read_link(DecodedCapture& capture) {
   Link link;
-  link.context = explain_context(capture, arguments, margin);
+  link.context = explain_context(capture);
   link.context.given = true;
   const decode::Lines& lines = link.context.reading.lines;
   link.resolution = capture.margin().resolution;
   link.ma = capture.input().lines()[lines.ma];
   link.slo = capture.input().lines()[lines.slo];
   LinkReader reader(link, capture);
-  CaptureObserver observer(capture, lines);
-  capture.watch(observer);
-  const bool read = capture.read([&](std::uint64_t number, const Cycle& cycle) {
-    reader.add(cycle);
-    observer.add(number, cycle);
-    return true;
-  });
-  capture.unwatch();
-  if (!read) return std::nullopt;
+  const auto add = [&reader](const Cycle& cycle) { reader.add(cycle); };
+  if (!observe(capture, lines, add, link.evidence)) return std::nullopt;
   reader.finish();
-  link.evidence = observer.finish(capture.input().end_time());
   return link;
 }
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -39,7 +38,6 @@ struct Link {
 
 /// Reads a capture to its end. Empty if reading failed; input().error() then has the reason.
 /// \pre next() was true and nothing has been read since
-std::optional<Link> read_link(DecodedCapture& capture, const CaptureArguments& arguments,
-                              const MarginArguments& margin);
+std::optional<Link> read_link(DecodedCapture& capture);
 
 }  // namespace biss::verbs

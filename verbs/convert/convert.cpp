@@ -12,9 +12,6 @@
 #include "report/summary.hpp"
 #include "verbs/common/capture_input.hpp"
 #include "verbs/common/capture_output.hpp"
-#include "verbs/common/files.hpp"
-#include "verbs/common/host.hpp"
-#include "verbs/common/output.hpp"
 #include "verbs/common/terminal.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/convert/losses.hpp"
@@ -163,7 +160,7 @@ class ConvertRun {
                         fmt::format("--since: {} ends earlier, at {}; nothing to convert",
                                     input_.name(), text_of(input_.end_time())));
     }
-    if (!any_ && cutter_->past_end()) {
+    if (changes_ == 0 && cutter_->past_end()) {
       output.abandon();
       return host_.fail(
           ExitStatus::data_failed,
@@ -219,8 +216,10 @@ class ConvertRun {
 
   bool write(std::span<const wire::Edge> edges, CaptureOutput& capture) {
     if (edges.empty()) return true;
-    if (!any_) choose_shift(edges.front().time);
-    any_ = true;
+    if (changes_ == 0) {
+      first_ = edges.front().time;
+      choose_shift(first_);
+    }
     made_.clear();
     for (wire::Edge edge : edges) {
       const auto time = shifted(edge.time);
@@ -230,26 +229,24 @@ class ConvertRun {
       made_.push_back(edge);
     }
     changes_ += edges.size();
-    if (!last_) first_ = edges.front().time;
-    last_ = edges.back().time;
     return capture.write(made_);
   }
 
   bool finish(CaptureOutput& capture) {
     end_ = cutter_->end_of(input_.end_time());
-    if (!any_) choose_shift(end_);
+    if (changes_ == 0) choose_shift(end_);
     const auto end = shifted(end_);
     return end && capture.finish(*end);
   }
 
   std::string summary() const {
     report::Summary out;
-    out.title(fmt::format("{}: {} changes of {} line{}",
+    out.title(fmt::format("{}: {} changes of {}",
                           options_.output == "-" ? "standard output" : options_.output, changes_,
-                          cutter_->names().size(), cutter_->names().size() == 1 ? "" : "s"));
+                          report::counted(cutter_->names().size(), "line")));
     out.entry("format", text_of(format_).name,
               is_sampled(format_) ? "samples at " + text_of(rate_) : "changes");
-    if (last_) out.entry("time", fmt::format("{} to {}", text_of(first_), text_of(end_)));
+    if (changes_ != 0) out.entry("time", fmt::format("{} to {}", text_of(first_), text_of(end_)));
     if (shift_ != Picoseconds{}) {
       out.entry("moved", "every time by " + text_of(shift_), "the format begins at 0");
     }
@@ -266,9 +263,7 @@ class ConvertRun {
   Hertz rate_;
   Picoseconds shift_;
   Picoseconds first_;
-  std::optional<Picoseconds> last_;
   Picoseconds end_;
-  bool any_ = false;
   std::uint64_t changes_ = 0;
   std::vector<wire::Edge> made_;
   std::string refused_;

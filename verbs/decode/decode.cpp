@@ -44,11 +44,10 @@ void add_decode_options(Verb verb, DecodeOptions& options) {
   add_capture_options(verb, options.capture);
   add_safety_options(verb, options.safety);
   verb.scope(Scope::judging)
-      .add_flag("--no-compensation", options.margin.no_compensation,
+      .add_flag("--no-compensation", options.capture.no_compensation,
                 "Compute the column marginal for a master that samples half a period after its own "
                 "edges of MA; positions are unaffected");
-  add_time_option(verb, "--since", into(options.since), "Skip cycles that begin before this time");
-  add_time_option(verb, "--until", into(options.until), "Skip cycles that begin after this time");
+  add_range_options(verb, options.capture);
   const Verb own = verb.scope(Scope::command);
   own.add_option("--fail-on", options.fail_on,
                  "Exit with 1 if a row has one of these: nE, nW, marginal, safety (a fault in that "

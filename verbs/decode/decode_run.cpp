@@ -3,9 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
+#include <tuple>
 
 #include "verbs/common/host.hpp"
-#include "verbs/decode/summary.hpp"
 
 namespace biss::verbs {
 
@@ -36,18 +37,20 @@ bool is_error(const decode::Cycle& cycle, std::optional<SafetyVerdict> verdict,
 ExitStatus DecodeRun::open() {
   const std::string wrong = fail_on_.read(options_.fail_on);
   if (!wrong.empty()) return host_.fail(ExitStatus::usage, wrong);
-  const std::string range = wrong_range(options_.since, options_.until);
+  const std::string range = wrong_range(options_.capture.since, options_.capture.until);
   if (!range.empty()) return host_.fail(ExitStatus::usage, range);
   const std::string unusable = options_.motion.wrong_usage();
   if (!unusable.empty()) return host_.fail(ExitStatus::usage, unusable);
   CaptureArguments capture = options_.capture;
+  // The values of a row depend on the cycles before it: take() leaves cycles out.
+  capture.since = capture.until = std::nullopt;
   capture.words.needs_times = needs_times();
   const bool is_words = !capture.words.file.empty();
   if (is_words && fail_on_.asks_line()) {
     return host_.fail(ExitStatus::usage,
                       "--fail-on: words show neither limits nor margins of a line");
   }
-  const ExitStatus opened = capture_.open(capture, options_.margin);
+  const ExitStatus opened = capture_.open(capture);
   if (opened != ExitStatus::done) return opened;
   if (options_.to == report::Format::vcd && capture_.several()) {
     return host_.fail(ExitStatus::usage, "--to vcd: only for one capture and one pair of lines");
@@ -62,7 +65,8 @@ ExitStatus DecodeRun::open() {
 
 // The option for which each word needs a time; empty if no option does.
 std::string DecodeRun::needs_times() const {
-  if (options_.since || options_.until) return options_.since ? "--since" : "--until";
+  if (options_.capture.since) return "--since";
+  if (options_.capture.until) return "--until";
   if (options_.motion.velocity) return "--velocity";
   if (options_.to == report::Format::vcd) return "--to vcd";
   return options_.safety.given() || fail_on_.asks_safety() ? "the safety monitor" : "";
@@ -72,11 +76,8 @@ ExitStatus DecodeRun::run() {
   const ExitStatus opened = open();
   if (opened != ExitStatus::done) return opened;
   return write_captures(
-      capture_, options_.output, TableChoice(options_.to, options_.columns),
-      [this] { return columns(); }, !options_.fail_on.empty(),
-      [this](report::TableWriter& writer, RunMessages& messages) {
-        return write_rows(writer, messages);
-      });
+      capture_, options_.output, options_.to, [this] { return columns(); },
+      !options_.fail_on.empty(), std::bind_front(&DecodeRun::write_rows, this), options_.columns);
 }
 
 ExitStatus DecodeRun::next() { return capture_.next() ? ExitStatus::done : capture_.status(); }
@@ -151,10 +152,10 @@ ExitStatus DecodeRun::begin_rows() {
 
 bool DecodeRun::take(std::uint64_t number, const decode::Cycle& cycle,
                      report::TableWriter& writer) {
-  // The values of a row depend on the cycles before it, also on cycles before --since.
   const decode::LimitSet exceeded = now_.limits->judge(cycle);
-  const bool too_late = options_.until && cycle.time > *options_.until;
-  const bool wanted = !too_late && (!options_.since || cycle.time >= *options_.since);
+  const auto& [since, until] = std::tie(options_.capture.since, options_.capture.until);
+  const bool too_late = until && cycle.time > *until;
+  const bool wanted = !too_late && (!since || cycle.time >= *since);
   if (!wanted) ++now_.outside;
   if (too_late) return true;
   const auto verdict = now_.safety ? now_.safety->judge(cycle, wanted) : std::nullopt;
@@ -172,10 +173,6 @@ bool DecodeRun::take(std::uint64_t number, const decode::Cycle& cycle,
     return false;
   }
   return writer.row(table_->cells(number, cycle, verdict, exceeded, motion, capture_.timed()));
-}
-
-std::string DecodeRun::summary() const {
-  return decode_summary(now_.statistics, capture_, safety(), now_.safety_name);
 }
 
 ExitStatus DecodeRun::end_rows(bool read, RunMessages& messages) {

@@ -12,6 +12,7 @@
 #include "rows/motion.hpp"
 #include "rows/table.hpp"
 #include "verbs/common/decoded_capture.hpp"
+#include "verbs/common/table_output.hpp"
 #include "verbs/decode/fail_on.hpp"
 #include "verbs/decode/motion_options.hpp"
 #include "verbs/decode/safety.hpp"
@@ -20,10 +21,7 @@ namespace biss::verbs {
 
 struct DecodeOptions {
   CaptureArguments capture;
-  MarginArguments margin;
   SafetyArguments safety;
-  std::optional<Picoseconds> since;
-  std::optional<Picoseconds> until;
   std::vector<std::string> fail_on;
   std::string output;
   report::Format to = report::Format::table;

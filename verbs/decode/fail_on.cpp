@@ -3,53 +3,53 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <map>
+#include <string_view>
 
 namespace biss::verbs {
 
+namespace {
+
+// Adds the value of that name to `values`. False if none of the first `count` values has it.
+template <class Value>
+bool add_named(std::string_view name, std::size_t count, Value (*value_of)(std::size_t index),
+               std::vector<Value>& values) {
+  for (std::size_t i = 0; i < count; ++i) {
+    if (name_of(value_of(i)) != name) continue;
+    values.push_back(value_of(i));
+    return true;
+  }
+  return false;
+}
+
+template <class Enumerator>
+Enumerator enumerator(std::size_t index) {
+  return static_cast<Enumerator>(index);
+}
+
+}  // namespace
+
 std::string FailOn::read(const std::vector<std::string>& words) {
+  const std::map<std::string_view, bool*> single{{"any", &any_},       {"nE", &error_},
+                                                 {"nW", &warning_},    {"marginal", &marginal_},
+                                                 {"safety", &safety_}, {"limits", &limits_}};
   for (const std::string& word : words) {
-    if (word == "any") {
-      any_ = true;
-    } else if (word == "nE") {
-      error_ = true;
-    } else if (word == "nW") {
-      warning_ = true;
-    } else if (word == "marginal") {
-      marginal_ = true;
-    } else if (word == "safety") {
-      safety_ = true;
-    } else if (word == "limits") {
-      limits_ = true;
-    } else if (const auto verdict = safety_verdict_of(word)) {
-      verdicts_.push_back(*verdict);
-    } else if (!read_status(word) && !read_limit(word)) {
-      return fmt::format(
-          "--fail-on: '{}' is none of any, nE, nW, marginal, safety, its verdicts, limits, each of "
-          "them and the causes of docs/status.md",
-          word);
+    if (const auto found = single.find(word); found != single.end()) {
+      *found->second = true;
+      continue;
     }
+    const bool known =
+        add_named(word, safety_verdict_count, verdict_of, verdicts_) ||
+        (word != name_of(decode::CycleStatus::ok) &&
+         add_named(word, decode::cycle_status_count, enumerator<CycleStatus>, statuses_)) ||
+        add_named(word, decode::limit_count, enumerator<decode::Limit>, each_limit_);
+    if (known) continue;
+    return fmt::format(
+        "--fail-on: '{}' is none of any, nE, nW, marginal, safety, its verdicts, limits, each of "
+        "them and the causes of docs/status.md",
+        word);
   }
   return {};
-}
-
-bool FailOn::read_status(const std::string& word) {
-  for (std::size_t i = 1; i < decode::cycle_status_count; ++i) {
-    const auto status = static_cast<decode::CycleStatus>(i);
-    if (name_of(status) != word) continue;
-    statuses_.push_back(status);
-    return true;
-  }
-  return false;
-}
-
-bool FailOn::read_limit(const std::string& word) {
-  for (std::size_t i = 0; i < decode::limit_count; ++i) {
-    const auto limit = static_cast<decode::Limit>(i);
-    if (name_of(limit) != word) continue;
-    each_limit_.push_back(limit);
-    return true;
-  }
-  return false;
 }
 
 std::optional<decode::Limit> FailOn::unknown_limit(const DeviceTiming& timing) const {

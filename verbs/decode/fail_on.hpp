@@ -33,9 +33,6 @@ class FailOn {
   bool met_by(const decode::Statistics& statistics, const decode::SafetyWatch* safety) const;
 
  private:
-  bool read_status(const std::string& word);
-  bool read_limit(const std::string& word);
-
   bool any_ = false;
   bool error_ = false;
   bool warning_ = false;

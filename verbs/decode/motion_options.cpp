@@ -2,10 +2,111 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
+#include <cmath>
+
 #include "verbs/common/verb.hpp"
-#include "verbs/decode/scale.hpp"
 
 namespace biss::verbs {
+
+namespace {
+
+constexpr double turn_degrees = 360.0;
+constexpr double nanometres_per_millimetre = 1e6;
+
+rows::Scale per_turn(double counts) { return {.per_count = turn_degrees / counts, .unit = "deg"}; }
+
+// Takes a number from the front.
+std::optional<double> take_number(std::string_view& text) {
+  double value = 0;
+  const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (read.ec != std::errc() || !std::isfinite(value) || value <= 0) return std::nullopt;
+  text.remove_prefix(static_cast<std::size_t>(read.ptr - text.data()));
+  return value;
+}
+
+// `67108864` or `2^26`, a whole number, from the front.
+std::optional<double> take_counts(std::string_view& text) {
+  constexpr unsigned most_bits = 63;
+  const bool is_power = text.starts_with("2^");
+  if (is_power) text.remove_prefix(2);
+  auto value = take_number(text);
+  if (value && *value != std::floor(*value)) return std::nullopt;
+  if (!is_power || !value) return value;
+  return *value <= most_bits ? std::optional(std::exp2(*value)) : std::nullopt;
+}
+
+std::optional<rows::Scale> scale_of_counts(std::string_view text) {
+  const auto counts = take_counts(text);
+  if (!counts || text != "/turn") return std::nullopt;
+  return per_turn(*counts);
+}
+
+std::optional<rows::Scale> scale_of_length(std::string_view text) {
+  const auto value = take_number(text);
+  if (!value) return std::nullopt;
+  while (text.starts_with(' ')) text.remove_prefix(1);
+  const double unit = text == "nm"   ? 1.0
+                      : text == "um" ? 1e3
+                      : text == "mm" ? nanometres_per_millimetre
+                                     : 0.0;
+  if (unit == 0.0) return std::nullopt;
+  return rows::Scale{.per_count = *value * unit / nanometres_per_millimetre, .unit = "mm"};
+}
+
+std::optional<rows::Scale> scale_in(std::string_view text) {
+  const auto counts = scale_of_counts(text);
+  return counts ? counts : scale_of_length(text);
+}
+
+}  // namespace
+
+std::optional<rows::Scale> scale_of(const CatalogueEntry& entry) {
+  std::string_view text = entry.resolution;
+  // Which of them is right depends on the type of the encoder.
+  if (text.find(" or ") != std::string_view::npos) return std::nullopt;
+  text = text.substr(0, text.find(','));
+  // For two channels, the first one counts.
+  text = text.substr(0, text.find(" and "));
+  if (text.ends_with(" a turn")) {
+    text.remove_suffix(std::string_view(" a turn").size());
+    return scale_of_counts(std::string(text) + "/turn");
+  }
+  return scale_of_length(text);
+}
+
+namespace {
+
+// The unit of a value of --scale: `deg`, `mm`, `N/turn`, `2^N/turn`, or a length such as `50nm`.
+// Empty for any other text.
+std::optional<std::string> scale_unit(std::string_view text) {
+  if (text == "deg" || text == "mm") return std::string(text);
+  const auto scale = scale_in(text);
+  return scale ? std::optional(scale->unit) : std::nullopt;
+}
+
+// The scale for a value of --scale. `deg` takes the counts of a turn from the singleturn bits of the
+// format or from the catalogue, `mm` takes the size of a count from the catalogue.
+tl::expected<rows::Scale, std::string> choose_scale(std::string_view text,
+                                                    const ChannelFormat& channel,
+                                                    const CatalogueEntry* entry) {
+  if (const auto given = scale_in(text)) return *given;
+  const auto known = entry != nullptr ? scale_of(*entry) : std::nullopt;
+  if (known && known->unit == text) return *known;
+  if (text == "deg" && channel.singleturn.present()) {
+    return per_turn(std::exp2(unsigned{channel.singleturn.bits}));
+  }
+  if (text == "deg") {
+    return tl::unexpected(
+        std::string("--scale deg: the counts of a turn are not known for this format; give them, "
+                    "such as --scale 2^26/turn, or -f with the name of a rotary encoder"));
+  }
+  return tl::unexpected(
+      std::string("--scale mm: the size of a count is not known for this format; give it, such as "
+                  "--scale 50nm, or -f with the name of a linear encoder"));
+}
+
+}  // namespace
 
 rows::MotionColumns MotionArguments::columns() const {
   return {.unwrap = unwrap, .unit = scale_unit(scale).value_or(""), .velocity = velocity};

@@ -14,11 +14,15 @@ namespace biss::verbs {
 
 class Verb;
 
+/// The size of a count of channel 1, as the catalogue states it; empty if it states none, or
+/// several of which one is right.
+std::optional<rows::Scale> scale_of(const CatalogueEntry& entry);
+
 struct MotionArguments {
   bool unwrap = false;
   bool velocity = false;
   std::optional<std::uint64_t> max_step;
-  /// Empty: not given; otherwise a text that scale_unit() accepts.
+  /// Empty: not given; else deg, mm, the counts of a turn or the size of a count.
   std::string scale;
 
   rows::MotionColumns columns() const;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 
 #include "biss/frame/format_text.hpp"
 #include "biss/safety/configurations.hpp"
@@ -56,54 +57,30 @@ std::string counter_text(const decode::SafetyWatch& watch) {
   if (to_0 != 0 && to_1 != 0) {
     return fmt::format("period unclear: {} times from 63 to 0, {} times to 1", to_0, to_1);
   }
-  const std::uint64_t times = to_0 + to_1;
-  return fmt::format("period {}, seen {} time{}", to_0 != 0 ? 64 : 63, times,
-                     times == 1 ? "" : "s");
+  return fmt::format("period {}, seen {}", to_0 != 0 ? 64 : 63,
+                     report::counted(to_0 + to_1, "time"));
 }
 
 }  // namespace
 
 std::string_view message_of(SafetySetupError mistake) {
-  switch (mistake) {
-    case SafetySetupError::channels:
-      return "the frame does not have two words";
-    case SafetySetupError::no_crc:
-      return "a word has no CRC";
-    case SafetySetupError::no_error_bit:
-      return "a word has no nE";
-    case SafetySetupError::no_position:
-      return "a word has no position";
-    case SafetySetupError::gray:
-      return "a word's position is in Gray code";
-    case SafetySetupError::no_counter:
-      return "the second word has no lc6";
-    case SafetySetupError::compare_bits:
-      return "--compare-bits: more than both words have";
-    case SafetySetupError::tolerance:
-      return "--tolerance: accepts every position";
-    case SafetySetupError::start_frames:
-      return "--start-frames: 2 or more";
-    case SafetySetupError::counter:
-      return "the counter's settings are out of range";
-    case SafetySetupError::budget:
-      return "the fault budget is out of range";
-    case SafetySetupError::frame_gap:
-      return "--watchdog: longer than --shortest-gap, at most 100 s, and shorter than 63 times "
-             "--shortest-gap (64 times with count_0_63)";
-    case SafetySetupError::clocks:
-      return "the clocks' tolerance is out of range";
-    case SafetySetupError::bounds:
-      return "no number of clocks before the data is within the bounds";
-    case SafetySetupError::checksum:
-      return "the CPW's CRC is not 0x43, or the SPW's is not 0x190D9";
-    case SafetySetupError::weak_comparison:
-      return "fewer than 9 bits are compared, or the tolerance is above 1";
-    case SafetySetupError::unrated:
-      return "no rating for these words and this comparison";
-    case SafetySetupError::residual:
-      return "more undetected errors an hour than residual_max_e15 permits";
-  }
-  return "";
+  // In the order of SafetySetupError.
+  constexpr auto messages = std::to_array<std::string_view>(
+      {"the frame has no two words", "a word has no CRC", "a word has no nE",
+       "a word has no position", "a word's position is in Gray code", "the second word has no lc6",
+       "--compare-bits: more than both words have", "--tolerance: accepts every position",
+       "--start-frames: 2 or more", "the counter's settings are out of range",
+       "the fault budget is out of range",
+       "--watchdog: longer than --shortest-gap, at most 100 s, and shorter than 63 times "
+       "--shortest-gap (64 times with count_0_63)",
+       "the clocks' tolerance is out of range",
+       "no number of clocks before the data is within the bounds",
+       "the CPW's CRC is not 0x43, or the SPW's is not 0x190D9",
+       "fewer than 9 bits are compared, or the tolerance is above 1",
+       "no rating for these words and this comparison",
+       "more undetected errors an hour than residual_max_e15 permits"});
+  static_assert(messages.size() == safety_setup_error_count);
+  return messages[static_cast<std::size_t>(mistake)];
 }
 
 bool SafetyArguments::given() const {
@@ -180,10 +157,7 @@ tl::expected<std::optional<SafetyChoice>, std::string> choose_monitor(SafetyArgu
 void add_safety(report::Summary& summary, const decode::SafetyWatch& watch, std::string_view name) {
   std::string text;
   for (std::size_t i = 0; i < safety_verdict_count; ++i) {
-    const SafetyVerdict verdict = verdict_of(i);
-    if (watch.count(verdict) == 0) continue;
-    text +=
-        fmt::format("{}{} {}", text.empty() ? "" : ", ", watch.count(verdict), name_of(verdict));
+    report::append_count(text, watch.count(verdict_of(i)), name_of(verdict_of(i)));
   }
   const SafetySetup& setup = watch.setup();
   summary.entry("safety", text,
@@ -196,14 +170,6 @@ void add_safety(report::Summary& summary, const decode::SafetyWatch& watch, std:
                 fmt::format("worst difference {}, {} allowed", watch.worst_difference(),
                             setup.comparison.tolerance_lsb),
                 fmt::format("in counts of the lowest of {} bits", watch.compared_bits()));
-}
-
-std::optional<SafetyVerdict> safety_verdict_of(std::string_view name) {
-  for (std::size_t i = 0; i < safety_verdict_count; ++i) {
-    const SafetyVerdict verdict = verdict_of(i);
-    if (name_of(verdict) == name) return verdict;
-  }
-  return std::nullopt;
 }
 
 }  // namespace biss::verbs

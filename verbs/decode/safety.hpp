@@ -1,7 +1,6 @@
 // BiSS Safety in `decode`: the options of the monitor, and its lines in the summary.
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -76,8 +75,5 @@ void add_safety(report::Summary& summary, const decode::SafetyWatch& watch, std:
 
 /// The mistake in a setup, with the option that corrects it if there is one.
 std::string_view message_of(SafetySetupError mistake);
-
-/// The verdict of that name, or none.
-std::optional<SafetyVerdict> safety_verdict_of(std::string_view name);
 
 }  // namespace biss::verbs

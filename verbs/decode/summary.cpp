@@ -1,14 +1,15 @@
-#include "verbs/decode/summary.hpp"
-
+// The summary of a capture, in a few lines for a reader.
 #include <fmt/format.h>
 
 #include <optional>
+#include <utility>
 
 #include "biss/frame/format_text.hpp"
 #include "device/quantity.hpp"
 #include "device/words.hpp"
 #include "report/summary.hpp"
 #include "verbs/common/identified.hpp"
+#include "verbs/decode/decode_run.hpp"
 #include "verbs/decode/safety.hpp"
 
 namespace biss::verbs {
@@ -27,28 +28,16 @@ std::string percent_text(std::int64_t per_mille) {
   return fmt::format("{}.{} %", per_mille / 10, per_mille % 10);
 }
 
-template <class Text>
-void add_spread(report::Summary& summary, std::string_view key, const decode::Distribution& values,
-                Text text) {
-  if (values.count() == 0) return;
-  const std::string median = text(values.median());
-  if (values.min() == values.max()) {
-    summary.entry(key, median);
-    return;
-  }
-  summary.entry(key, median, report::spread(text(values.min()), median, text(values.max())));
-}
-
 // The longest period or interval is the lowest rate.
-void add_rate(report::Summary& summary, std::string_view key, const decode::Distribution& periods) {
-  if (periods.count() == 0) return;
-  const std::string median = rate_text(periods.median());
-  if (periods.min() == periods.max()) {
-    summary.entry(key, median);
-    return;
-  }
-  summary.entry(key, median,
-                report::spread(rate_text(periods.max()), median, rate_text(periods.min())));
+void add_spread(report::Summary& summary, std::string_view key, const decode::Distribution& values,
+                std::string (*text)(std::int64_t value)) {
+  if (values.count() == 0) return;
+  std::string low = text(values.min());
+  std::string high = text(values.max());
+  if (text == rate_text) std::swap(low, high);
+  const std::string median = text(values.median());
+  const bool varies = values.min() != values.max();
+  summary.entry(key, median, varies ? fmt::format("({} .. {} .. {})", low, median, high) : "");
 }
 
 std::string_view origin_text(const decode::FoundLines& found) {
@@ -67,9 +56,7 @@ std::string status_counts(const decode::Statistics& statistics) {
   std::string text;
   for (std::size_t i = 0; i < decode::cycle_status_count; ++i) {
     const auto status = static_cast<decode::CycleStatus>(i);
-    if (statistics.count(status) == 0) continue;
-    text +=
-        fmt::format("{}{} {}", text.empty() ? "" : ", ", statistics.count(status), name_of(status));
+    report::append_count(text, statistics.count(status), name_of(status));
   }
   return text;
 }
@@ -192,10 +179,8 @@ void add_limits(report::Summary& summary, const decode::Statistics& statistics,
   auto foremost = decode::Limit::clock_max;
   for (std::size_t i = 0; i < decode::limit_count; ++i) {
     const auto limit = static_cast<decode::Limit>(i);
-    const std::uint64_t count = statistics.count(limit);
-    if (count == 0) continue;
-    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count, name_of(limit));
-    if (count > statistics.count(foremost)) foremost = limit;
+    report::append_count(text, statistics.count(limit), name_of(limit));
+    if (statistics.count(limit) > statistics.count(foremost)) foremost = limit;
   }
   summary.entry("limits", text,
                 fmt::format("{}: {}", name_of(foremost), limit_hint(foremost, timing)));
@@ -203,42 +188,41 @@ void add_limits(report::Summary& summary, const decode::Statistics& statistics,
 
 }  // namespace
 
-std::string decode_summary(const decode::Statistics& statistics, const DecodedCapture& capture,
-                           const decode::SafetyWatch* safety, std::string_view safety_name) {
-  const bool is_log = capture.words() != nullptr;
+std::string DecodeRun::summary() const {
+  const decode::Statistics& statistics = now_.statistics;
+  const bool is_log = capture_.words() != nullptr;
   report::Summary summary;
-  summary.title(fmt::format("{}: {} {}{}", capture.name(), statistics.cycles(),
-                            is_log ? "word" : "request cycle",
-                            statistics.cycles() == 1 ? "" : "s"));
-  if (!is_log) add_lines(summary, capture);
+  const std::string_view noun = is_log ? "word" : "request cycle";
+  summary.title(capture_.name() + ": " + report::counted(statistics.cycles(), noun));
+  if (!is_log) add_lines(summary, capture_);
   summary.entry("status", status_counts(statistics));
-  if (capture.format()) {
+  if (capture_.format()) {
     summary.entry("flags", fmt::format("{} with nE = 0, {} with nW = 0", statistics.errors(),
                                        statistics.warnings()));
   }
-  if (const identify::FormatFinding* finding = capture.finding()) {
-    add_identified(summary, *finding, capture.format().has_value());
+  if (const identify::FormatFinding* finding = capture_.finding()) {
+    add_identified(summary, *finding, capture_.format().has_value());
   }
-  if (!capture.format()) {
-    summary.entry(capture.finding() ? "" : "format", capture.finding() ? "used: none" : "none",
+  if (!capture_.format()) {
+    summary.entry(capture_.finding() ? "" : "format", capture_.finding() ? "used: none" : "none",
                   "only the structure is checked; give -f FORMAT for positions and flags");
   }
-  add_limits(summary, statistics, capture.timing());
-  add_marginal(summary, statistics, capture.margin());
-  if (safety != nullptr) add_safety(summary, *safety, safety_name);
-  add_rate(summary, "clock", statistics.period());
+  add_limits(summary, statistics, capture_.timing());
+  add_marginal(summary, statistics, capture_.margin());
+  if (now_.safety) add_safety(summary, *now_.safety, now_.safety_name);
+  add_spread(summary, "clock", statistics.period(), rate_text);
   add_spread(summary, "duty", statistics.duty(), percent_text);
-  if (capture.timed()) add_rate(summary, "rate", statistics.interval());
+  if (capture_.timed()) add_spread(summary, "rate", statistics.interval(), rate_text);
   add_spread(summary, "line delay", statistics.line_delay(), time_text);
   add_spread(summary, "ACK", statistics.ack(), time_text);
   const std::string fitting =
-      is_log && capture.format() ? capture.fitting_options() : std::string();
+      is_log && capture_.format() ? capture_.fitting_options() : std::string();
   if (!fitting.empty()) {
     summary.entry("try", "words", fitting);
-  } else if (!is_log && capture.lines().look_swapped) {
+  } else if (!is_log && capture_.lines().look_swapped) {
     summary.entry("try", "swapped?", remedy_of(Cause::ma_slo_swapped));
   } else if (const auto cause = foremost_cause(statistics)) {
-    summary.entry("try", name_of(*cause), what_to_try(*cause, statistics, capture));
+    summary.entry("try", name_of(*cause), what_to_try(*cause, statistics, capture_));
   }
   return summary.text();
 }

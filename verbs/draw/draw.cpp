@@ -291,10 +291,10 @@ void add_draw(Command& command) {
       "image, 960 by default",
       draw::svg_width_max)
       .type_name("N");
-  verb.add_repeated_option(
+  verb.add_text_option(
           "--mark",
           [options](const std::string& text) { options->marks.push_back(read_mark(text)); },
-          "Mark a moment of the capture by a name: 12.5us=ready")
+          "Mark a moment of the capture by a name: 12.5us=ready", true)
       .type_name("TIME=NAME");
   add_output_option(verb, options->output);
   add_name_option(verb, "--to", options->to, {"text", "svg"},

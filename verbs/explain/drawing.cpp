@@ -37,19 +37,18 @@ bool mends_alone(const draw::CycleDrawing& drawing, std::size_t payload_bit) {
 
 }  // namespace
 
-const std::vector<report::Column>& drawing_columns() {
-  static const std::vector<report::Column> all{{.name = "cycle", .kind = Kind::unsigned_integer},
-                                               {.name = "bit", .kind = Kind::unsigned_integer},
-                                               {.name = "time_ns", .kind = Kind::nanoseconds},
-                                               {.name = "ma", .kind = Kind::unsigned_integer},
-                                               {.name = "slo", .kind = Kind::unsigned_integer},
-                                               {.name = "sample", .kind = Kind::nanoseconds},
-                                               {.name = "field", .kind = Kind::text},
-                                               {.name = "clock", .kind = Kind::unsigned_integer},
-                                               {.name = "expected", .kind = Kind::unsigned_integer},
-                                               {.name = "mends", .kind = Kind::flag},
-                                               {.name = "status", .kind = Kind::text}};
-  return all;
+std::vector<report::Column> drawing_columns() {
+  return {{.name = "cycle", .kind = Kind::unsigned_integer},
+          {.name = "bit", .kind = Kind::unsigned_integer},
+          {.name = "time_ns", .kind = Kind::nanoseconds},
+          {.name = "ma", .kind = Kind::unsigned_integer},
+          {.name = "slo", .kind = Kind::unsigned_integer},
+          {.name = "sample", .kind = Kind::nanoseconds},
+          {.name = "field", .kind = Kind::text},
+          {.name = "clock", .kind = Kind::unsigned_integer},
+          {.name = "expected", .kind = Kind::unsigned_integer},
+          {.name = "mends", .kind = Kind::flag},
+          {.name = "status", .kind = Kind::text}};
 }
 
 bool write_drawing(const draw::CycleDrawing& drawing, report::TableWriter& writer) {

@@ -1,7 +1,6 @@
 // `biss explain --cycle`: one cycle, bit by bit.
 #pragma once
 
-#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -11,7 +10,7 @@
 namespace biss::verbs {
 
 /// The columns of a cycle's bits: one row per clock of MA.
-const std::vector<report::Column>& drawing_columns();
+std::vector<report::Column> drawing_columns();
 
 /// Writes the rows. False when the writer has failed.
 bool write_drawing(const draw::CycleDrawing& drawing, report::TableWriter& writer);

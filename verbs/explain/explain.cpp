@@ -1,9 +1,7 @@
 // `biss explain`: why the link in a capture does not work, and what to do.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -11,11 +9,10 @@
 #include "draw/text.hpp"
 #include "explain/diagnose.hpp"
 #include "report/summary.hpp"
-#include "verbs/common/cycle_run.hpp"
+#include "verbs/common/decoded_capture.hpp"
 #include "verbs/common/explained.hpp"
-#include "verbs/common/host.hpp"
 #include "verbs/common/identified.hpp"
-#include "verbs/common/output.hpp"
+#include "verbs/common/table_output.hpp"
 #include "verbs/common/terminal.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/common/wrap.hpp"
@@ -33,7 +30,6 @@ using report::Kind;
 
 struct ExplainOptions {
   CaptureArguments capture;
-  MarginArguments margin{.signal = true};
   SafetyArguments safety;
   std::optional<std::uint64_t> cycle;
   std::string output;
@@ -42,12 +38,11 @@ struct ExplainOptions {
 
 constexpr std::size_t usual_columns = 80;
 
-const std::vector<report::Column>& finding_columns() {
-  static const std::vector<report::Column> all{{.name = "cause", .kind = Kind::text},
-                                               {.name = "likelihood", .kind = Kind::real},
-                                               {.name = "evidence", .kind = Kind::text},
-                                               {.name = "remedy", .kind = Kind::text}};
-  return all;
+std::vector<report::Column> finding_columns() {
+  return {{.name = "cause", .kind = Kind::text},
+          {.name = "likelihood", .kind = Kind::real},
+          {.name = "evidence", .kind = Kind::text},
+          {.name = "remedy", .kind = Kind::text}};
 }
 
 // Two places: likelihoods are not more precise.
@@ -63,60 +58,39 @@ bool has_usual_counter(const FrameFormat& format) {
   });
 }
 
-class ExplainRun final : public CycleRun {
+class ExplainRun {
  public:
-  ExplainRun(ExplainOptions options, Host& host) : CycleRun(host), options_(std::move(options)) {}
+  ExplainRun(const ExplainOptions& options, Host& host) : options_(options), host_(host) {}
 
   ExitStatus run() {
-    if (options_.to != report::Format::table && !options_.cycle) {
-      return write(options_.output, options_.to);
-    }
-    const ExitStatus opened = open();
-    if (opened != ExitStatus::done) return opened;
-    if (options_.to == report::Format::table) return write_text();
-    return write_captures(capture_, options_.output, options_.to, drawing_columns, true,
-                          [this](report::TableWriter& writer, RunMessages& messages) {
-                            return write_bits(writer, messages);
-                          });
-  }
-
-  ExitStatus open() override {
     CaptureArguments arguments = options_.capture;
     arguments.any_lines = true;
     arguments.identify = true;
     arguments.identify_besides = true;
-    return capture_.open(arguments, options_.margin);
+    arguments.signal = true;
+    const ExitStatus opened = capture_.open(arguments);
+    if (opened != ExitStatus::done) return opened;
+    if (options_.to == report::Format::table) return write_text();
+    return write_captures(
+        capture_, options_.output, options_.to, options_.cycle ? drawing_columns : finding_columns,
+        true, [this](report::TableWriter& writer, RunMessages& messages) {
+          return options_.cycle ? write_bits(writer, messages) : write_findings(writer, messages);
+        });
   }
 
-  std::vector<report::Column> columns() const override { return finding_columns(); }
-
-  std::optional<ExitStatus> begin(report::TableWriter&, RunMessages& messages) override {
-    const std::string wrong = prepare();
-    if (!wrong.empty()) return messages.fail(ExitStatus::usage, wrong);
-    return std::nullopt;
-  }
-
-  void take(std::uint64_t number, const decode::Cycle& cycle) override {
-    if (watch_) watch_->judge(cycle);
-    observer_->add(number, cycle);
-  }
-
-  ChangeWatcher* watcher() override { return &*observer_; }
-
-  ExitStatus end(bool whole, Picoseconds end_time, report::TableWriter& writer,
-                 RunMessages& messages) override {
-    find(end_time);
-    if (!whole && evidence_.cycles == 0) return read_status(whole, messages);
+ private:
+  ExitStatus write_findings(report::TableWriter& writer, RunMessages& messages) {
+    const auto whole = find();
+    if (!whole) return messages.fail(ExitStatus::usage, whole.error());
     for (const Finding& finding : findings_) {
       const std::string evidence = evidence_text(finding.cause, evidence_, context_);
       const std::string remedy = remedy_text(finding.cause, evidence_, context_);
       const Cell cells[] = {name_of(finding.cause), rounded(finding.likelihood), evidence, remedy};
       if (!writer.row(cells)) break;
     }
-    return read_status(whole, messages);
+    return read_status(*whole, messages);
   }
 
- private:
   // The mistake in the options of the monitor, or an empty text.
   std::string choose_watch() {
     watch_.reset();
@@ -133,8 +107,8 @@ class ExplainRun final : public CycleRun {
   std::string prepare() {
     std::string wrong = choose_watch();
     if (!wrong.empty()) return wrong;
-    context_ = explain_context(capture_, options_.capture, options_.margin);
-    // Frames are judged by the likeliest format with a usual checksum, if none is certain.
+    context_ = explain_context(capture_);
+    // Frames are judged by the likeliest format with a usual checksum, if none is sure.
     const auto* finding = capture_.finding();
     const bool moves = finding != nullptr && !finding->still;
     if (!capture_.format() && !context_.given && moves && !context_.candidates.empty() &&
@@ -162,24 +136,30 @@ class ExplainRun final : public CycleRun {
       capture_.judge_by(*usual);
       context_.format = usual;
     }
-    observer_.emplace(capture_, context_.reading.lines);
     return wrong;
   }
 
-  void find(Picoseconds end_time) {
-    evidence_ = observer_->finish(end_time);
-    observer_.reset();
-    findings_ = diagnose(evidence_, context_);
+  // Reads the capture: false if not to its end. Without a cycle there is no finding.
+  // \return or the mistake in the options of the monitor
+  tl::expected<bool, std::string> find() {
+    std::string wrong = prepare();
+    if (!wrong.empty()) return tl::unexpected(std::move(wrong));
+    const auto judge = [this](const decode::Cycle& cycle) {
+      if (watch_) watch_->judge(cycle);
+    };
+    const bool whole = observe(capture_, context_.reading.lines, judge, evidence_);
+    findings_.clear();
+    if (whole || evidence_.cycles != 0) findings_ = diagnose(evidence_, context_);
+    return whole;
   }
 
-  // Reads until the requested cycle. Empty if the capture has fewer cycles.
-  std::optional<draw::CycleDrawing> draw_cycle() {
+  // Reads until the requested cycle. The status if the capture has fewer cycles.
+  tl::expected<draw::CycleDrawing, ExitStatus> draw_cycle(RunMessages& messages) {
     std::optional<draw::CycleDrawing> drawing;
-    cycles_ = 0;
+    std::uint64_t count = 0;
     decode::CycleEdgeReader cycles(
-        capture_.reader(), choose_reading(capture_, options_.capture).lines,
-        [&](const decode::CycleEdges& edges) {
-          cycles_ = edges.number + 1;
+        capture_.reader(), choose_reading(capture_).lines, [&](const decode::CycleEdges& edges) {
+          count = edges.number + 1;
           if (edges.number != *options_.cycle) return;
           drawing =
               draw::draw_cycle(edges, capture_.format(), capture_.timing(), capture_.margin());
@@ -189,7 +169,13 @@ class ExplainRun final : public CycleRun {
       return !drawing;
     });
     if (!drawing) cycles.finish(capture_.input().end_time());
-    return drawing;
+    if (drawing) return std::move(*drawing);
+    const std::string& error = capture_.input().error();
+    if (!error.empty()) return tl::unexpected(messages.fail(ExitStatus::io, error));
+    return tl::unexpected(messages.fail(
+        ExitStatus::data_failed,
+        fmt::format("{}: no cycle {}; the capture has {}, counted from 0", capture_.input().name(),
+                    *options_.cycle, report::counted(count, "request cycle"))));
   }
 
   // The cycles before the damage of a capture are explained, too.
@@ -205,20 +191,10 @@ class ExplainRun final : public CycleRun {
   }
 
   ExitStatus write_bits(report::TableWriter& writer, RunMessages& messages) {
-    const auto drawing = draw_cycle();
-    if (!drawing) return messages.fail(no_cycle_status(), no_cycle());
+    const auto drawing = draw_cycle(messages);
+    if (!drawing) return drawing.error();
     write_drawing(*drawing, writer);
     return ExitStatus::done;
-  }
-
-  ExitStatus no_cycle_status() const {
-    return capture_.input().error().empty() ? ExitStatus::data_failed : ExitStatus::io;
-  }
-
-  std::string no_cycle() const {
-    if (!capture_.input().error().empty()) return capture_.input().error();
-    return fmt::format("{}: no cycle {}; the capture has {} request cycle{}, counted from 0",
-                       capture_.input().name(), *options_.cycle, cycles_, cycles_ == 1 ? "" : "s");
   }
 
   // Text for people: a paragraph for each cause, or the drawing.
@@ -257,14 +233,12 @@ class ExplainRun final : public CycleRun {
   }
 
   ExitStatus findings_text(std::string& text, RunMessages& messages) {
-    const std::string wrong = prepare();
-    if (!wrong.empty()) return messages.fail(ExitStatus::usage, wrong);
-    const bool whole = read_cycles();
-    find(capture_.input().end_time());
-    if (!whole && evidence_.cycles == 0) return read_status(whole, messages);
+    const auto whole = find();
+    if (!whole) return messages.fail(ExitStatus::usage, whole.error());
+    if (!*whole && evidence_.cycles == 0) return read_status(*whole, messages);
     report::Summary head;
-    head.title(fmt::format("{}: {} request cycle{}, {} {}", capture_.input().name(),
-                           evidence_.cycles, evidence_.cycles == 1 ? "" : "s", evidence_.good,
+    head.title(fmt::format("{}: {}, {} {}", capture_.input().name(),
+                           report::counted(evidence_.cycles, "request cycle"), evidence_.good,
                            evidence_.has_format ? "good" : "unchecked"));
     add_used_format(head, capture_, !options_.capture.device.format.empty());
     if (watch_) add_safety(head, *watch_, watch_name_);
@@ -277,35 +251,28 @@ class ExplainRun final : public CycleRun {
       if (!seen.empty()) append_entry(text, "   seen  ", seen);
       append_entry(text, "   do    ", remedy_text(finding.cause, evidence_, context_));
     }
-    return read_status(whole, messages);
+    return read_status(*whole, messages);
   }
 
   ExitStatus drawn_text(std::string& text, RunMessages& messages) {
-    const auto drawing = draw_cycle();
-    if (!drawing) return messages.fail(no_cycle_status(), no_cycle());
+    const auto drawing = draw_cycle(messages);
+    if (!drawing) return drawing.error();
     text = drawing_title(*drawing) + '\n' + draw::drawing_text(*drawing, text_columns());
     return ExitStatus::done;
   }
 
-  const ExplainOptions options_;
+  const ExplainOptions& options_;
+  Host& host_;
+  DecodedCapture capture_{host_};
   // The evidence of the current capture.
   explain::Evidence evidence_;
   explain::Context context_;
-  std::optional<CaptureObserver> observer_;
   std::vector<Finding> findings_;
   std::optional<decode::SafetyWatch> watch_;
   std::string watch_name_;
-  std::uint64_t cycles_ = 0;
 };
 
 }  // namespace
-
-std::unique_ptr<CycleRun> explain_run(const CaptureArguments& capture, Host& host) {
-  ExplainOptions options;
-  options.capture = capture;
-  options.to = report::Format::jsonl;
-  return std::make_unique<ExplainRun>(std::move(options), host);
-}
 
 void add_explain(Command& command) {
   const auto options = std::make_shared<ExplainOptions>();
@@ -319,7 +286,7 @@ void add_explain(Command& command) {
   add_capture_options(verb, options->capture);
   add_range_options(verb, options->capture);
   add_safety_options(verb, options->safety);
-  verb.add_flag("--no-compensation", options->margin.no_compensation,
+  verb.add_flag("--no-compensation", options->capture.no_compensation,
                 "The master of this link samples half a period after its own edges of MA");
   add_count_option(verb, "--cycle", into(options->cycle),
                    "Draw this cycle bit by bit, counted from 0 as the rows of decode")

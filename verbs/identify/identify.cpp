@@ -2,22 +2,24 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
-#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
 
+#include "biss/timing/device_timing.hpp"
+#include "decode/distribution.hpp"
 #include "decode/statistics.hpp"
 #include "device/quantity.hpp"
 #include "identify/collector.hpp"
 #include "identify/protocol.hpp"
 #include "report/summary.hpp"
 #include "rows/columns.hpp"
-#include "verbs/common/cycle_run.hpp"
+#include "verbs/common/decoded_capture.hpp"
 #include "verbs/common/identified.hpp"
+#include "verbs/common/table_output.hpp"
 #include "verbs/common/verb.hpp"
-#include "verbs/identify/line_facts.hpp"
 
 namespace biss::verbs {
 
@@ -71,6 +73,47 @@ std::vector<report::Column> columns_for(report::Format to) {
 // Four places: confidences are not more precise.
 double rounded_down(double confidence) { return std::floor(confidence * 1e4) / 1e4; }
 
+// The rule by which the encoder releases SLO after a frame: the one that fits best. If the clock
+// and the length of the frames do not change, several rules fit.
+class ReleaseRule {
+ public:
+  void add(const decode::Cycle& cycle) {
+    if (!cycle.release || !cycle.line_delay || !cycle.period) return;
+    const Picoseconds after_clock = *cycle.release - *cycle.line_delay;
+    if (after_clock.count < 0) return;
+    after_clock_.add(after_clock.count);
+    in_periods_.add(after_clock.count * 1000 / cycle.period->count);
+    after_begin_.add((cycle.clocked + after_clock).count);
+  }
+
+  // The rule, if only one of the three fits.
+  std::optional<Timeout> rule() const {
+    if (after_clock_.count() < least_frames) return std::nullopt;
+    const bool fixed = is_constant(after_clock_);
+    const bool cycle = is_constant(after_begin_);
+    // 1.5 periods, and up to three clocks of the encoder.
+    const bool adaptive =
+        is_constant(in_periods_) && in_periods_.median() >= 1400 && in_periods_.median() <= 3000;
+    if (int{fixed} + int{cycle} + int{adaptive} != 1) return std::nullopt;
+    if (adaptive) return Timeout{TimeoutRule::adaptive, {}};
+    if (fixed) return Timeout{TimeoutRule::fixed, picoseconds(after_clock_.median())};
+    return Timeout{TimeoutRule::cycle, picoseconds(after_begin_.median())};
+  }
+
+ private:
+  static constexpr std::uint64_t least_frames = 8;
+
+  static bool is_constant(const decode::Distribution& values) {
+    return 50 * (values.max() - values.min()) <= values.median();
+  }
+
+  // From the last edge of MA to SLO, at the encoder.
+  decode::Distribution after_clock_;
+  // Thousandths of a period.
+  decode::Distribution in_periods_;
+  decode::Distribution after_begin_;
+};
+
 // The measurements on one pair of lines.
 struct Line {
   decode::Statistics statistics;
@@ -103,11 +146,11 @@ std::string alternatives_of(const FormatFinding& finding, report::Format to) {
   return joined(texts);
 }
 
-class IdentifyRun final : public CycleRun {
+class IdentifyRun {
  public:
-  IdentifyRun(IdentifyOptions options, Host& host) : CycleRun(host), options_(std::move(options)) {}
+  IdentifyRun(const IdentifyOptions& options, Host& host) : options_(options), host_(host) {}
 
-  ExitStatus open() override {
+  ExitStatus run() {
     const std::string& format = options_.capture.device.format;
     if (!format.empty() && format != "none") {
       return host_.fail(
@@ -115,49 +158,47 @@ class IdentifyRun final : public CycleRun {
           "identify finds the format without -f: leave it out; biss explain compares a "
           "format with the frames");
     }
-    return capture_.open(options_.capture);
+    const ExitStatus opened = capture_.open(options_.capture);
+    if (opened != ExitStatus::done) return opened;
+    return write_captures(
+        capture_, options_.output, options_.to, [this] { return columns_for(options_.to); }, true,
+        std::bind_front(&IdentifyRun::judge, this));
   }
 
-  std::vector<report::Column> columns() const override { return columns_for(options_.to); }
-
-  std::optional<ExitStatus> begin(report::TableWriter& writer, RunMessages& messages) override {
-    guess_ = capture_.protocol();
-    const bool other = guess_.protocol != Protocol::biss_c &&
-                       guess_.protocol != Protocol::unknown &&
-                       guess_.protocol != Protocol::clock_alone;
-    if (capture_.has_lines() && !other) {
-      line_ = {};
-      return std::nullopt;
+ private:
+  // The rows of one pair of lines.
+  ExitStatus judge(report::TableWriter& writer, RunMessages& messages) {
+    const ProtocolGuess guess = capture_.protocol();
+    const bool other = guess.protocol != Protocol::biss_c && guess.protocol != Protocol::unknown &&
+                       guess.protocol != Protocol::clock_alone;
+    if (!capture_.has_lines() || other) {
+      put_other(writer, guess);
+      report::Summary summary;
+      summary.title(capture_.input().name());
+      add_protocol(summary, guess);
+      messages.add_summary(summary.text());
+      return ExitStatus::data_failed;
     }
-    put_other(writer, guess_);
-    report::Summary summary;
-    summary.title(capture_.input().name());
-    add_protocol(summary, guess_);
-    messages.add_summary(summary.text());
-    return ExitStatus::data_failed;
-  }
-
-  void take(std::uint64_t number, const decode::Cycle& cycle) override { line_.add(number, cycle); }
-
-  // The row of one pair of lines.
-  ExitStatus end(bool read, Picoseconds, report::TableWriter& writer,
-                 RunMessages& messages) override {
-    line_.parts = identify::find_parts(line_.samples.samples());
-    if (line_.parts.empty()) line_.parts.emplace_back();
+    Line line;
+    const bool read = capture_.read([&line](std::uint64_t number, const decode::Cycle& cycle) {
+      line.add(number, cycle);
+      return true;
+    });
+    line.parts = identify::find_parts(line.samples.samples());
+    if (line.parts.empty()) line.parts.emplace_back();
     bool sure = true;
-    for (const identify::FormatPart& part : line_.parts) {
-      put(writer, guess_, line_, part);
+    for (const identify::FormatPart& part : line.parts) {
+      put(writer, guess, line, part);
       sure = sure && part.finding.sure() != nullptr;
     }
-    messages.add_summary(summary(guess_, line_));
+    messages.add_summary(summary(guess, line));
     if (!read) return messages.fail(ExitStatus::io, capture_.input().error());
-    if (line_.statistics.cycles() == 0) {
+    if (line.statistics.cycles() == 0) {
       return messages.fail(ExitStatus::data_failed, capture_.no_request());
     }
     return sure ? ExitStatus::done : ExitStatus::data_failed;
   }
 
- private:
   void put_other(report::TableWriter& writer, const ProtocolGuess& guess) {
     std::vector<Cell> cells(identify_columns().size());
     cells[0] = capture_.input().name();
@@ -248,23 +289,12 @@ class IdentifyRun final : public CycleRun {
     return out.text();
   }
 
-  const IdentifyOptions options_;
-  // The guess for the current pair of lines.
-  ProtocolGuess guess_;
-  Line line_;
+  const IdentifyOptions& options_;
+  Host& host_;
+  DecodedCapture capture_{host_};
 };
 
 }  // namespace
-
-std::unique_ptr<CycleRun> identify_run(const CaptureArguments& capture, Host& host) {
-  IdentifyOptions options;
-  options.capture = capture;
-  options.to = report::Format::jsonl;
-  options.capture.device.format.clear();
-  options.capture.identify = false;
-  options.capture.each = options.capture.keep_unknown = true;
-  return std::make_unique<IdentifyRun>(std::move(options), host);
-}
 
 void add_identify(Command& command) {
   const auto options = std::make_shared<IdentifyOptions>();
@@ -275,9 +305,7 @@ void add_identify(Command& command) {
        .purpose = "Find out what the lines of a capture carry, and the frame format",
        .examples = {"biss identify capture.vcd", "biss identify *.sr --to jsonl",
                     "biss identify samples.bin --raw-rate 100MHz --ma D0 --slo D3"}},
-      [options](Host& host) {
-        return IdentifyRun(*options, host).write(options->output, options->to);
-      });
+      [options](Host& host) { return IdentifyRun(*options, host).run(); });
   add_capture_options(verb, options->capture, true);
   add_range_options(verb, options->capture);
   add_output_option(verb, options->output);

@@ -11,6 +11,7 @@
 #include "dump/write.hpp"
 #include "report/summary.hpp"
 #include "verbs/common/decoded_capture.hpp"
+#include "verbs/common/table_output.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/registers/access_rows.hpp"
 

@@ -26,7 +26,7 @@ struct ExcerptCycle {
 
 /// Sees the edges of a capture as they are read, and keeps the edges of each chosen cycle, of the
 /// cycle before it and of the cycle after it. Between them the lines are unknown.
-class Excerpt final : public ChangeWatcher {
+class Excerpt final : public flow::ChangeWatcher {
  public:
   explicit Excerpt(const decode::Lines& lines) : lines_(lines) {}
 
@@ -53,10 +53,7 @@ class Excerpt final : public ChangeWatcher {
     bool wanted = false;
   };
 
-  std::int64_t needed_from() const { return pending_ ? pending_->from : before_all; }
   void settle();
-  void fetch(const capture::PairPiece& changes, std::int64_t from, std::int64_t to,
-             std::array<std::size_t, 2>& at);
   void queue(std::int64_t to);
   void copy(Pending& window, std::int64_t to);
   void leave(std::int64_t time);

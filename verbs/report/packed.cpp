@@ -1,29 +1,25 @@
 #include "verbs/report/packed.hpp"
 
+#include <libdeflate.h>
 #include <openssl/evp.h>
 
-#include <cstdint>
-#include <span>
-
-#include "capture/zip.hpp"
+#include <memory>
+#include <new>
 
 namespace biss::verbs {
 
 namespace {
 
-void append_little(std::uint32_t value, std::string& out) {
-  for (unsigned shift = 0; shift < 32; shift += 8) {
-    out += static_cast<char>((value >> shift) & 0xFFU);
-  }
-}
-
-// RFC 1952, without a name and a time.
+// Without a name and a time.
 std::string gzip_of(std::string_view bytes) {
-  const std::span data(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size());
-  std::string out("\x1f\x8b\x08\x00\x00\x00\x00\x00\x00\xff", 10);
-  capture::Deflater().deflate(data, out);
-  append_little(capture::zip_checksum(data), out);
-  append_little(static_cast<std::uint32_t>(bytes.size()), out);
+  // As in archives of samples.
+  constexpr int level = 6;
+  const std::unique_ptr<libdeflate_compressor, void (*)(libdeflate_compressor*)> compressor(
+      libdeflate_alloc_compressor(level), libdeflate_free_compressor);
+  if (!compressor) throw std::bad_alloc();
+  std::string out(libdeflate_gzip_compress_bound(compressor.get(), bytes.size()), '\0');
+  out.resize(libdeflate_gzip_compress(compressor.get(), bytes.data(), bytes.size(), out.data(),
+                                      out.size()));
   return out;
 }
 

@@ -3,17 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <deque>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
-#include <utility>
 
 #include "biss/frame/format_text.hpp"
 #include "decode/control_listener.hpp"
-#include "verbs/common/host.hpp"
+#include "verbs/common/verb.hpp"
 #include "verbs/registers/access_rows.hpp"
-#include "verbs/report/asked.hpp"
 #include "verbs/report/excerpt.hpp"
 #include "verbs/report/overview.hpp"
 #include "verbs/report/packed.hpp"
@@ -55,35 +52,29 @@ class LineRows final : public report::TableWriter {
   std::unique_ptr<report::TableWriter> writer_;
 };
 
-class PartMaker final : private ChangeWatcher {
+class PartMaker {
  public:
   PartMaker(DecodeOptions& options, DecodeRun& run, std::string_view name)
       : options_(options), run_(run), name_(name) {}
 
-  // Reads the capture, and runs the verbs of the page's panels on it: `check` runs with the limits
-  // of the profiles, and with the limits of the encoder that the format names.
   ExitStatus read() {
     DecodedCapture& capture = run_.capture();
     const auto& format = capture.format();
     options_.motion.velocity = format && format->channel_list[0].position_bits() != 0;
     excerpt_.emplace(capture.lines().lines);
     overview_.emplace(run_.columns());
-    ask();
-    for (AskedVerb& verb : asked_) verb.open(capture);
-    capture.watch(*this);
     const ExitStatus begun = run_.begin_rows();
     if (begun != ExitStatus::done) return begun;
     LineRows rows(run_.columns(), *overview_);
     header_ = rows.header();
-    const bool read = capture.read([&](std::uint64_t number, const decode::Cycle& cycle) {
+    const auto take = [&](std::uint64_t number, const decode::Cycle& cycle) {
       listener_.push(number, cycle);
       run_.take(number, cycle, rows);
       excerpt_->add({number, cycle.time, rows.take(), run_.took_error(), choose()});
-      for (AskedVerb& verb : asked_) verb.take(number, cycle);
       return true;
-    });
+    };
     RunMessages messages;
-    const ExitStatus ended = run_.end_rows(read, messages);
+    const ExitStatus ended = run_.end_rows(capture.read(take, &*excerpt_), messages);
     listener_.finish();
     access_rows_->finish();
     excerpt_->finish(capture.input().end_time());
@@ -154,18 +145,29 @@ class PartMaker final : private ChangeWatcher {
             {"causes", overview_->causes()}};
   }
 
-  // The results of the verbs by their names; for `check` also by the name of its limits.
-  tl::expected<json, VerbError> verbs() {
-    json answers = json::object();
-    for (AskedVerb& verb : asked_) {
-      auto answer = verb.answer(run_.capture().input().end_time());
-      if (!answer) return answer;
-      for (const char* text : {"out", "err"}) {
-        (*answer)[text] = plain((*answer)[text].get<std::string>());
-      }
-      answers[verb.name()] = std::move(*answer);
+  // The results of the verbs of the page's panels by their names: `check` runs with the limits of
+  // the profiles, and with the limits of the encoder that the format names.
+  // \param given the options of the report
+  tl::expected<json, VerbError> verbs(const std::vector<Option>& given) const {
+    GivenOptions options{{"--to", {"jsonl"}}};
+    for (const Option& option : given) {
+      if (option.scope() == Scope::command || option.name() == "--format") continue;
+      options.emplace_back(option.name(), option.values());
     }
-    answers["registers"] = {{"status", 0}, {"out", access_text_.text()}, {"err", ""}};
+    json answers{{"registers", {{"status", 0}, {"out", access_text_.text()}, {"err", ""}}}};
+    auto done = answer("identify", "identify", options, answers);
+    std::vector<std::string> limits{"biss-c", "renishaw"};
+    const std::string& format = options_.capture.device.format;
+    if (!format.empty()) options.emplace_back("--format", std::vector{format});
+    const auto device = parse_device(format.empty() ? "none" : format);
+    if (device && device->timing_known()) limits.push_back(format);
+    if (done) done = answer("explain", "explain", options, answers);
+    for (const std::string& each : limits) {
+      GivenOptions with_limits = options;
+      with_limits.emplace_back("--against", std::vector{each});
+      if (done) done = answer("check " + each, "check", with_limits, answers);
+    }
+    if (!done) return tl::unexpected(done.error());
     return answers;
   }
 
@@ -196,30 +198,25 @@ class PartMaker final : private ChangeWatcher {
   }
 
  private:
-  void ask() {
-    const CaptureArguments& capture = options_.capture;
-    const auto ask = [this](std::string name, auto make) {
-      asked_.emplace_back(std::move(name), run_.capture().host(), make);
-    };
-    ask("identify", [&](Host& host) { return identify_run(capture, host); });
-    ask("explain", [&](Host& host) { return explain_run(capture, host); });
-    std::vector<std::string> limits{"biss-c", "renishaw"};
-    const std::string& format = capture.device.format;
-    const auto device = parse_device(format.empty() ? "none" : format);
-    if (device && device->timing_known()) limits.push_back(format);
-    for (const std::string& each : limits) {
-      ask("check " + each, [&](Host& host) { return check_run(capture, each, host); });
+  // Adds the answer of a verb on the same capture, as RunResult of wasm/biss.d.mts.
+  // \return its own error if it could not judge the capture
+  tl::expected<void, VerbError> answer(const std::string& name, const std::string& verb,
+                                       const GivenOptions& options, json& answers) const {
+    MemoryHost host(&run_.capture().host());
+    Command command(host);
+    add_verbs(command, verb);
+    std::vector<std::string> words{verb};
+    const std::vector<std::string>& files = options_.capture.files;
+    words.insert(words.end(), files.begin(), files.end());
+    const ExitStatus status = command.run(words, options);
+    if (status >= ExitStatus::usage) {
+      return tl::unexpected(VerbError{
+          status, name + ": " + (host.lines().empty() ? "no message" : host.lines().back())});
     }
-  }
-
-  void take(std::span<const wire::Edge> edges) override { show(edges); }
-  void take(const capture::PairPiece& changes) override { show(changes); }
-  template <class Changes>
-  void show(const Changes& changes) {
-    excerpt_->take(changes);
-    for (AskedVerb& verb : asked_) {
-      if (verb.watcher() != nullptr) verb.watcher()->take(changes);
-    }
+    answers[name] = {{"status", static_cast<int>(status)},
+                     {"out", plain(host.output_text())},
+                     {"err", plain(host.text())}};
+    return {};
   }
 
   bool choose() {
@@ -253,7 +250,6 @@ class PartMaker final : private ChangeWatcher {
   std::string name_;
   std::optional<Excerpt> excerpt_;
   std::optional<Overview> overview_;
-  std::deque<AskedVerb> asked_;
   std::uint64_t good_ = 0;
   std::uint64_t failed_ = 0;
   std::string header_;
@@ -272,14 +268,14 @@ class PartMaker final : private ChangeWatcher {
 }  // namespace
 
 tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, DecodeRun& run,
-                                                      const PageSettings& settings,
+                                                      const std::vector<Option>& given,
                                                       std::string_view name, std::size_t room) {
   PartMaker maker(options, run, name);
   const ExitStatus status = maker.read();
   if (status != ExitStatus::done) return tl::unexpected(status);
   CapturePart part;
-  part.settings = maker.part_settings(settings);
-  const auto verbs = maker.verbs();
+  part.settings = maker.part_settings(page_settings(given));
+  const auto verbs = maker.verbs(given);
   if (!verbs) return tl::unexpected(run.capture().host().fail(verbs.error()));
   json report = maker.report(part.settings);
   report["verbs"] = *verbs;

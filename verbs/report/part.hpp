@@ -21,13 +21,12 @@ struct CapturePart {
   std::vector<std::string> notes;
 };
 
-/// Reads the capture once; other verbs judge this reading.
 /// \param options the options of `run`, which has opened its capture
-/// \param settings of the command line
+/// \param given the options of the command line
 /// \param room the most characters of both texts
 /// \return the status if there is no part; the reason has been printed
 tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, DecodeRun& run,
-                                                      const PageSettings& settings,
+                                                      const std::vector<Option>& given,
                                                       std::string_view name, std::size_t room);
 
 }  // namespace biss::verbs

@@ -9,8 +9,6 @@
 #include <system_error>
 
 #include "report/summary.hpp"
-#include "verbs/common/host.hpp"
-#include "verbs/common/output.hpp"
 #include "verbs/common/page.hpp"
 #include "verbs/common/page_settings.hpp"
 #include "verbs/common/text_file.hpp"
@@ -67,18 +65,23 @@ class ReportRun {
     }
     status = decode.next();
     if (status != ExitStatus::done) return status;
-    if (const auto text = whole_capture()) return write(whole_page(*page, *text));
+    const std::vector<Option> given = verb_.given_options();
+    const std::string name = fs::path(files.front()).filename().string();
+    if (const auto text = whole_capture()) {
+      const std::string view = page_settings(given).link_text();
+      return write(page_with(*page, "biss-capture", {{"name", name}, {"view", view}}, *text),
+                   "the whole capture");
+    }
     const std::size_t room = report_max - std::min(report_max, page->size());
-    const auto part = part_of_capture(options_.decode, decode, page_settings(verb_.given_options()),
-                                      name(), room);
-    return part ? write(part_page(*page, *part)) : part.error();
+    const auto part = part_of_capture(options_.decode, decode, given, name, room);
+    if (!part) return part.error();
+    const std::string view = part->settings.link_text();
+    return write(page_with(page_with(*page, "biss-report", {}, part->report), "biss-capture",
+                           {{"name", name}, {"view", view}}, part->capture),
+                 fmt::format("{}", fmt::join(part->notes, " ")));
   }
 
  private:
-  std::string name() const {
-    return fs::path(options_.decode.capture.files.front()).filename().string();
-  }
-
   // The bytes of the capture as text; empty if there are too many.
   std::optional<std::string> whole_capture() const {
     const std::vector<std::string>& files = options_.decode.capture.files;
@@ -93,20 +96,7 @@ class ReportRun {
     return text.size() > whole_text_max ? std::nullopt : std::optional(std::move(text));
   }
 
-  std::string whole_page(std::string_view page, std::string_view content) {
-    contains_ = "the whole capture";
-    const std::string view = page_settings(verb_.given_options()).link_text();
-    return page_with_capture(page, {{"name", name()}, {"view", view}}, content);
-  }
-
-  std::string part_page(std::string_view page, const CapturePart& part) {
-    contains_ = fmt::format("{}", fmt::join(part.notes, " "));
-    const std::string with_report = page_with_report(page, part.report);
-    return page_with_capture(with_report, {{"name", name()}, {"view", part.settings.link_text()}},
-                             part.capture);
-  }
-
-  ExitStatus write(const std::string& page) {
+  ExitStatus write(const std::string& page, const std::string& contains) {
     Output output(host_);
     if (!output.open(options_.output)) return output.status();
     if (!output.write(page) || !output.finish()) return output.status();
@@ -114,7 +104,7 @@ class ReportRun {
     const bool is_file = options_.output != "-";
     out.title(fmt::format("{}: {:.2f} MB", is_file ? options_.output : "standard output",
                           static_cast<double>(page.size()) / 1e6));
-    out.entry("contains", contains_);
+    out.entry("contains", contains);
     host_.print_summary(out.text());
     return ExitStatus::done;
   }
@@ -122,7 +112,6 @@ class ReportRun {
   ReportOptions& options_;
   const Verb& verb_;
   Host& host_;
-  std::string contains_;
 };
 
 }  // namespace
@@ -137,10 +126,15 @@ void add_report(Command& command) {
                     "biss report ma.csv slo.csv --ma ma.csv:D0 --slo slo.csv:D1 -o report.html",
                     "biss report samples.bin --raw-rate 100MHz --ma D0 --slo D3 -o report.html"}},
       [options, verb](Host& host) { return ReportRun(*options, **verb, host).run(); });
-  options->decode.capture.identify = true;
-  // For the verbs that judge the same cycles.
-  options->decode.margin.signal = true;
-  add_single_capture_options(**verb, options->decode.capture);
+  CaptureArguments& capture = options->decode.capture;
+  capture.identify = true;
+  (*verb)
+      ->add_option("FILE", capture.files,
+                   "The capture (VCD, FST, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV "
+                   "and binary, raw samples; also compressed by gzip or zstd); files with one line "
+                   "each are read as one capture")
+      .file(FileUse::read);
+  add_reading_options(**verb, capture);
   add_output_option(**verb, options->output, "The page to write").required();
   add_page_option(**verb, options->page);
 }

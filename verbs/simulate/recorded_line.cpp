@@ -1,6 +1,7 @@
 #include "verbs/simulate/recorded_line.hpp"
 
 #include <algorithm>
+#include <utility>
 
 #include "decode/times.hpp"
 #include "verbs/common/host.hpp"
@@ -10,17 +11,17 @@ namespace biss::verbs {
 ExitStatus RecordedLine::open(const std::string& file, const std::string& ma,
                               const std::string& slo, const RawSamples& raw, bool needs_slo) {
   InputArguments arguments{.files = {file}, .ma = ma, .slo = slo, .raw = raw};
-  CaptureList list(host_);
-  ExitStatus opened = list.open(arguments);
-  if (opened == ExitStatus::done) opened = list.open_next(input_);
+  auto captures = list_captures(arguments, host_);
+  if (!captures) return captures.error();
+  const ExitStatus opened = input_.open(std::move(captures->front()), arguments);
   if (opened != ExitStatus::done) return opened;
   const decode::CycleReader reader(std::nullopt, DeviceTiming{});
   if (needs_slo) {
-    const auto found = input_.find_lines(arguments, reader);
+    const auto found = input_.find_lines(reader);
     if (!found) return found.error();
     lines_ = found->front().lines;
   } else {
-    const auto found = input_.find_ma(arguments, reader);
+    const auto found = input_.find_ma(reader);
     if (!found) return found.error();
     lines_.ma = *found;
   }

@@ -1,4 +1,4 @@
-#include "verbs/decode/scale.hpp"
+#include "verbs/decode/motion_options.hpp"
 
 #include <gtest/gtest.h>
 
@@ -38,16 +38,23 @@ TEST(ScaleOfTheCatalogue, CountsOfATurn_AreTheSingleturnBits) {
   EXPECT_GT(rotary, 20U);
 }
 
+// The unit of the column that `--scale` adds; empty if it adds none.
+std::string unit_of(const char* text) {
+  MotionArguments arguments;
+  arguments.scale = text;
+  return arguments.columns().unit;
+}
+
 TEST(ScaleOfAnOption, TextThatIsNone_HasNoUnit) {
-  EXPECT_EQ(scale_unit("deg"), "deg");
-  EXPECT_EQ(scale_unit("36000/turn"), "deg");
-  EXPECT_EQ(scale_unit("2^63/turn"), "deg");
-  EXPECT_EQ(scale_unit("0.5um"), "mm");
-  EXPECT_EQ(scale_unit("1e3 nm"), "mm");
+  EXPECT_EQ(unit_of("deg"), "deg");
+  EXPECT_EQ(unit_of("36000/turn"), "deg");
+  EXPECT_EQ(unit_of("2^63/turn"), "deg");
+  EXPECT_EQ(unit_of("0.5um"), "mm");
+  EXPECT_EQ(unit_of("1e3 nm"), "mm");
   for (const char* text :
        {"", "rad", "2^26", "2^/turn", "2^64/turn", "2^-1/turn", "0/turn", "1.5/turn", "inf/turn",
         "nan nm", "50", "50 m", "-1nm", "1nm ", "/turn"}) {
-    EXPECT_EQ(scale_unit(text), std::nullopt) << text;
+    EXPECT_EQ(unit_of(text), "") << text;
   }
 }
 
