@@ -89,11 +89,12 @@ std::string sr_archive(std::span<const std::uint8_t> samples) {
   const capture::RawLayout layout = capture::packed_layout({"MA", "SLO"}, megahertz(100));
   capture::ZipWriter archive;
   std::string out;
-  archive.add("version", std::string_view("2"), out);
+  archive.add("version", "2", out);
   archive.add("metadata", capture::sr_metadata_text(layout), out);
   for (std::size_t k = 1; !samples.empty(); ++k) {
     const auto chunk = samples.first(std::min(chunk_bytes, samples.size()));
-    archive.add("logic-1-" + std::to_string(k), chunk, out);
+    archive.add("logic-1-" + std::to_string(k),
+                {reinterpret_cast<const char*>(chunk.data()), chunk.size()}, out);
     samples = samples.subspan(chunk.size());
   }
   archive.finish(out);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <string>
 #include <string_view>
 #include <utility>
 
@@ -154,17 +153,14 @@ std::optional<std::pair<std::size_t, std::size_t>> divide(
   return found;
 }
 
-unsigned changes_between(SignalLevels levels, std::span<const Nanovolts> samples,
-                         std::size_t stride) {
+unsigned changes_between(SignalLevels levels, std::span<const Nanovolts> samples) {
   const std::int64_t middle = levels.low.count + (levels.high.count - levels.low.count) / 2;
   unsigned changes = 0;
   bool high = samples[0].count > middle;
-  for (std::size_t i = 0; i < samples.size(); i += stride) {
-    const bool now = samples[i].count > middle;
-    if (now != high && is_voltage(samples[i])) {
-      ++changes;
-      high = now;
-    }
+  for (const Nanovolts sample : samples) {
+    if ((sample.count > middle) == high || !is_voltage(sample)) continue;
+    ++changes;
+    high = !high;
   }
   return changes;
 }
@@ -270,8 +266,7 @@ class AnalogSource final : public StepSource {
       any = any || levels.back().has_value();
       if (last_try) continue;
       if (!levels.back()) return std::nullopt;
-      if (changes_between(*levels.back(), voltages, 1) < changes_of_sure_levels)
-        return std::nullopt;
+      if (changes_between(*levels.back(), voltages) < changes_of_sure_levels) return std::nullopt;
     }
     // A file with logic channels is worth reading without its analog ones.
     if (!any && !(last_try && any_logic_)) return std::nullopt;

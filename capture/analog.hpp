@@ -109,9 +109,7 @@ struct SignalLevels {
 /// threshold by Otsu's method divides them. Nothing if the samples do not form two levels: fewer
 /// than 8 samples in a class, levels less than 100 mV apart, or classes as wide as their distance
 /// (noise). Samples that are not voltages are ignored.
-/// \param samples every `stride`-th is one of this signal, from the first on
-std::optional<SignalLevels> estimate_levels(std::span<const Nanovolts> samples,
-                                            std::size_t stride = 1);
+std::optional<SignalLevels> estimate_levels(std::span<const Nanovolts> samples);
 
 /// Opens samples as edges.
 ///

@@ -17,8 +17,8 @@ class ChangeEdges {
 
   /// The levels before the next changes.
   void set(bool ma_high, bool slo_high) {
-    ma_.high = ma_high;
-    slo_.high = slo_high;
+    ma_.level = ma_high ? wire::Level::high : wire::Level::low;
+    slo_.level = slo_high ? wire::Level::high : wire::Level::low;
   }
   /// These changes were delivered as arrays.
   void skip(const LineChanges& ma, const LineChanges& slo) {
@@ -41,21 +41,16 @@ class ChangeEdges {
  private:
   struct Line {
     wire::LineIndex index;
-    std::optional<bool> high;
+    std::optional<wire::Level> level;
   };
-
-  static bool level(const LineChanges& changes, std::size_t i) {
-    return changes.first_high == (i % 2 == 0);
-  }
   static void skip(Line& line, const LineChanges& changes) {
-    if (!changes.times.empty()) line.high = level(changes, changes.times.size() - 1);
+    if (!changes.times.empty()) line.level = changes.run().level(changes.times.size() - 1);
   }
   void put(Line& line, const LineChanges& changes, std::size_t i) {
-    const bool high = level(changes, i);
-    if (line.high == high) return;
-    line.high = high;
-    edges_.push_back(
-        {Picoseconds{changes.times[i]}, line.index, high ? wire::Level::high : wire::Level::low});
+    const wire::Level level = changes.run().level(i);
+    if (line.level == level) return;
+    line.level = level;
+    edges_.push_back({Picoseconds{changes.times[i]}, line.index, level});
   }
 
   Line ma_;

@@ -1,6 +1,5 @@
 #include "capture/decimal.hpp"
 
-#include <cstddef>
 #include <limits>
 #include <optional>
 

@@ -367,8 +367,6 @@ class FstReader final : public StepSource {
     return true;
   }
 
-  bool add_chain(std::uint32_t variable, const FstChainPlace& place, const Layout& layout);
-
   // The changes of one chain, unpacked.
   bool read_chain(const FstChainPlace& place, const Layout& layout,
                   std::vector<std::uint8_t>& changes) {

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <initializer_list>
 #include <string>
 
 namespace biss::capture {
@@ -18,6 +19,12 @@ inline double get_double(const char* at) { return std::bit_cast<double>(get_numb
 
 inline void put_number(std::string& out, std::uint64_t number, std::size_t bytes) {
   for (; bytes-- > 0; number >>= 8U) out += static_cast<char>(number & 0xFFU);
+}
+
+/// Numbers of that many bytes each.
+inline void put_numbers(std::string& out, std::size_t bytes,
+                        std::initializer_list<std::uint64_t> numbers) {
+  for (const std::uint64_t number : numbers) put_number(out, number, bytes);
 }
 
 inline void put_double(std::string& out, double value) {

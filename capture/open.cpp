@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <utility>
 
@@ -15,7 +14,6 @@
 #include "capture/saleae_analog.hpp"
 #include "capture/saleae_binary.hpp"
 #include "capture/sampled_csv.hpp"
-#include "capture/samples.hpp"
 #include "capture/sr.hpp"
 #include "capture/text_source.hpp"
 #include "capture/vcd.hpp"

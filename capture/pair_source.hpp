@@ -26,6 +26,8 @@ struct LineChanges {
   /// In picoseconds, never falling.
   std::vector<std::int64_t, Unfilled<std::int64_t>> times;
 
+  wire::LineRun run(bool inverted = false) const { return {times, first_high != inverted}; }
+
   void clear() {
     first_high = false;
     times.clear();

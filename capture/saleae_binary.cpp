@@ -2,12 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cstdint>
 #include <cstring>
 #include <optional>
 #include <span>
 #include <utility>
-#include <vector>
 
 #include "capture/little_endian.hpp"
 #include "capture/seconds.hpp"

@@ -11,7 +11,7 @@
 #include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
 #include "capture/edge_writer.hpp"
-#include "capture/spool.hpp"
+#include "capture/gather.hpp"
 
 namespace biss::capture {
 

@@ -1,15 +1,11 @@
 #include <algorithm>
 #include <array>
-#include <cstddef>
 #include <set>
 #include <string>
-#include <string_view>
 #include <utility>
-#include <vector>
 
 #include "capture/csv_cells.hpp"
 #include "capture/decimal.hpp"
-#include "capture/event_csv.hpp"
 #include "capture/key_file.hpp"
 #include "capture/sampled_csv.hpp"
 #include "capture/text_source.hpp"

@@ -3,14 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cstddef>
-#include <cstdint>
 #include <cstring>
-#include <span>
 #include <utility>
-#include <vector>
 
-#include "capture/edge_source.hpp"
 #include "capture/sampled_pairs.hpp"
 
 namespace biss::capture {

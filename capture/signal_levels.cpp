@@ -1,8 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
-#include <cstdint>
 
 #include "capture/analog.hpp"
 
@@ -16,26 +14,20 @@ constexpr Nanovolts least_swing = millivolts(100);
 // at its middle, has 1.3; a sine has 2.1; a square wave with slow edges 4 and more.
 constexpr double least_separation = 1.6;
 
-bool is_voltage(Nanovolts sample) {
-  return sample < over_range && sample > Nanovolts{-over_range.count};
-}
-
 // Samples of a signal by voltage.
 class Histogram {
  public:
-  Histogram(std::span<const Nanovolts> samples, std::size_t stride) {
-    bool any = false;
-    for (std::size_t i = 0; i < samples.size(); i += stride) {
-      if (!is_voltage(samples[i])) continue;
-      const double value = static_cast<double>(samples[i].count);
-      least_ = any ? std::min(least_, value) : value;
-      greatest_ = any ? std::max(greatest_, value) : value;
-      any = true;
-    }
+  explicit Histogram(std::vector<Nanovolts> samples) {
+    std::erase_if(samples, [](Nanovolts sample) {
+      return sample >= over_range || sample <= Nanovolts{-over_range.count};
+    });
+    if (samples.empty()) return;
+    const auto [least, greatest] = std::minmax_element(samples.begin(), samples.end());
+    least_ = static_cast<double>(least->count);
+    greatest_ = static_cast<double>(greatest->count);
     if (greatest_ <= least_) return;
-    for (std::size_t i = 0; i < samples.size(); i += stride) {
-      if (!is_voltage(samples[i])) continue;
-      const double share = (static_cast<double>(samples[i].count) - least_) / (greatest_ - least_);
+    for (const Nanovolts sample : samples) {
+      const double share = (static_cast<double>(sample.count) - least_) / (greatest_ - least_);
       const auto bin = static_cast<std::size_t>(share * (histogram_bins - 1) + 0.5);
       ++counts_[std::min(bin, histogram_bins - 1)];
     }
@@ -112,9 +104,8 @@ std::size_t division_of(const Histogram& histogram) {
 
 }  // namespace
 
-std::optional<SignalLevels> estimate_levels(std::span<const Nanovolts> samples,
-                                            std::size_t stride) {
-  const Histogram histogram(samples, stride);
+std::optional<SignalLevels> estimate_levels(std::span<const Nanovolts> samples) {
+  const Histogram histogram({samples.begin(), samples.end()});
   if (histogram.swing() < static_cast<double>(least_swing.count)) return std::nullopt;
   const std::size_t division = division_of(histogram);
   const SampleClass low = class_of(histogram, 0, division);

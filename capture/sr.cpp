@@ -3,13 +3,10 @@
 #include <algorithm>
 #include <map>
 #include <optional>
-#include <string>
 #include <utility>
 
 #include "capture/key_file.hpp"
-#include "capture/samples.hpp"
 #include "capture/text_source.hpp"
-#include "capture/zip.hpp"
 
 namespace biss::capture {
 namespace {

@@ -1,10 +1,6 @@
 #include "capture/text_source.hpp"
 
-#include <algorithm>
 #include <cstring>
-#include <optional>
-#include <string_view>
-#include <utility>
 
 #include "capture/csv_cells.hpp"
 

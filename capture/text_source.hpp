@@ -84,8 +84,7 @@ class TextPiece : public PairPiece, public TextStretch {
 /// The level after the last change; nothing if there is no change.
 inline std::optional<wire::Level> last_level(const LineChanges& changes) {
   if (changes.times.empty()) return std::nullopt;
-  const bool high = changes.first_high == (changes.times.size() % 2 == 1);
-  return high ? wire::Level::high : wire::Level::low;
+  return changes.run().level(changes.times.size() - 1);
 }
 
 /// Collects the changes of one line, a repeated level left out.

@@ -90,21 +90,17 @@ class FastLz {
 
 }  // namespace
 
-bool unpack_fastlz(std::span<const std::uint8_t> packed, std::span<std::uint8_t> into) {
-  return FastLz(packed, into).unpack();
-}
-
-bool Unpacker::unpack(Packing packing, std::span<const std::uint8_t> packed,
-                      std::span<std::uint8_t> into) {
+bool unpack(Packing packing, std::span<const std::uint8_t> packed, std::span<std::uint8_t> into,
+            Inflater& inflater) {
   switch (packing) {
     case Packing::zlib:
-      return inflater_.inflate(packed, into, DeflateFrame::zlib);
+      return inflater.inflate(packed, into, DeflateFrame::zlib);
     case Packing::gzip:
-      return inflater_.inflate(packed, into, DeflateFrame::gzip);
+      return inflater.inflate(packed, into, DeflateFrame::gzip);
     case Packing::lz4:
       return unpack_lz4(packed, into);
     case Packing::fastlz:
-      return unpack_fastlz(packed, into);
+      return FastLz(packed, into).unpack();
   }
   return false;
 }

@@ -17,7 +17,8 @@ std::string unpacked(Packing packing, const std::string& packed, std::size_t siz
   const std::span<std::uint8_t> into(reinterpret_cast<std::uint8_t*>(text.data()), size);
   const std::span<const std::uint8_t> from(reinterpret_cast<const std::uint8_t*>(packed.data()),
                                            packed.size());
-  return Unpacker().unpack(packing, from, into) ? text : "failed";
+  Inflater inflater;
+  return unpack(packing, from, into, inflater) ? text : "failed";
 }
 
 TEST(Unpack, FastLz_CopiesLiteralsAndMatches) {

@@ -1,10 +1,13 @@
 // The quick way through the value changes of a VCD, for two of its lines.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <string_view>
 
+#include "capture/decimal.hpp"
 #include "capture/declared_lines.hpp"
 #include "capture/text_source.hpp"
 #include "capture/timescale.hpp"
@@ -26,7 +29,12 @@ class VcdPair {
   enum Role : std::uint8_t { ma, slo, other, undeclared };
 
   /// \pre the lines have different variables
-  VcdPair(const VcdSignals& signals, std::uint32_t ma_variable, std::uint32_t slo_variable);
+  VcdPair(const VcdSignals& signals, std::uint32_t ma_variable, std::uint32_t slo_variable)
+      : signals_(&signals), ma_variable_(ma_variable), slo_variable_(slo_variable) {
+    for (std::size_t c = 0; c < roles_.size(); ++c) {
+      roles_[c] = role_of(signals.ids.find_one(static_cast<char>(c)));
+    }
+  }
 
   Role role_of(char id) const { return roles_[static_cast<unsigned char>(id)]; }
   Role role_of(std::uint32_t variable) const {
@@ -60,9 +68,177 @@ class VcdPiece final : public TextPiece {
   std::size_t early_slo = 0;
 
  private:
-  bool quick_parse() override;
+  // Identifiers beyond it are left to the reader.
+  static constexpr std::uint64_t long_enough = 64;
+
+  const Timescale& timescale() const { return pair_->signals().timescale; }
+
+  bool quick_parse() override {
+    const char* p = begin();
+    const char* const text_end = end();
+    std::uint64_t plain_line_feeds = 0;  // in a register, unlike the counts of other words
+    timed = false;
+    line_feeds = 0;
+    last_tick = 0;
+    for (ChangeBatch& batch : batches_) batch.restart();
+    FixedDigits digits(0);
+    while (p != text_end) {
+      if (*p == '#') {
+        const char* const time_end = p + 1 + digits.count();
+        std::uint64_t tick = 0;
+        if (is_space(*time_end) && digits.count() != 0 && digits.read(time_end, tick)) {
+          if (!set_tick(tick)) return false;
+          plain_line_feeds += *time_end == '\n' ? 1U : 0U;
+          p = time_end + 1;
+        } else {
+          p = read_time(p, digits);
+          if (p == nullptr) return false;
+        }
+      }
+      const bool level = *p == '0' || *p == '1';
+      if (level && is_space(p[2])) {
+        if (!add_known(pair_->role_of(p[1]), *p)) return false;
+        plain_line_feeds += p[2] == '\n' ? 1U : 0U;
+        p += 3;
+      } else if (level && is_space(p[3])) {
+        if (!add_known(pair_->role_of(pair_->signals().ids.find_two(p + 1)), *p)) return false;
+        plain_line_feeds += p[3] == '\n' ? 1U : 0U;
+        p += 4;
+      } else if (p != text_end && *p != '#') {
+        p = read_other(p);
+        if (p == nullptr) return false;
+      }
+    }
+    line_feeds += plain_line_feeds;
+    return finish();
+  }
+
+  bool set_tick(std::uint64_t tick) {
+    if (!timed) {
+      take_batches();
+      timed = true;
+      early_ma = ma.times.size();
+      early_slo = slo.times.size();
+      first_tick = tick;
+    }
+    const bool in_order = tick >= last_tick;
+    last_tick = tick;
+    return in_order;
+  }
+
+  // A time of another length than the one before.
+  const char* read_time(const char* p, FixedDigits& digits) {
+    const Digits read = read_digits(p + 1);
+    const auto count = static_cast<std::size_t>(read.end - (p + 1));
+    if (count == 0 || count > 19 || !is_space(*read.end) || !set_tick(read.value)) return nullptr;
+    if (count <= FixedDigits::most) digits = FixedDigits(count);
+    return read.end;
+  }
+
+  const char* read_other(const char* p) {
+    const VcdKind kind = vcd_kind_of(*p);
+    if (kind <= VcdKind::unknown) return read_scalar(p, kind);
+    if (kind == VcdKind::space) return skip_space(p);
+    if (kind == VcdKind::vector || kind == VcdKind::value) return read_vector(p);
+    return nullptr;
+  }
+
+  const char* read_scalar(const char* p, VcdKind level) {
+    const char* const id = p + 1;
+    if (is_space(id[1])) return add(pair_->role_of(id[0]), level) ? id + 1 : nullptr;
+    const char* const end = is_space(id[2]) ? id + 2 : end_of_word(id);
+    const std::uint32_t variable =
+        end == id + 2 ? pair_->signals().ids.find_two(id) : find(id, end);
+    return add(pair_->role_of(variable), level) ? end : nullptr;
+  }
+
+  // A vector, a real or a string, and its identifier.
+  const char* read_vector(const char* p) {
+    const char* const value = p + 1;
+    const char* const value_end = end_of_word(value);
+    if (vcd_kind_of(*p) == VcdKind::vector) {
+      const auto is_bit = [](char c) { return vcd_kind_of(c) <= VcdKind::unknown; };
+      if (value == value_end || !std::all_of(value, value_end, is_bit)) return nullptr;
+    }
+    const bool one_bit = vcd_kind_of(*p) == VcdKind::vector && value_end == value + 1;
+    const char* const id = skip_space(value_end);
+    if (id == end()) return nullptr;
+    const char* const end = end_of_word(id);
+    if (end - p > static_cast<std::ptrdiff_t>(max_token_bytes)) return nullptr;
+    const std::uint32_t variable = find(id, end);
+    const VcdPair::Role role = pair_->role_of(variable);
+    if (one_bit) return add(role, vcd_kind_of(*value)) ? end : nullptr;
+    return role == VcdPair::undeclared || pair_->signals().driven.drives(variable) ? nullptr : end;
+  }
+
+  const char* skip_space(const char* p) {
+    for (; is_space(*p); ++p) line_feeds += *p == '\n' ? 1U : 0U;
+    return p;
+  }
+
+  std::uint32_t find(const char* id, const char* end) const {
+    const std::string_view text = text_between(id, end);
+    return text.size() > long_enough ? VcdIds::none : pair_->signals().ids.find(text);
+  }
+
+  // False for a level that arrays cannot say.
+  bool add(VcdPair::Role role, VcdKind level) {
+    if (role == VcdPair::other) return true;
+    if (level == VcdKind::unknown) return false;
+    return add_known(role, level == VcdKind::high ? '1' : '0');
+  }
+
+  /// \pre level is 0 or 1
+  bool add_known(VcdPair::Role role, char level) {
+    if (role == VcdPair::undeclared) return false;
+    batches_[role].add(static_cast<std::int64_t>(last_tick),
+                       static_cast<std::uint32_t>(level - '0'));
+    if (batches_[role].full()) take_batches();
+    return true;
+  }
+
+  // A time beyond the range may be converted to anything: then the piece is not regular.
+  void take_batches() {
+    const auto divided = [this](auto divisor) {
+      take_batches([divisor](std::int64_t tick) {
+        const auto ticks = static_cast<std::uint64_t>(tick);
+        const std::uint64_t by = divisor();
+        return static_cast<std::int64_t>(ticks / by + (ticks % by >= by / 2 ? 1 : 0));
+      });
+    };
+    const auto factor = timescale().factor;
+    switch (timescale().divisor) {
+      case 1:
+        return take_batches([factor](std::int64_t tick) {
+          return static_cast<std::int64_t>(static_cast<std::uint64_t>(tick) * factor);
+        });
+      case 10:
+        return divided([] { return std::uint64_t{10}; });
+      case 100:
+        return divided([] { return std::uint64_t{100}; });
+      default:
+        return divided([] { return std::uint64_t{1'000}; });
+    }
+  }
+
+  template <class Convert>
+  void take_batches(Convert convert) {
+    batches_[VcdPair::ma].take(ma, convert);
+    batches_[VcdPair::slo].take(slo, convert);
+    batches_[VcdPair::other].forget();
+  }
+
+  bool finish() {
+    take_batches();
+    if (!timed) {
+      early_ma = ma.times.size();
+      early_slo = slo.times.size();
+    }
+    return !timed || last_tick <= timescale().last_tick();
+  }
 
   const VcdPair* pair_;
+  std::array<ChangeBatch, 3> batches_;  // by role
 };
 
 }  // namespace biss::capture

@@ -206,30 +206,22 @@ std::optional<std::size_t> ZipArchive::read_stream(std::span<std::uint8_t> into)
   return static_cast<std::size_t>(got);
 }
 
-bool ZipWriter::add(std::string_view name, std::span<const std::uint8_t> bytes, std::string& out) {
+bool ZipWriter::add(std::string_view name, std::string_view text, std::string& out) {
+  const std::span bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
   std::string data;
   deflater_.deflate(bytes, data);
+  const Member member{
+      std::string(name), zip_checksum(bytes), static_cast<std::uint32_t>(data.size()),
+      static_cast<std::uint32_t>(text.size()), static_cast<std::uint32_t>(written_bytes_)};
   std::string header = "PK\x03\x04";
-  for (const unsigned field :
-       {unsigned{version_needed}, unsigned{utf8_names}, unsigned{deflated}}) {
-    put_number(header, field, 2);
-  }
-  put_number(header, 0, 2);
-  put_number(header, first_date, 2);
-  const std::uint32_t checksum = zip_checksum(bytes);
-  put_number(header, checksum, 4);
-  put_number(header, data.size(), 4);
-  put_number(header, bytes.size(), 4);
-  put_number(header, name.size(), 2);
+  put_fields(header, member);
   put_number(header, 0, 2);
   header += name;
   const std::uint64_t directory = directory_bytes_ + directory_entry_bytes + name.size();
   const std::uint64_t after = written_bytes_ + header.size() + data.size();
   if (members_.size() == most_members) return false;
   if (after + directory + directory_end_bytes > most_bytes) return false;
-  members_.push_back({std::string(name), checksum, static_cast<std::uint32_t>(data.size()),
-                      static_cast<std::uint32_t>(bytes.size()),
-                      static_cast<std::uint32_t>(written_bytes_)});
+  members_.push_back(member);
   written_bytes_ = after;
   directory_bytes_ = directory;
   out += header;
@@ -237,8 +229,11 @@ bool ZipWriter::add(std::string_view name, std::span<const std::uint8_t> bytes, 
   return true;
 }
 
-bool ZipWriter::add(std::string_view name, std::string_view text, std::string& out) {
-  return add(name, {reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}, out);
+// The fields that the header of a member and its entry in the directory have in common.
+void ZipWriter::put_fields(std::string& out, const Member& member) {
+  put_numbers(out, 2, {version_needed, utf8_names, deflated, 0, first_date});
+  put_numbers(out, 4, {member.checksum, member.compressed_bytes, member.size_bytes});
+  put_number(out, member.name.size(), 2);
 }
 
 void ZipWriter::finish(std::string& out) {
@@ -247,27 +242,15 @@ void ZipWriter::finish(std::string& out) {
   for (const Member& member : members_) {
     out += "PK\x01\x02";
     put_number(out, unix_3 | version_needed, 2);
-    put_number(out, version_needed, 2);
-    put_number(out, utf8_names, 2);
-    put_number(out, deflated, 2);
-    put_number(out, 0, 2);
-    put_number(out, first_date, 2);
-    put_number(out, member.checksum, 4);
-    put_number(out, member.compressed_bytes, 4);
-    put_number(out, member.size_bytes, 4);
-    put_number(out, member.name.size(), 2);
-    for (int i = 0; i < 4; ++i)
-      put_number(out, 0, 2);  // no extra field, comment, other disk; binary
-    put_number(out, plain_file_rw, 4);
-    put_number(out, member.place, 4);
+    put_fields(out, member);
+    put_numbers(out, 2, {0, 0, 0, 0});  // no extra field, comment, other disk; binary
+    put_numbers(out, 4, {plain_file_rw, member.place});
     out += member.name;
   }
   out += "PK\x05\x06";
-  put_number(out, 0, 4);  // this disk and the directory's are the first
-  put_number(out, members_.size(), 2);
-  put_number(out, members_.size(), 2);
-  put_number(out, directory_bytes_, 4);
-  put_number(out, written_bytes_, 4);
+  // This disk and the directory's are the first.
+  put_numbers(out, 2, {0, 0, members_.size(), members_.size()});
+  put_numbers(out, 4, {directory_bytes_, written_bytes_});
   put_number(out, 0, 2);
 }
 

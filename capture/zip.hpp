@@ -121,8 +121,7 @@ class ZipArchive {
 class ZipWriter {
  public:
   /// Appends a member, deflated. False when the archive would pass 4 GiB or 65535 members; then
-  /// nothing is appended. \pre bytes are fewer than 4 GiB
-  bool add(std::string_view name, std::span<const std::uint8_t> bytes, std::string& out);
+  /// nothing is appended. \pre the text has fewer than 4 GiB
   bool add(std::string_view name, std::string_view text, std::string& out);
 
   /// Appends the directory.
@@ -136,6 +135,8 @@ class ZipWriter {
     std::uint32_t size_bytes;
     std::uint32_t place;
   };
+
+  static void put_fields(std::string& out, const Member& member);
 
   Deflater deflater_;
   std::vector<Member> members_;

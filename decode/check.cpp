@@ -1,158 +1,136 @@
 #include "decode/check.hpp"
 
 #include <algorithm>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "decode/control_rules.hpp"
+#include "decode/frame_rules.hpp"
+#include "decode/safety_watch.hpp"
+#include "decode/sequence_rules.hpp"
+#include "decode/signal_rules.hpp"
 
 namespace biss::decode {
 
 namespace {
 
-// The rules that only the bits of a known frame can show.
-constexpr Rule needs_format[] = {Rule::frame_crc,
-                                 Rule::stop,
-                                 Rule::extra_clocks,
-                                 Rule::nE,
-                                 Rule::nW,
-                                 Rule::sign_of_life,
-                                 Rule::line_delay_jitter,
-                                 Rule::sampling_margin,
-                                 Rule::sampling_uncompensated,
-                                 Rule::speed,
-                                 Rule::stop_clock,
-                                 Rule::word_length,
-                                 Rule::counter_values,
-                                 Rule::safety};
-
-// The rules that only a frame can show.
-constexpr Rule needs_frame[] = {Rule::frame_structure,
-                                Rule::frame_crc,
-                                Rule::ack_shortest,
-                                Rule::ack_longest,
-                                Rule::timeout_shortest,
-                                Rule::timeout_longest,
-                                Rule::line_delay,
-                                Rule::start,
-                                Rule::cds_zero,
-                                Rule::stop,
-                                Rule::line_delay_jitter,
-                                Rule::line_delay_drift,
-                                Rule::cable,
-                                Rule::sampling_margin,
-                                Rule::sampling_uncompensated,
-                                Rule::nE,
-                                Rule::nW,
-                                Rule::sign_of_life,
-                                Rule::speed,
-                                Rule::stop_clock,
-                                Rule::counter_values};
-
-void explain_format(const std::optional<FrameFormat>& format, Tallies& tallies) {
-  if (!format) {
-    for (const Rule rule : needs_format) tallies.explain(rule, "needs the frame format");
-    return;
+std::vector<Rule> rules_that_need(Needs needs) {
+  std::vector<Rule> rules;
+  for (std::size_t i = 0; i < rule_count; ++i) {
+    const auto rule = static_cast<Rule>(i);
+    const Needs all = text_of(rule).needs;
+    if (all == needs || all == Needs::both) rules.push_back(rule);
   }
-  const auto channels = format->channels();
-  const auto no_channel = [&](auto has) {
-    return std::none_of(channels.begin(), channels.end(), has);
-  };
-  if (no_channel([](const ChannelFormat& channel) { return channel.crc.present(); })) {
-    tallies.explain(Rule::frame_crc, "the format has no checksum");
-    tallies.explain(Rule::stop, "not certain without a checksum");
-    tallies.explain(Rule::stop_clock, "not certain without a checksum");
-  }
-  if (no_channel([](const ChannelFormat& channel) { return channel.error.present; })) {
-    tallies.explain(Rule::nE, "the format has no such bit");
-  }
-  if (no_channel([](const ChannelFormat& channel) { return channel.warning.present; })) {
-    tallies.explain(Rule::nW, "the format has no such bit");
-  }
-  if (no_channel([](const ChannelFormat& channel) { return channel.life_counter.present(); })) {
-    tallies.explain(Rule::sign_of_life, "the format has no sign of life");
-    tallies.explain(Rule::counter_values, "the format has no sign of life");
-  }
+  return rules;
 }
 
 // Why the rules that a capture may not show, or a device may not have, are not judged.
 void explain(const CheckSetup& setup, Tallies& tallies) {
-  explain_format(setup.format, tallies);
+  using enum Rule;
+  const bool known = setup.format.has_value();
+  const auto lacks = [&](auto has) {
+    const auto channels = known ? setup.format->channels() : std::span<const ChannelFormat>();
+    return known && std::none_of(channels.begin(), channels.end(), has);
+  };
+  const bool no_crc = lacks([](const ChannelFormat& channel) { return channel.crc.present(); });
+  const bool no_life =
+      lacks([](const ChannelFormat& channel) { return channel.life_counter.present(); });
   const DeviceTiming& timing = setup.timing;
-  if (!timing.clock_constant) {
-    tallies.explain(Rule::clock_change, "the encoder does not demand a constant clock");
+  struct Reason {
+    bool holds;
+    Rule rule;
+    std::string_view why;
+  };
+  const Reason reasons[] = {
+      {no_crc, frame_crc, "the format has no checksum"},
+      {no_crc, stop, "not certain without a checksum"},
+      {no_crc, stop_clock, "not certain without a checksum"},
+      {lacks([](const ChannelFormat& channel) { return channel.error.present; }), nE,
+       "the format has no such bit"},
+      {lacks([](const ChannelFormat& channel) { return channel.warning.present; }), nW,
+       "the format has no such bit"},
+      {no_life, sign_of_life, "the format has no sign of life"},
+      {no_life, counter_values, "the format has no sign of life"},
+      {!timing.clock_constant, clock_change, "the encoder does not demand a constant clock"},
+      {!timing.duty_even, duty, "the encoder does not demand a duty of 1:1"},
+      {timing.cycle_min.count == 0, cycle_min, "the shortest cycle of the encoder is not known"},
+      {!setup.renishaw_cables, cable, "no table of cables is known for the encoder"},
+      {!FrameRules::knows_reset(timing), reset,
+       "the time after an aborted request is not known for the encoder"},
+      {known && !setup.has_word_lengths, word_length, "no word lengths are known for the encoder"},
+      {known && !setup.safety, safety, "give --safety"},
+      {!setup.unidirectional, cds_zero, "the encoder may be bidirectional: CDS may be 1"},
+      {known, extra_clocks, "no limit is known for this format"},
+      {!setup.compensated, sampling_margin, "the master does not compensate the line delay"},
+      {setup.speed_max == 0, speed, "the highest speed is not known: give --speed-max"},
+      {true, missing_request, "fewer than five equal intervals in a row"},
+  };
+  for (const Rule rule : rules_that_need(Needs::format)) {
+    if (!known) tallies.explain(rule, "needs the frame format");
   }
-  if (!timing.duty_even) tallies.explain(Rule::duty, "the encoder does not demand a duty of 1:1");
-  if (timing.cycle_min.count == 0) {
-    tallies.explain(Rule::cycle_min, "the shortest cycle of the encoder is not known");
+  for (const auto& [holds, rule, why] : reasons) {
+    if (holds) tallies.explain(rule, why);
   }
-  if (!setup.renishaw_cables) {
-    tallies.explain(Rule::cable, "no table of cables is known for the encoder");
-  }
-  if (!FrameRules::knows_reset(timing)) {
-    tallies.explain(Rule::reset, "the time after an aborted request is not known for the encoder");
-  }
-  if (setup.format && !setup.has_word_lengths) {
-    tallies.explain(Rule::word_length, "no word lengths are known for the encoder");
-  }
-  if (setup.format && !setup.safety) tallies.explain(Rule::safety, "give --safety");
-  if (!setup.unidirectional) {
-    tallies.explain(Rule::cds_zero, "the encoder may be bidirectional: CDS may be 1");
-  }
-  if (setup.format) tallies.explain(Rule::extra_clocks, "no limit is known for this format");
-  if (!setup.compensated) {
-    tallies.explain(Rule::sampling_margin, "the master does not compensate the line delay");
-  }
-  if (setup.speed_max == 0) {
-    tallies.explain(Rule::speed, "the highest speed is not known: give --speed-max");
-  }
-  tallies.explain(Rule::missing_request, "fewer than five equal intervals in a row");
 }
 
 }  // namespace
 
-Check::Check(const CheckSetup& setup)
-    : tallies_(setup.resolution),
-      frames_(setup.timing, setup.unidirectional || (setup.format && setup.format->cds0), tallies_),
-      signal_({.timing = setup.timing,
-               .renishaw_cables = setup.renishaw_cables,
-               .compensated = setup.compensated},
-              tallies_),
-      sequence_(setup.format, setup.timing, setup.speed_max, tallies_, setup.renishaw_cables),
-      control_(setup.format, tallies_) {
-  explain(setup, tallies_);
-  if (setup.format && setup.safety) safety_.emplace(*setup.format, *setup.safety);
-  if (setup.has_word_lengths) {
-    tallies_.count(Rule::word_length, *setup.has_word_lengths, 0,
-                   "no word of the data sheet has these lengths");
+struct Check::Rules {
+  explicit Rules(const CheckSetup& given) : setup(given) {
+    explain(setup, tallies);
+    if (setup.format && setup.safety) watch.emplace(*setup.format, *setup.safety);
+    if (setup.has_word_lengths) {
+      tallies.count(Rule::word_length, *setup.has_word_lengths, 0,
+                    "no word of the data sheet has these lengths");
+    }
   }
-}
+
+  CheckSetup setup;
+  Tallies tallies{setup.resolution};
+  FrameRules frames{setup, tallies};
+  SignalRules signal{setup, tallies};
+  SequenceRules sequence{setup, tallies};
+  ControlRules control{setup.format, tallies};
+  std::optional<SafetyWatch> watch;
+};
+
+Check::Check(const CheckSetup& setup) : rules_(std::make_unique<Rules>(setup)) {}
+Check::~Check() = default;
 
 void Check::push(std::uint64_t number, const Cycle& cycle) {
-  frames_.push(number, cycle);
-  signal_.push(number, cycle);
-  sequence_.push(number, cycle);
-  control_.push(number, cycle);
-  if (!safety_) return;
-  if (const auto verdict = safety_->judge(cycle)) {
+  rules_->frames.push(number, cycle);
+  rules_->signal.push(number, cycle);
+  rules_->sequence.push(number, cycle);
+  rules_->control.push(number, cycle);
+  if (!rules_->watch) return;
+  if (const auto verdict = rules_->watch->judge(cycle)) {
     const bool good = !is_fault(*verdict) && *verdict != SafetyVerdict::latched;
-    tallies_.count(Rule::safety, good, number, name_of(*verdict));
+    rules_->tallies.count(Rule::safety, good, number, name_of(*verdict));
   }
 }
 
 void Check::finish() {
-  frames_.finish();
-  control_.finish();
-  const std::string_view why = frames_.no_frame();
+  rules_->frames.finish();
+  rules_->control.finish();
+  const std::string_view why = rules_->frames.no_frame();
   if (why.empty()) return;
-  for (const Rule rule : needs_frame) {
-    if (tallies_.result(rule).note.empty()) tallies_.explain(rule, why);
+  for (const Rule rule : rules_that_need(Needs::frame)) {
+    if (rules_->tallies.result(rule).note.empty()) rules_->tallies.explain(rule, why);
   }
 }
 
 RuleResult Check::result(Rule rule) const {
-  RuleResult result = rule == Rule::data_sheet ? control_.data_sheet() : tallies_.result(rule);
-  // The manufacturer has two bytes; one good byte alone is not a verdict.
+  const ControlRules& control = rules_->control;
+  RuleResult result =
+      rule == Rule::data_sheet ? control.data_sheet() : rules_->tallies.result(rule);
+  // The manufacturer has two bytes; one good byte alone is no verdict.
   const bool half_seen = rule == Rule::manufacturer && result.faults == 0;
-  if (half_seen && !control_.manufacturer_seen()) result.verdict = Verdict::not_judged;
+  if (half_seen && !control.manufacturer_seen()) result.verdict = Verdict::not_judged;
   if (result.verdict == Verdict::not_judged && result.note.empty()) result.note = "no case";
   return result;
 }
+
+std::uint64_t Check::faults(Rule rule) const { return rules_->tallies.faults(rule); }
 
 }  // namespace biss::decode

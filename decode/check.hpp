@@ -2,19 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 
-#include "biss/base/units.hpp"
 #include "biss/frame/format.hpp"
 #include "biss/safety/setup.hpp"
 #include "biss/timing/device_timing.hpp"
-#include "decode/control_rules.hpp"
 #include "decode/cycle.hpp"
-#include "decode/frame_rules.hpp"
 #include "decode/rules.hpp"
-#include "decode/safety_watch.hpp"
-#include "decode/sequence_rules.hpp"
-#include "decode/signal_rules.hpp"
 
 namespace biss::decode {
 
@@ -44,23 +39,18 @@ struct CheckSetup {
 class Check {
  public:
   explicit Check(const CheckSetup& setup);
-  Check(const Check&) = delete;
-  Check& operator=(const Check&) = delete;
+  ~Check();
 
   void push(std::uint64_t number, const Cycle& cycle);
   void finish();
 
   RuleResult result(Rule rule) const;
   /// As in the result.
-  std::uint64_t faults(Rule rule) const { return tallies_.faults(rule); }
+  std::uint64_t faults(Rule rule) const;
 
  private:
-  Tallies tallies_;
-  FrameRules frames_;
-  SignalRules signal_;
-  SequenceRules sequence_;
-  ControlRules control_;
-  std::optional<SafetyWatch> safety_;
+  struct Rules;
+  std::unique_ptr<Rules> rules_;
 };
 
 }  // namespace biss::decode

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "biss/control/control_frame.hpp"
 #include "biss/eds/bank.hpp"
 #include "biss/frame/format_text.hpp"
 #include "decode/test_line.hpp"

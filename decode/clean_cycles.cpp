@@ -58,7 +58,7 @@ void CleanCycleFinder::find(const PairRun& run, std::vector<CleanCycle>& found,
     found.emplace_back();
     CleanCycle& cycle = found.back();
     // Before the first change of this run, SLO is not known.
-    const bool high = slo != 0 && ((slo - 1) % 2 == 0) == run.slo.first_high;
+    const bool high = slo != 0 && run.slo.level(slo - 1) == wire::Level::high;
     const CleanLines lines{run.ma.times.subspan(at), run.slo.times.subspan(slo)};
     // The first change of a run may repeat the level.
     const bool clean =

@@ -12,15 +12,11 @@
 #include "biss/timing/device_timing.hpp"
 #include "decode/clean_measure.hpp"
 #include "decode/cycle_reader.hpp"
+#include "wire/edge.hpp"
 
 namespace biss::decode {
 
-/// The changes of one line in a stretch of a capture, in picoseconds; the first one leads to
-/// `first_high`, each further one inverts the level.
-struct LineRun {
-  std::span<const std::int64_t> times;
-  bool first_high = false;
-};
+using wire::LineRun;
 
 /// A place in a run: the next change of each line.
 struct RunPlace {

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstring>
 #include <limits>
 #include <type_traits>
 
@@ -15,7 +14,6 @@
 #include <hwy/highway.h>
 
 #include "decode/cycle_rules.hpp"
-#include "decode/intervals.hpp"
 #include "decode/times.hpp"
 
 HWY_BEFORE_NAMESPACE();

@@ -34,7 +34,7 @@ void ControlListener::push(std::uint64_t number, const Cycle& cycle) {
   if (cycle.status == CycleStatus::ma_glitch || cycle.status == CycleStatus::cut_start) return;
   constexpr std::uint32_t reduced_edges = 2;
   if (cycle.rising_edges == reduced_edges && !cycle.cds() && cycle.cdm) {
-    return push_reduced(number, cycle.time, *cycle.cdm);
+    return step(number, cycle.time, false, *cycle.cdm, true);
   }
   // CDM is missing after a CDS only if the capture ends before the level of MA is certain.
   const bool cut = cycle.status == CycleStatus::cut_end || (cycle.cds() && !cycle.cdm);
@@ -49,45 +49,24 @@ void ControlListener::push(std::uint64_t number, Picoseconds time, std::optional
     zeros_ = 0;
     return;
   }
-  reduced_ = false;
-  step(number, time, *cds, *cdm);
+  step(number, time, *cds, *cdm, false);
 }
 
-void ControlListener::push_reduced(std::uint64_t number, Picoseconds time, bool cdm) {
-  reduced_ = true;
-  step(number, time, false, cdm);
-}
-
-void ControlListener::step(std::uint64_t number, Picoseconds time, bool cds, bool cdm) {
+void ControlListener::step(std::uint64_t number, Picoseconds time, bool cds, bool cdm,
+                           bool reduced) {
+  using Listener = ControlListener;
+  // By phase.
+  constexpr std::array handlers{&Listener::idle,    &Listener::header, &Listener::kind,
+                                &Listener::command, &Listener::start,  &Listener::byte,
+                                &Listener::next};
+  number_ = number;
+  time_ = time;
+  reduced_ = reduced;
   cdm_ = cdm_ << 1U | (cdm ? 1U : 0U);
   cds_ = cds_ << 1U | (cds ? 1U : 0U);
   ++access_.cycles;
-  access_.reduced = access_.reduced || reduced_;
-  switch (phase_) {
-    case Phase::idle:
-      idle(number, time, cds, cdm);
-      break;
-    case Phase::header:
-      header();
-      break;
-    case Phase::kind:
-      kind(cdm);
-      break;
-    case Phase::command:
-      command(cdm);
-      break;
-    case Phase::start:
-      start(time, cds, cdm);
-      break;
-    case Phase::byte:
-      byte();
-      break;
-    case Phase::next:
-      next(number, time, cds, cdm);
-      break;
-    case Phase::over:
-      break;
-  }
+  access_.reduced = access_.reduced || reduced;
+  if (phase_ != Phase::over) (this->*handlers[static_cast<std::size_t>(phase_)])();
   zeros_ = cdm ? 0 : zeros_ + 1;
   if (zeros_ < control_reset_zeros) return;
   if (phase_ == Phase::header) fail(AccessOutcome::header_crc);
@@ -98,16 +77,16 @@ void ControlListener::finish() {
   if (phase_ != Phase::idle && phase_ != Phase::over) fail(AccessOutcome::cut_end);
 }
 
-void ControlListener::idle(std::uint64_t number, Picoseconds time, bool cds, bool cdm) {
-  if (cds) ++stray_cds_;
-  if (!cdm) return;
+void ControlListener::idle() {
+  if (cds()) ++stray_cds_;
+  if (!cdm()) return;
   if (zeros_ < control_reset_zeros) {
     ++stray_cdm_;
     return;
   }
   access_ = {};
-  access_.cycle = number;
-  access_.time = time;
+  access_.cycle = number_;
+  access_.time = time_;
   access_.cycles = 1;
   access_.reduced = reduced_;
   phase_ = Phase::header;
@@ -138,7 +117,7 @@ void ControlListener::take_ids() {
   ids_end_in_zeros_ = (cds_ & 0x7FU) == 0;
 }
 
-void ControlListener::kind(bool cdm) {
+void ControlListener::kind() {
   if (k_ == control_bit::header_end) take_ids();
   if (k_++ < control_bit::byte_start) return;
   const unsigned asked = cdm_ >> 1U & 3U;
@@ -162,7 +141,7 @@ void ControlListener::kind(bool cdm) {
   if (asked == read && answered == 0b11) return fail(AccessOutcome::refused);
   if (answered != asked) return fail(AccessOutcome::rw_pattern);
   phase_ = Phase::start;
-  if (!cdm) fail(AccessOutcome::busy_too_long);
+  if (!cdm()) fail(AccessOutcome::busy_too_long);
 }
 
 AccessOutcome ControlListener::judge_ids() const {
@@ -173,10 +152,10 @@ AccessOutcome ControlListener::judge_ids() const {
   return (present >> access_.id & 1U) != 0 ? AccessOutcome::ok : AccessOutcome::no_such_slave;
 }
 
-void ControlListener::command(bool cdm) {
+void ControlListener::command() {
   if (k_ == control_bit::header_end) {
     take_ids();
-    if (!cdm) return fail(AccessOutcome::rw_pattern);
+    if (!cdm()) return fail(AccessOutcome::rw_pattern);
   }
   const bool all = access_.slaves == 0;
   if (k_++ < (all ? control_bit::ex_broadcast : control_bit::ex_addressed)) return;
@@ -184,16 +163,16 @@ void ControlListener::command(bool cdm) {
     if ((cds_ >> (7U - id) & 1U) != 0) access_.accepted |= static_cast<std::uint8_t>(1U << id);
   }
   phase_ = Phase::idle;
-  if (cdm) return report(AccessOutcome::ok);
+  if (cdm()) return report(AccessOutcome::ok);
   const bool accepted = (access_.slaves & ~access_.accepted) == 0;
   if (accepted) return report(AccessOutcome::dropped);
   report(access_.slaves_present == 0 ? AccessOutcome::no_answer : AccessOutcome::not_accepted);
 }
 
-void ControlListener::start(Picoseconds time, bool cds, bool cdm) {
-  if (access_.busy_cycles == 0) busy_since_ = time;
-  access_.busy = time - busy_since_;
-  if (cds || access_.reduced) {
+void ControlListener::start() {
+  if (access_.busy_cycles == 0) busy_since_ = time_;
+  access_.busy = time_ - busy_since_;
+  if (cds() || access_.reduced) {
     phase_ = Phase::byte;
     k_ = 1;
     return;
@@ -201,7 +180,7 @@ void ControlListener::start(Picoseconds time, bool cds, bool cdm) {
   if (!access_.continues && access_.kind == SeenAccess::Kind::write)
     return fail(AccessOutcome::start_missing);
   ++access_.busy_cycles;
-  if (!cdm) fail(AccessOutcome::busy_too_long);
+  if (!cdm()) fail(AccessOutcome::busy_too_long);
 }
 
 // CRC0 of CDS comes with P of CDM.
@@ -221,20 +200,20 @@ void ControlListener::byte() {
   if (heard != sent && !access_.reduced) return fail(AccessOutcome::echo);
 }
 
-void ControlListener::next(std::uint64_t number, Picoseconds time, bool p, bool cdm) {
-  access_.next_available = !p;
+void ControlListener::next() {
+  access_.next_available = !cds();
   report(AccessOutcome::ok);
   phase_ = Phase::idle;
-  if (!cdm) return;
-  access_.cycle = number;
-  access_.time = time;
+  if (!cdm()) return;
+  access_.cycle = number_;
+  access_.time = time_;
   access_.address = static_cast<std::uint8_t>((access_.address + 1U) % register_count);
   access_.data.reset();
   access_.busy = {};
   access_.busy_cycles = 0;
   access_.cycles = 1;
   access_.continues = true;
-  if (p) return fail(AccessOutcome::next_unavailable);
+  if (cds()) return fail(AccessOutcome::next_unavailable);
   phase_ = Phase::start;
 }
 

@@ -86,8 +86,6 @@ class ControlListener {
   /// The same, bits given. A missing bit aborts an access, with the outcome `lost`.
   void push(std::uint64_t number, Picoseconds time, std::optional<bool> cds,
             std::optional<bool> cdm, AccessOutcome lost = AccessOutcome::frame_lost);
-  /// A reduced frame: LAT and ACK, which carry CDM alone.
-  void push_reduced(std::uint64_t number, Picoseconds time, bool cdm);
   /// The capture ends.
   void finish();
 
@@ -99,14 +97,17 @@ class ControlListener {
  private:
   enum class Phase : std::uint8_t { idle, header, kind, command, start, byte, next, over };
 
-  void step(std::uint64_t number, Picoseconds time, bool cds, bool cdm);
-  void idle(std::uint64_t number, Picoseconds time, bool cds, bool cdm);
+  void step(std::uint64_t number, Picoseconds time, bool cds, bool cdm, bool reduced);
+  // Each takes the cycle at hand in its phase.
+  void idle();
   void header();
-  void kind(bool cdm);
-  void command(bool cdm);
-  void start(Picoseconds time, bool cds, bool cdm);
+  void kind();
+  void command();
+  void start();
   void byte();
-  void next(std::uint64_t number, Picoseconds time, bool p, bool cdm);
+  void next();
+  bool cds() const { return (cds_ & 1U) != 0; }
+  bool cdm() const { return (cdm_ & 1U) != 0; }
   void take_ids();
   AccessOutcome judge_ids() const;
   void report(AccessOutcome outcome);
@@ -122,7 +123,9 @@ class ControlListener {
   std::uint64_t cdm_ = 0;
   std::uint64_t cds_ = 0;
   unsigned zeros_ = 0;
-  // The cycle at hand is a reduced frame.
+  // The cycle at hand; a reduced frame is LAT and ACK, which carry CDM alone.
+  std::uint64_t number_ = 0;
+  Picoseconds time_{};
   bool reduced_ = false;
   bool ids_end_in_zeros_ = true;
   Picoseconds busy_since_{};

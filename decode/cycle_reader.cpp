@@ -4,7 +4,6 @@
 
 #include "biss/timing/cable.hpp"
 #include "decode/cycle_rules.hpp"
-#include "decode/intervals.hpp"
 #include "decode/times.hpp"
 
 namespace biss::decode {

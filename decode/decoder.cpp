@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
-#include <utility>
 
 #include "decode/cycle_rules.hpp"
 #include "decode/limits.hpp"
@@ -104,19 +103,16 @@ bool Decoder::may_join(const CycleReading& reading, Picoseconds next) const {
 
 // Pushes the changes in the order of their times; at equal times, the change of SLO first.
 void Decoder::push_mixed(const PairRun& run, RunPlace from, RunPlace to) {
-  const auto level = [](const LineRun& line, std::size_t index) {
-    return line.first_high == (index % 2 == 0) ? Level::high : Level::low;
-  };
   while (from.ma < to.ma || from.slo < to.slo) {
     const bool slo_next =
         from.ma == to.ma || (from.slo < to.slo && run.slo.times[from.slo] <= run.ma.times[from.ma]);
     if (slo_next) {
-      const LevelChange change{Picoseconds{run.slo.times[from.slo]}, level(run.slo, from.slo)};
+      const LevelChange change{Picoseconds{run.slo.times[from.slo]}, run.slo.level(from.slo)};
       const bool none = from.slo == 0 && slo_.level_before(slo_.size()) == change.level;
       if (!none) push_slo(change);
       ++from.slo;
     } else {
-      push_ma({Picoseconds{run.ma.times[from.ma]}, level(run.ma, from.ma)});
+      push_ma({Picoseconds{run.ma.times[from.ma]}, run.ma.level(from.ma)});
       ++from.ma;
     }
   }

@@ -25,37 +25,21 @@ bool has_clock(const Cycle& cycle) {
   }
 }
 
+// The rules of the limits before `release`, which has two.
+constexpr std::array limit_rules{Rule::clock_max, Rule::clock_min, Rule::clock_change,
+                                 Rule::cycle_min};
+static_assert(limit_rules.size() == static_cast<std::size_t>(Limit::release));
+
 Limit limit_of(Rule rule) {
-  switch (rule) {
-    case Rule::clock_max:
-      return Limit::clock_max;
-    case Rule::clock_min:
-      return Limit::clock_min;
-    case Rule::clock_change:
-      return Limit::clock_change;
-    case Rule::cycle_min:
-      return Limit::cycle_min;
-    default:
-      return Limit::release;
-  }
+  const auto* const found = std::find(limit_rules.begin(), limit_rules.end(), rule);
+  return static_cast<Limit>(found - limit_rules.begin());
 }
 
 }  // namespace
 
 std::string_view name_of(Limit limit) {
-  switch (limit) {
-    case Limit::clock_max:
-      return text_of(Rule::clock_max).name;
-    case Limit::clock_min:
-      return text_of(Rule::clock_min).name;
-    case Limit::clock_change:
-      return text_of(Rule::clock_change).name;
-    case Limit::cycle_min:
-      return text_of(Rule::cycle_min).name;
-    case Limit::release:
-      break;
-  }
-  return "release";
+  if (limit == Limit::release) return "release";
+  return text_of(limit_rules[static_cast<std::size_t>(limit)]).name;
 }
 
 std::string text_of(LimitSet limits) {
@@ -94,18 +78,9 @@ Picoseconds release_doubt(const Cycle& cycle, Picoseconds bound) {
 }
 
 bool LimitWatch::knows(Limit limit) const {
-  switch (limit) {
-    case Limit::clock_max:
-    case Limit::clock_min:
-      return true;
-    case Limit::clock_change:
-      return timing_.clock_constant;
-    case Limit::cycle_min:
-      return timing_.cycle_min.count != 0;
-    case Limit::release:
-      return timing_.timeout != Timeout{};
-  }
-  return false;
+  if (limit == Limit::clock_change) return timing_.clock_constant;
+  if (limit == Limit::cycle_min) return timing_.cycle_min.count != 0;
+  return limit != Limit::release || timing_.timeout != Timeout{};
 }
 
 std::span<const LimitCase> LimitWatch::compare(const Cycle& cycle) {

@@ -1,7 +1,6 @@
 #include "decode/polarity.hpp"
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 #include "decode/times.hpp"

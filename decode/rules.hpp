@@ -69,6 +69,9 @@ enum class Rule : std::uint8_t {
 
 inline constexpr std::size_t rule_count = 51;
 
+/// A case of a rule is not seen without a frame, or without its format.
+enum class Needs : std::uint8_t { line, frame, format, both };
+
 struct RuleText {
   std::string_view name;
   /// The unit of the measured value (`ns`, `%`, `clocks`, `counts/s`), or the name of the counted
@@ -78,6 +81,7 @@ struct RuleText {
   std::string_view source;
   /// A value is measured and compared with a limit; else faults are counted, and the limit is 0.
   bool is_measured = false;
+  Needs needs = Needs::line;
 };
 const RuleText& text_of(Rule rule);
 

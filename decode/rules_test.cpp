@@ -11,6 +11,7 @@
 #include "biss/timing/renishaw.hpp"
 #include "decode/check.hpp"
 #include "decode/frame_rules.hpp"
+#include "decode/sequence_rules.hpp"
 #include "decode/test_line.hpp"
 
 namespace biss::decode {
@@ -400,7 +401,7 @@ TEST(Tallies, FaultAmongDoubtfulValues_IsTheOneReported) {
 // The line delays of a good cycle and of one in which SLO falls at a wrong time.
 RuleResult line_delay_beside(std::optional<Picoseconds> early) {
   Tallies tallies({});
-  FrameRules rules({}, false, tallies);
+  FrameRules rules(CheckSetup{}, tallies);
   Cycle cycle;
   cycle.period = microseconds(1);
   cycle.rising_edges = 40;

@@ -12,20 +12,17 @@ constexpr std::size_t most_waiting = 2 * CleanScratch::max_edges;
 constexpr std::size_t edges_ahead = 8;
 constexpr RunPlace first_waiting{1, 1};
 
-bool level(const LineRun& run, std::size_t index) { return run.first_high == (index % 2 == 0); }
-
 }  // namespace
 
 void RunJoin::Line::take(const LineRun& run, std::size_t from) {
-  first_high = level(run, from);
+  first_high = run.level(from) == wire::Level::high;
   const auto rest = run.times.subspan(from);
   times.assign(rest.begin(), rest.end());
 }
 
 // The changes of the next run before `end`; the first one may repeat the level.
 void RunJoin::Line::append(const LineRun& next, std::size_t end) {
-  const bool is_high = level(run(), times.size() - 1);
-  const std::size_t begin = next.first_high == is_high ? 1 : 0;
+  const std::size_t begin = next.level(0) == run().level(times.size() - 1) ? 1 : 0;
   if (begin >= end) return;
   const auto more = next.times.first(end).subspan(begin);
   times.insert(times.end(), more.begin(), more.end());

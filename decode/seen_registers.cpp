@@ -4,7 +4,6 @@
 #include <array>
 
 #include "biss/control/register_map.hpp"
-#include "biss/eds/check.hpp"
 
 namespace biss::decode {
 

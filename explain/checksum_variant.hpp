@@ -6,7 +6,6 @@
 #include <span>
 #include <string>
 #include <string_view>
-#include <vector>
 
 #include "biss/frame/format.hpp"
 #include "decode/cycle.hpp"

@@ -5,6 +5,8 @@
 
 #include "decode/polarity.hpp"
 #include "decode/times.hpp"
+#include "explain/plausibility.hpp"
+#include "explain/pricer.hpp"
 
 namespace biss::explain {
 
@@ -20,11 +22,65 @@ using wire::Level;
 constexpr std::int64_t grid_tolerance = 12;
 // Gaps longer than this many steps are not evidence of the step.
 constexpr std::int64_t grid_steps = 40;
+constexpr std::size_t gaps_kept = 4096;
 constexpr std::size_t rows_kept = 4096;
 
 bool lies_on(Picoseconds gap, Picoseconds step) {
   const std::int64_t off = (gap.count + step.count / 2) % step.count - step.count / 2;
   return grid_tolerance * std::max(off, -off) <= step.count;
+}
+
+// A level of a clock that is sampled lasts a step more at times.
+bool varies_by(Picoseconds step, const std::vector<Picoseconds>& levels) {
+  std::array<std::size_t, 16> lengths{};
+  for (const Picoseconds level : levels) {
+    const std::int64_t steps = decode::periods_in(level, step);
+    if (steps < std::ssize(lengths)) ++lengths[static_cast<std::size_t>(steps)];
+  }
+  std::size_t in_a_row = 0;
+  for (std::size_t steps = 1; steps < lengths.size() && in_a_row < 2; ++steps) {
+    const bool occurs = lengths[steps] >= 3 && 400 * lengths[steps] > levels.size();
+    in_a_row = occurs ? in_a_row + 1 : 0;
+  }
+  return in_a_row == 2;
+}
+
+// The smallest step of all edge times, if the capture has sampled the lines. Nothing if the edges do
+// not lie on a coarse grid.
+//
+// A file of changes does not give its sample period. If all gaps between edges are whole multiples of
+// the smallest one, and one level of MA lasts a step more at times, that gap is the sample period.
+// (High and low alone may differ by a step: an uneven duty does that.)
+std::optional<Picoseconds> sample_step(std::span<const wire::Edge> edges,
+                                       const decode::Lines& lines) {
+  std::vector<Picoseconds> gaps;
+  // How long MA was low and high.
+  std::array<std::vector<Picoseconds>, 2> ma_levels;
+  std::optional<Picoseconds> last;
+  std::optional<Picoseconds> last_ma;
+  std::size_t slo_edges = 0;
+  for (const auto& [time, line, level] : edges) {
+    if (line != lines.ma && line != lines.slo) continue;
+    if (gaps.size() < gaps_kept) {
+      if (last && *last < time) gaps.push_back(decode::elapsed(*last, time));
+      last = time;
+      if (line != lines.ma) ++slo_edges;
+    }
+    if (line != lines.ma) continue;
+    auto& levels = ma_levels[level == Level::high ? 0 : 1];
+    if (last_ma && levels.size() < gaps_kept / 2) {
+      levels.push_back(decode::elapsed(*last_ma, time));
+    }
+    last_ma = time;
+  }
+  if (gaps.size() < 64 || ma_levels[0].size() < 16 || slo_edges < 16) return std::nullopt;
+  const Picoseconds step = *std::min_element(gaps.begin(), gaps.end());
+  std::erase_if(gaps, [step](Picoseconds gap) { return gap > grid_steps * step; });
+  const auto on = std::count_if(gaps.begin(), gaps.end(),
+                                [step](Picoseconds gap) { return lies_on(gap, step); });
+  const bool found = gaps.size() >= 64 && 100 * on >= 97 * std::ssize(gaps) &&
+                     (varies_by(step, ma_levels[0]) || varies_by(step, ma_levels[1]));
+  return found ? std::optional(step) : std::nullopt;
 }
 
 bool warns(const Frame& frame) {
@@ -43,9 +99,7 @@ constexpr Rule limit_rules[] = {Rule::ack_shortest,   Rule::ack_longest,  Rule::
 void push(decode::LineChanges& line, const decode::LineRun& run, Picoseconds from, bool inverted) {
   const auto begin = std::lower_bound(run.times.begin(), run.times.end(), from.count);
   auto index = static_cast<std::size_t>(begin - run.times.begin());
-  const auto level = [&](std::size_t i) {
-    return decode::seen_as(run.first_high == (i % 2 == 0) ? Level::high : Level::low, inverted);
-  };
+  const auto level = [&](std::size_t i) { return decode::seen_as(run.level(i), inverted); };
   if (index != 0) {
     line.changes.clear();
     line.before = level(index - 1);
@@ -71,52 +125,6 @@ std::vector<Cycle> cycles_of(const ObserverSetup& setup, std::span<const wire::E
 
 }  // namespace
 
-void SampleGrid::push(wire::Edge edge, wire::LineIndex ma) {
-  if (gaps_.size() < gaps_kept) {
-    if (last_ && *last_ < edge.time) gaps_.push_back(decode::elapsed(*last_, edge.time));
-    last_ = edge.time;
-    if (edge.line != ma) ++slo_edges_;
-  }
-  if (edge.line != ma) return;
-  auto& levels = ma_levels_[edge.level == wire::Level::high ? 0 : 1];
-  if (last_ma_ && levels.size() < gaps_kept / 2) {
-    levels.push_back(decode::elapsed(*last_ma_, edge.time));
-  }
-  last_ma_ = edge.time;
-}
-
-// A level of a sampled clock sometimes lasts a step longer.
-bool SampleGrid::varies_by(Picoseconds step) const {
-  for (const auto& levels : ma_levels_) {
-    std::array<std::size_t, 16> lengths{};
-    for (const Picoseconds level : levels) {
-      const std::int64_t steps = decode::periods_in(level, step);
-      if (steps < std::ssize(lengths)) ++lengths[static_cast<std::size_t>(steps)];
-    }
-    std::size_t in_a_row = 0;
-    for (std::size_t steps = 1; steps < lengths.size(); ++steps) {
-      const bool occurs = lengths[steps] >= 3 && 400 * lengths[steps] > levels.size();
-      in_a_row = occurs ? in_a_row + 1 : 0;
-      if (in_a_row == 2) return true;
-    }
-  }
-  return false;
-}
-
-std::optional<Picoseconds> SampleGrid::step() const {
-  if (gaps_.size() < 64 || ma_levels_[0].size() < 16 || slo_edges_ < 16) return std::nullopt;
-  const Picoseconds step = *std::min_element(gaps_.begin(), gaps_.end());
-  std::size_t on = 0;
-  std::size_t judged = 0;
-  for (const Picoseconds gap : gaps_) {
-    if (gap > grid_steps * step) continue;
-    ++judged;
-    if (lies_on(gap, step)) ++on;
-  }
-  if (judged < 64 || 100 * on < 97 * judged || !varies_by(step)) return std::nullopt;
-  return step;
-}
-
 Observer::Observer(const ObserverSetup& setup, std::span<const wire::Edge> beginning)
     : setup_(setup),
       check_({.format = setup.format,
@@ -128,17 +136,16 @@ Observer::Observer(const ObserverSetup& setup, std::span<const wire::Edge> begin
   for (std::size_t k = 0; setup.format && k < setup.format->channel_count; ++k) {
     plausibility_.emplace_back(*setup.format, k);
   }
-  SampleGrid grid;
-  for (const wire::Edge& edge : beginning) {
-    if (edge.line == setup.lines.ma || edge.line == setup.lines.slo)
-      grid.push(edge, setup.lines.ma);
-  }
   evidence_.resolution = setup.margin.resolution;
-  if (evidence_.resolution.count == 0) evidence_.resolution = grid.step().value_or(Picoseconds{});
+  if (evidence_.resolution.count == 0) {
+    evidence_.resolution = sample_step(beginning, setup.lines).value_or(Picoseconds{});
+  }
   evidence_.has_format = setup.format.has_value();
   evidence_.usual = usual_of(cycles_of(setup, beginning), setup.format);
-  pricer_.emplace(setup.format, evidence_.resolution, evidence_.usual);
+  pricer_ = std::make_unique<Pricer>(setup.format, evidence_.resolution, evidence_.usual);
 }
+
+Observer::~Observer() = default;
 
 // Edges from this time on are still needed.
 Picoseconds Observer::needed_from() const {

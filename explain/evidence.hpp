@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <optional>
 #include <span>
 #include <utility>
@@ -14,35 +15,12 @@
 #include "decode/clean_cycles.hpp"
 #include "decode/cycle_edges.hpp"
 #include "decode/distribution.hpp"
-#include "explain/plausibility.hpp"
 #include "explain/request.hpp"
+#include "explain/sightings.hpp"
 
 namespace biss::explain {
 
-/// The smallest step of all edge times, if the capture has sampled the lines.
-///
-/// A file of changes does not give its sample period. If all gaps between edges are whole multiples
-/// of the smallest one, and one level of MA sometimes lasts a step longer, that gap is the sample
-/// period. (High and low alone may differ by a step: an uneven duty does that.)
-class SampleGrid {
- public:
-  void push(wire::Edge edge, wire::LineIndex ma);
-  /// Nothing if the edges do not lie on a coarse grid.
-  std::optional<Picoseconds> step() const;
-
- private:
-  bool varies_by(Picoseconds step) const;
-
-  static constexpr std::size_t gaps_kept = 4096;
-  std::vector<Picoseconds> gaps_;
-  // How long MA was low and high.
-  std::array<std::vector<Picoseconds>, 2> ma_levels_;
-  std::optional<Picoseconds> last_;
-  std::optional<Picoseconds> last_ma_;
-  std::size_t slo_edges_ = 0;
-};
-
-/// A request, or several equal ones.
+/// A request, or several that are alike.
 struct Row {
   /// 2^-price of each kind, less the lowest price.
   std::array<float, kind_count> likely{};
@@ -116,7 +94,7 @@ struct Evidence {
   /// All edges in the capture.
   std::uint64_t ma_edges = 0;
   std::uint64_t slo_edges = 0;
-  /// Given, or found by SampleGrid; 0 if edges are exact.
+  /// Given, or the step on which all edges lie; 0 if edges are exact.
   Picoseconds resolution{};
 
   const Sightings& seen(RequestKind kind) const { return kinds[static_cast<std::size_t>(kind)]; }
@@ -137,15 +115,16 @@ struct ObserverSetup {
   decode::Lines lines;
 };
 
+class Plausibility;
+class Pricer;
+
 /// Sees the cycles of a capture as the decoder delivers them, and its edges; keeps the edges of
 /// unusual requests only.
 class Observer {
  public:
   /// \param beginning edges from the beginning of the capture; they will be given again
   Observer(const ObserverSetup& setup, std::span<const wire::Edge> beginning);
-  // The rules refer to this object.
-  Observer(const Observer&) = delete;
-  Observer& operator=(const Observer&) = delete;
+  ~Observer();
 
   /// The next cycle.
   void add(std::uint64_t number, const decode::Cycle& cycle);
@@ -171,7 +150,7 @@ class Observer {
 
   ObserverSetup setup_;
   Evidence evidence_;
-  std::optional<Pricer> pricer_;
+  std::unique_ptr<Pricer> pricer_;
   std::vector<Plausibility> plausibility_;
   decode::Check check_;
   static constexpr std::size_t edges_kept = std::size_t{1} << 18U;

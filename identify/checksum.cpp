@@ -1,6 +1,5 @@
 #include "identify/checksum.hpp"
 
-#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>

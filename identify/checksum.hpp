@@ -29,7 +29,6 @@ struct ChannelLayout {
 
   unsigned end() const { return begin + data_bits + crc.width_bits; }
   Span data() const { return {begin, begin + data_bits}; }
-  Span all() const { return {begin, end()}; }
 };
 
 /// Frames of one length, and which of them are equal.

@@ -1,7 +1,6 @@
 #include "identify/coding.hpp"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <cmath>
 

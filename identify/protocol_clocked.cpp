@@ -1,7 +1,6 @@
 // Protocols with a clock in bursts: SSI, EnDat, SPI, and a clock that nothing answers.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <complex>

@@ -1,7 +1,6 @@
 // Lines without a clock: UART, encoders that use UART words, HIPERFACE DSL, noise.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <set>

@@ -1,8 +1,6 @@
 // Two lines that both matter at each change: I2C and the quadrature signals of an incremental encoder.
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "identify/protocol_lines.hpp"
 
 namespace biss::identify {

@@ -2,61 +2,85 @@
 
 namespace biss::sim {
 
-void Disturbance::begin(FaultKind kind) {
+namespace {
+
+enum class Effect : std::uint8_t { low, high, invert };
+
+struct LevelFault {
+  FaultKind kind;
+  Place place;
+  Effect effect;
+};
+
+using F = FaultKind;
+
+constexpr LevelFault level_faults[] = {
+    {F::glitch_ma, Place::ma_master, Effect::invert},
+    {F::glitch_ma_idle, Place::ma_master, Effect::invert},
+    {F::glitch_slo, Place::slo_master, Effect::invert},
+    {F::glitch_slo_idle, Place::slo_master, Effect::invert},
+    {F::swap_slo, Place::slo_master, Effect::invert},
+    {F::double_clock, Place::ma_slave, Effect::invert},
+    {F::extra_clock, Place::ma_slave, Effect::invert},
+    {F::swap_ma, Place::ma_slave, Effect::invert},
+    {F::lost_clock, Place::ma_slave, Effect::high},
+    {F::no_answer, Place::ma_slave, Effect::high},
+    {F::ma_low, Place::ma_master, Effect::low},
+    {F::ma_high, Place::ma_master, Effect::high},
+    {F::slo_low, Place::slo_master, Effect::low},
+    {F::slo_high, Place::slo_master, Effect::high},
+    // An undriven receiver reads 1. If pairs are exchanged, the drivers are connected to each other,
+    // and both inputs are open.
+    {F::cut, Place::ma_slave, Effect::high},
+    {F::cut, Place::slo_master, Effect::high},
+    {F::exchange, Place::ma_slave, Effect::high},
+    {F::exchange, Place::slo_master, Effect::high},
+    {F::brown_out, Place::ma_slave, Effect::high},
+    {F::brown_out, Place::slo_slave, Effect::high},
+};
+
+}  // namespace
+
+void Disturbance::begin(FaultKind kind, const FaultSchedule& schedule, const FrameFormat& format,
+                        FaultPlace now, std::vector<InjectedFault>& injected) {
   active_ |= set_of(kind);
   change(kind, true);
+  const std::uint64_t detail = schedule.detail(kind);
+  const auto place = schedule.place(kind);
+  if (kind == FaultKind::flip || kind == FaultKind::burst) {
+    const BitPattern pattern = pattern_of(kind, detail, place, format.payload_bits());
+    injected.push_back({kind, {PlaceUnit::bit, std::uint64_t{pattern.first} * 1000U}});
+    set(kind, pattern);
+  } else if (has_place(kind)) {
+    injected.push_back({kind, place.value_or(now)});
+  }
+  if (kind == FaultKind::masquerade) set(kind, noise_of(detail, format));
 }
 
 void Disturbance::end(FaultKind kind) {
   active_ &= ~set_of(kind);
   change(kind, false);
-}
-
-void Disturbance::change(Place place, Effect effect, bool begins) {
-  Spot& spot = spots_[static_cast<std::size_t>(place)];
-  const auto changed = [begins](std::uint8_t count) {
-    return static_cast<std::uint8_t>(begins ? count + 1U : count - 1U);
-  };
-  if (effect == Effect::low) spot.low = changed(spot.low);
-  if (effect == Effect::high) spot.high = changed(spot.high);
-  if (effect == Effect::invert) spot.inverted ^= 1U;
+  set(kind, {});
 }
 
 void Disturbance::change(FaultKind kind, bool begins) {
-  switch (kind) {
-    case FaultKind::glitch_ma:
-    case FaultKind::glitch_ma_idle:
-      return change(Place::ma_master, Effect::invert, begins);
-    case FaultKind::glitch_slo:
-    case FaultKind::glitch_slo_idle:
-    case FaultKind::swap_slo:
-      return change(Place::slo_master, Effect::invert, begins);
-    case FaultKind::double_clock:
-    case FaultKind::extra_clock:
-    case FaultKind::swap_ma:
-      return change(Place::ma_slave, Effect::invert, begins);
-    case FaultKind::lost_clock:
-    case FaultKind::no_answer:
-      return change(Place::ma_slave, Effect::high, begins);
-    case FaultKind::ma_low:
-      return change(Place::ma_master, Effect::low, begins);
-    case FaultKind::ma_high:
-      return change(Place::ma_master, Effect::high, begins);
-    case FaultKind::slo_low:
-      return change(Place::slo_master, Effect::low, begins);
-    case FaultKind::slo_high:
-      return change(Place::slo_master, Effect::high, begins);
-    case FaultKind::cut:
-    case FaultKind::exchange:  // the drivers are connected to each other, both inputs are open An
-                               // undriven receiver reads 1.
-      change(Place::ma_slave, Effect::high, begins);
-      return change(Place::slo_master, Effect::high, begins);
-    case FaultKind::brown_out:
-      change(Place::ma_slave, Effect::high, begins);
-      return change(Place::slo_slave, Effect::high, begins);
-    default:
-      return;  // not a fault of levels
+  for (const auto& [of, place, effect] : level_faults) {
+    if (of != kind) continue;
+    Spot& spot = spots_[static_cast<std::size_t>(place)];
+    std::uint8_t& count = effect == Effect::low ? spot.low : spot.high;
+    if (effect == Effect::invert) {
+      spot.inverted ^= 1U;
+    } else {
+      count = static_cast<std::uint8_t>(begins ? count + 1U : count - 1U);
+    }
   }
+}
+
+// The bits that `flip`, `burst` or `masquerade` inverts; other kinds have none.
+void Disturbance::set(FaultKind kind, const BitPattern& pattern) {
+  if (kind == FaultKind::flip) flip_ = pattern.first;
+  if (kind == FaultKind::burst) burst_ = pattern;
+  if (kind == FaultKind::masquerade) noise_ = pattern;
 }
 
 }  // namespace biss::sim

@@ -4,9 +4,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 #include "sim/fault.hpp"
 #include "sim/fault_details.hpp"
+#include "sim/fault_schedule.hpp"
 
 namespace biss::sim {
 
@@ -28,7 +30,10 @@ class Disturbance {
     return spot.high != 0 || level != (spot.inverted != 0);
   }
 
-  void begin(FaultKind kind);
+  /// \param now the place in the cycle, for faults whose place the schedule does not give
+  /// \param injected gets the fault, if it has a place
+  void begin(FaultKind kind, const FaultSchedule& schedule, const FrameFormat& format,
+             FaultPlace now, std::vector<InjectedFault>& injected);
   void end(FaultKind kind);
   bool active(FaultKind kind) const { return (active_ & set_of(kind)) != 0; }
   FaultSet active() const { return active_; }
@@ -40,12 +45,6 @@ class Disturbance {
     };
     return (is_in(burst_) != is_in(noise_)) != (active(FaultKind::flip) && index == flip_);
   }
-  /// The bits that `flip`, `burst` or `masquerade` inverts; other kinds have none.
-  void set(FaultKind kind, const BitPattern& pattern) {
-    if (kind == FaultKind::flip) flip_ = pattern.first;
-    if (kind == FaultKind::burst) burst_ = pattern;
-    if (kind == FaultKind::masquerade) noise_ = pattern;
-  }
 
  private:
   struct Spot {
@@ -53,10 +52,8 @@ class Disturbance {
     std::uint8_t high = 0;
     std::uint8_t inverted = 0;  // 0 or 1
   };
-  enum class Effect : std::uint8_t { low, high, invert };
-
-  void change(Place place, Effect effect, bool begins);
   void change(FaultKind kind, bool begins);
+  void set(FaultKind kind, const BitPattern& pattern);
 
   std::array<Spot, 4> spots_{};
   FaultSet active_ = 0;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "biss/timing/device_timing.hpp"
+#include "sim/fault_details.hpp"
 
 namespace biss::sim {
 
@@ -334,7 +335,7 @@ void Line::put_ma() {
   if constexpr (Full) level = disturbance_.level(Place::ma_slave, level);
   if (level == ma_sent_) return;
   ma_sent_ = level;
-  ma_pipe_.push(arrival(setup_.ma_delay, setup_.ma_jitter));
+  ma_pipe_.send(now_, setup_.ma_delay, setup_.ma_jitter, random_);
 }
 
 template <bool Full>
@@ -349,9 +350,9 @@ void Line::put_node(std::size_t k, bool level) {
   }
   if (level == node.level) return;
   node.level = level;
-  if (!last) return node.slo.push(arrival(setup_.internal_delay, {}));
+  if (!last) return node.slo.send(now_, setup_.internal_delay, {}, random_);
   if (setup_.record_at_slave) record(slo_at_slave_line, level);
-  node.slo.push(arrival(setup_.internal_delay + slo_delay_, setup_.slo_jitter));
+  node.slo.send(now_, setup_.internal_delay + slo_delay_, setup_.slo_jitter, random_);
 }
 
 template <bool Full>
@@ -362,12 +363,6 @@ bool Line::put_slo() {
   slo_ = level;
   record(slo_line, level);
   return true;
-}
-
-Picoseconds Line::arrival(Picoseconds delay, Picoseconds jitter) {
-  if (jitter.count == 0) return now_ + delay;
-  const auto width = static_cast<std::uint64_t>(2 * jitter.count + 1);
-  return now_ + delay - jitter + picoseconds(static_cast<std::int64_t>(random_.below(width)));
 }
 
 void Line::act() {
@@ -389,10 +384,130 @@ void Line::act() {
   put_slo<true>();
 }
 
-// For line_control.cpp.
-template void Line::run_rest<true>(Picoseconds, bool);
-template Picoseconds Line::next_event<true>() const;
-template bool Line::step_line<true>();
-template void Line::put_ma<true>();
+// ---- Faults other than the levels that Disturbance changes
+
+void Line::begin_fault(FaultKind kind) {
+  const std::uint64_t detail = schedule_.detail(kind);
+  disturbance_.begin(kind, schedule_, setup_.format, place_after(now_ - begin_, period_),
+                     cycle_.injected);
+  for (Node& node : nodes_) node.slave.source().begin_fault(kind, detail);
+  if (kind == FaultKind::brown_out) restart();
+  if (kind == FaultKind::ma_pause) pause_begins_ = true;
+  if (kind == FaultKind::delay) lateness_ = interval_ * late_cycles(detail);
+  if (kind == FaultKind::delay_step) slo_delay_ = setup_.slo_delay + delay_step(detail, period_);
+}
+
+void Line::end_fault(FaultKind kind) {
+  disturbance_.end(kind);
+  for (Node& node : nodes_) node.slave.source().end_fault(kind);
+  if (kind == FaultKind::brown_out) restart();
+  if (kind == FaultKind::delay_step) slo_delay_ = setup_.slo_delay;
+}
+
+// The timing of an idle encoder changes now, the timing of any other one when the request reaches
+// it (apply_start()).
+void Line::set_start(bool late) {
+  Encoding& slave = nodes_.front().slave;
+  SlaveTiming timing = node_timing(0);
+  if (late) {
+    timing = late_timing(timing, setup_.timing, schedule_.detail(FaultKind::late_start), period_);
+  }
+  start_.reset();
+  if (slave.timing() == timing) return;
+  if (slave.state() == SlaveState::idle) return slave.set_timing(timing);
+  start_ = timing;
+}
+
+// The pending step comes first: at the highest rate an encoder becomes idle with the request. An
+// encoder that is still not idle keeps its timing, and the cycle is marked.
+void Line::apply_start() {
+  Node& far = nodes_.front();
+  far.slave.step(now_, true, far.sli);
+  if (far.slave.state() == SlaveState::idle) {
+    far.slave.set_timing(*start_);
+  } else {
+    cycle_.faults |= set_of(FaultKind::late_start);
+  }
+  start_.reset();
+}
+
+// Without supply an encoder loses everything but its position.
+void Line::restart() {
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    Node& node = nodes_[k];
+    node.slave = Encoding(node.slave.codec(), node.slave.timing(), node.slave.source());
+    node.slave.source().restart();
+    if (!registers_.empty()) {
+      registers_[k] = k < setup_.registers.size() ? setup_.registers[k] : EncoderRegisters();
+      node.slave.source().set_registers(registers_[k]);
+    }
+    node.due = never;
+  }
+}
+
+// ---- The control communication, during the position frames and before the first one
+
+// Switches the data channels as commanded.
+void Line::switch_channels() {
+  if (registers_.empty() && !schedule_.empty()) {
+    for (Node& node : nodes_) node.slave.set_channels_active(true);
+  }
+  for (std::size_t k = 0; k < registers_.size(); ++k) {
+    nodes_[k].slave.set_channels_active(registers_[k].channels_active());
+  }
+}
+
+// Once CDS is known: CDM may depend on it.
+void Line::answer_cds() {
+  if (answered_ || master_.done() || !master_.reading().cds) return;
+  answered_ = true;
+  const CdsBit cds = *master_.reading().cds ? CdsBit::one : CdsBit::zero;
+  master_.set_cdm(control_->step(number_, begin_, now_, cds));
+}
+
+// Without CDS, CDM is unknown: the master stopped before it.
+void Line::end_control() {
+  if (!answered_) control_->step(number_, begin_, now_, CdsBit::missing);
+}
+
+void Line::begin_configuration(const ConfigureOptions& options, Hertz clock) {
+  configurer_ = std::make_unique<ConfigureCycle>(options, clock);
+  master_due_ = configurer_->begin(now_).deadline;
+}
+
+const std::vector<wire::Edge>& Line::configure_next() {
+  cycle_.edges.clear();
+  const std::uint32_t made = configurer_->configurator().requests();
+  while (!configurer_->done() && configurer_->configurator().requests() == made) {
+    now_ = std::min(master_due_, next_event<true>());
+    const bool slo_changed = step_line<true>();
+    if (!slo_changed && now_ < master_due_) continue;
+    switch_channels();
+    const StepOutput out = configurer_->step(now_, slo_);
+    master_due_ = out.deadline;
+    if (out.level == ma_) continue;
+    ma_ = out.level;
+    put_ma<true>();
+  }
+  if (configurer_->done()) end_configuration();
+  return cycle_.edges;
+}
+
+// MA is high, and SLO gets time to become high.
+void Line::end_configuration() {
+  configuration_ = configurer_->result();
+  if (configuration_->ok()) {
+    MasterSetup found = (*configuration_)->master_setup(period_);
+    found.compensate = master_.setup().compensate;
+    found.trust_cycle_time = master_.setup().trust_cycle_time;
+    found.low_time = master_.setup().low_time;
+    found.cdm = master_.setup().cdm;
+    found.no_error_flag = found.unchecked = true;
+    found.timing.clock_max = hertz_max;
+    master_ = RequestCycle<Codec>(Codec((*configuration_)->format), found);
+  }
+  run_rest<true>(now_ + common_cycle, false);
+  begin_ = now_;
+}
 
 }  // namespace biss::sim

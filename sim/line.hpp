@@ -150,14 +150,11 @@ class Line {
   void act();
   void begin_fault(FaultKind kind);
   void end_fault(FaultKind kind);
-  void set_pattern(FaultKind kind);
-  void note_injected(FaultKind kind);
   void set_start(bool late);
   void pause();
   StepOutput ask(bool seen);
   void apply_start();
   void restart();
-  Picoseconds arrival(Picoseconds delay, Picoseconds jitter);
 
   LineSetup setup_;
   Picoseconds period_;

@@ -8,6 +8,7 @@
 
 #include "biss/base/units.hpp"
 #include "biss/timing/step.hpp"
+#include "sim/random.hpp"
 
 namespace biss::sim {
 
@@ -30,6 +31,15 @@ class Pipe {
     times_[end_++ & mask_] = arrival;
   }
 
+  /// Adds an edge that is sent now: it arrives after the delay, give or take the jitter.
+  void send(Picoseconds now, Picoseconds delay, Picoseconds jitter, Random& random) {
+    Picoseconds arrival = now + delay;
+    if (jitter.count != 0) {
+      const auto width = static_cast<std::uint64_t>(2 * jitter.count + 1);
+      arrival += picoseconds(static_cast<std::int64_t>(random.below(width))) - jitter;
+    }
+    push(arrival);
+  }
   /// \pre front() is not `never`
   void pop() {
     ++first_;

@@ -1,8 +1,9 @@
 // Changes of level on the line, as every reader of a capture delivers them.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <string>
+#include <span>
 
 #include "biss/base/units.hpp"
 
@@ -22,6 +23,18 @@ struct Edge {
   Level level = Level::unknown;
 
   bool operator==(const Edge&) const = default;
+};
+
+/// The changes of one line in a stretch of a capture, in picoseconds; the first one leads to
+/// `first_high`, each further one inverts the level.
+struct LineRun {
+  std::span<const std::int64_t> times;
+  bool first_high = false;
+
+  /// From change `index` on.
+  constexpr Level level(std::size_t index) const {
+    return first_high == (index % 2 == 0) ? Level::high : Level::low;
+  }
 };
 
 }  // namespace biss::wire

@@ -12,7 +12,7 @@
 #include "capture/test_fst.hpp"
 #include "capture/test_scope.hpp"
 #include "capture/vcd.hpp"
-#include "decode/intervals.hpp"
+#include "decode/cycle_rules.hpp"
 #include "sim/fault.hpp"
 #include "tests/cli/run_command.hpp"
 
