@@ -188,15 +188,15 @@ identify-tables:  ## what is taken for which protocol; renews lab/reports/identi
 	@scripts/install-packages build test
 	@cmake --preset release -DBISS_TESTS=ON >/dev/null
 	@cmake --build --preset release --target biss_protocol_table biss_format_table
-	@scripts/identify-tables
+	@scripts/report-tables --write identify
 
 .PHONY: foreign-lines
 foreign-lines: build  ## identify and explain on 4000 lines each of another generator; fails below the limits
-	@scripts/foreign-lines
+	@scripts/report-tables foreign
 
 .PHONY: foreign-tables
 foreign-tables: build  ## the same; renews lab/reports
-	@scripts/foreign-lines --write
+	@scripts/report-tables --write foreign
 
 .PHONY: safety-sequences
 safety-sequences: build  ## the safety monitor before 10^9 frames a counter and 10^6 faults a kind

@@ -25,61 +25,6 @@ using sim::FaultRule;
 
 constexpr std::string_view usual_motion = "ramp";
 
-// A rule, and its place in the list.
-struct PlacedRule {
-  FaultRule rule;
-  std::size_t at = 0;
-};
-
-struct Rules {
-  std::vector<PlacedRule> list;
-  biss_status status = BISS_OK;
-  std::size_t wrong_at = 0;
-
-  void refuse(biss_status cause, std::size_t at) {
-    if (status != BISS_OK) return;
-    status = cause;
-    wrong_at = at;
-  }
-};
-
-Rules read_rules(std::string_view text, bool foreign_encoder) {
-  constexpr std::string_view white_space = " \t\r\n";
-  Rules rules;
-  for (std::size_t at = text.find_first_not_of(white_space); at < text.size();
-       at = text.find_first_not_of(white_space, at)) {
-    const std::size_t end = std::min(text.find_first_of(white_space, at), text.size());
-    const auto rule = sim::parse_fault(text.substr(at, end - at));
-    if (!rule) {
-      rules.refuse(rule.error() == sim::FaultTextError::kind ? BISS_FAULT_KIND : BISS_FAULT_RULE,
-                   at);
-      return rules;
-    }
-    if ((foreign_encoder && sim::needs_encoder(rule->kind)) || !sim::is_simulated(rule->kind)) {
-      rules.refuse(BISS_FAULT_KIND, at);
-    }
-    const auto same = [&](const PlacedRule& other) {
-      return other.rule.kind == rule->kind && other.rule.cycle == rule->cycle;
-    };
-    if (std::any_of(rules.list.begin(), rules.list.end(), same)) {
-      rules.refuse(BISS_FAULT_TWICE, at);
-    }
-    rules.list.push_back({*rule, at});
-    at = end;
-  }
-  return rules;
-}
-
-void check_places(Rules& rules, const sim::NominalCycle& nominal) {
-  for (const PlacedRule& each : rules.list) {
-    const auto& place = each.rule.place;
-    if (!place) continue;
-    if (!sim::places_of(each.rule.kind, place->unit, nominal).contains(*place)) {
-      rules.refuse(BISS_FAULT_PLACE, each.at);
-    }
-  }
-}
-
 std::optional<sim::MotionKind> find_motion(const char* name) {
   const std::string_view wanted = name == nullptr ? usual_motion : name;
   const auto found = std::find(sim::motion_names.begin(), sim::motion_names.end(), wanted);
@@ -135,29 +80,64 @@ FarEndSetup from_c(const biss_line_setup& setup, const Device& device) {
   return result;
 }
 
-// The problem of a setup and its rule, or the setup of the far end.
+// The setup of the far end, or the problem of a setup and the place of its rule.
 struct Checked {
+  FarEndSetup far;
   biss_status status = BISS_OK;
   std::size_t wrong_at = 0;
-  FarEndSetup far;
+
+  // The first problem counts.
+  void refuse(biss_status cause, std::size_t at = 0) {
+    if (status != BISS_OK) return;
+    status = cause;
+    wrong_at = at;
+  }
 };
 
+void read_rules(std::string_view text, bool foreign_encoder, Checked& checked) {
+  constexpr std::string_view white_space = " \t\r\n";
+  std::vector<FaultRule>& rules = checked.far.line.faults;
+  std::vector<std::size_t> begins;
+  for (std::size_t at = text.find_first_not_of(white_space); at < text.size();
+       at = text.find_first_not_of(white_space, at)) {
+    const std::size_t end = std::min(text.find_first_of(white_space, at), text.size());
+    const auto rule = sim::parse_fault(text.substr(at, end - at));
+    if (!rule) {
+      const bool bad_kind = rule.error() == sim::FaultTextError::kind;
+      return checked.refuse(bad_kind ? BISS_FAULT_KIND : BISS_FAULT_RULE, at);
+    }
+    if ((foreign_encoder && sim::needs_encoder(rule->kind)) || !sim::is_simulated(rule->kind)) {
+      checked.refuse(BISS_FAULT_KIND, at);
+    }
+    if (std::any_of(rules.begin(), rules.end(), [&](const FaultRule& other) {
+          return other.kind == rule->kind && other.cycle == rule->cycle;
+        })) {
+      checked.refuse(BISS_FAULT_TWICE, at);
+    }
+    rules.push_back(*rule);
+    begins.push_back(at);
+    at = end;
+  }
+  if (checked.status != BISS_OK) return;
+  const sim::NominalCycle nominal = sim::FarEnd::nominal_of(checked.far);
+  for (std::size_t k = 0; k < rules.size(); ++k) {
+    const auto& place = rules[k].place;
+    if (place && !sim::places_of(rules[k].kind, place->unit, nominal).contains(*place)) {
+      checked.refuse(BISS_FAULT_PLACE, begins[k]);
+    }
+  }
+}
+
 Checked check(const biss_line_setup* setup) {
-  if (setup == nullptr || setup->format == nullptr) return {BISS_NULL_ARGUMENT, 0, {}};
+  if (setup == nullptr || setup->format == nullptr) return {{}, BISS_NULL_ARGUMENT};
   auto device = find_device(setup->format);
-  if (!device) return {BISS_BAD_FORMAT, 0, {}};
-  if (!override_timing(setup->timing, *device)) return {BISS_BAD_TIMING, 0, {}};
+  if (!device) return {{}, BISS_BAD_FORMAT};
+  if (!override_timing(setup->timing, *device)) return {{}, BISS_BAD_TIMING};
   if (!is_possible(*setup) || (setup->registers && device->format.cds0)) {
-    return {BISS_BAD_SETUP, 0, {}};
+    return {{}, BISS_BAD_SETUP};
   }
-  Checked checked{BISS_OK, 0, from_c(*setup, *device)};
-  Rules rules = read_rules(setup->faults == nullptr ? "" : setup->faults, setup->foreign_encoder);
-  if (rules.status == BISS_OK) {
-    check_places(rules, sim::FarEnd::nominal_of(checked.far));
-  }
-  checked.status = rules.status;
-  checked.wrong_at = rules.wrong_at;
-  for (const PlacedRule& each : rules.list) checked.far.line.faults.push_back(each.rule);
+  Checked checked{from_c(*setup, *device)};
+  read_rules(setup->faults == nullptr ? "" : setup->faults, setup->foreign_encoder, checked);
   return checked;
 }
 

@@ -20,11 +20,7 @@ bool quiet() { return failures_in_test > shown_failures; }
 
 }  // namespace
 
-void print_seed(std::uint64_t seed) {
-  firmware::write("seed ");
-  firmware::write_hex(seed);
-  firmware::write("\n");
-}
+void print_seed(std::uint64_t seed) { firmware::print("seed ", firmware::Hex{seed}, "\n"); }
 
 Report::Report(const char* file, int line, const char* expression) {
   ++failures_in_test;
@@ -49,7 +45,7 @@ Report& Report::operator<<(const char* text) {
 Report& Report::operator<<(const Shown& value) {
   if (quiet()) return *this;
   if (value.negative) firmware::write("-");
-  firmware::write_decimal(value.magnitude);
+  firmware::write(value.magnitude);
   return *this;
 }
 
@@ -61,9 +57,7 @@ namespace std {
 // Only test images have it: in firmware it would link the exceptions.
 [[noreturn]] void __throw_out_of_range_fmt(const char* what, ...);
 void __throw_out_of_range_fmt(const char* what, ...) {
-  firmware::write("OUT OF RANGE: ");
-  firmware::write(what);
-  firmware::write("\n");
+  firmware::print("OUT OF RANGE: ", what, "\n");
   firmware::exit(1);
 }
 
@@ -75,19 +69,12 @@ int firmware_main() {
   std::uint32_t failed = 0;
   for (const auto* test = __start_biss_tests; test != __stop_biss_tests; ++test) {
     failures_in_test = 0;
-    firmware::write("run ");
-    firmware::write(test->name);
-    firmware::write("\n");
+    firmware::print("run ", test->name, "\n");
     test->run();
     const bool good = failures_in_test == 0;
     (good ? passed : failed) += 1;
-    firmware::write(good ? "ok " : "FAILED ");
-    firmware::write(test->name);
-    firmware::write("\n");
+    firmware::print(good ? "ok " : "FAILED ", test->name, "\n");
   }
-  firmware::write_decimal(passed);
-  firmware::write(" passed, ");
-  firmware::write_decimal(failed);
-  firmware::write(" failed\n");
+  firmware::print(passed, " passed, ", failed, " failed\n");
   return failed == 0 && passed > 0 ? 0 : 1;
 }

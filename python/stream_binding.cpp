@@ -1,21 +1,117 @@
+// A capture that comes in while it is decoded: rows as soon as they are finished, with the fields on the
+// line.
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 
-#include <bit>
+#include <algorithm>
+#include <cstddef>
 #include <limits>
 #include <mutex>
 #include <optional>
+#include <utility>
 #include <variant>
 
+#include "biss/frame/format_text.hpp"
 #include "capture/samples.hpp"
+#include "decode/cycle_edges.hpp"
+#include "device/quantity.hpp"
+#include "draw/cycle_drawing.hpp"
+#include "draw/layout.hpp"
+#include "python/arrays.hpp"
 #include "python/module.hpp"
 #include "python/numpy_arrays.hpp"
-#include "python/stream.hpp"
+#include "report/text.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/common/verb.hpp"
+#include "verbs/decode/decode_run.hpp"
 
 namespace biss::python {
 namespace {
 
 constexpr std::int64_t no_time = std::numeric_limits<std::int64_t>::min();
+constexpr std::size_t few_edges = 512;
+
+// A cell that owns its text; bits are a text as the command writes them.
+using StreamValue =
+    std::variant<std::monostate, std::uint64_t, std::int64_t, double, Picoseconds, std::string>;
+
+// A stretch of the line, and the name of its track.
+struct StreamField {
+  draw::Part part;
+  std::string track;
+};
+
+// A row of `biss decode`.
+struct StreamRow {
+  // The first edge of MA and the last one.
+  Picoseconds begin{};
+  Picoseconds end{};
+  std::vector<StreamValue> values{};
+  // In the order of time; of all tracks.
+  std::vector<StreamField> fields{};
+};
+
+// The name of the capture in messages.
+constexpr const char* capture_name = "edges";
+
+std::string drawn_time(Picoseconds time) { return biss::text_of(time, 3); }
+
+StreamValue value_of(const report::Cell& cell) {
+  using report::Kind;
+  switch (cell.kind()) {
+    case Kind::unsigned_integer:
+    case Kind::flag:
+      return cell.unsigned_value();
+    case Kind::signed_integer:
+      return cell.signed_value();
+    case Kind::nanoseconds:
+      return cell.time();
+    case Kind::real:
+      return cell.real_value();
+    case Kind::text:
+      return std::string(cell.text());
+    case Kind::bits: {
+      std::string text;
+      report::append_hex(text, cell.bits());
+      return text;
+    }
+    case Kind::absent:
+      break;
+  }
+  return {};
+}
+
+// Fields of all tracks in the order of time.
+std::vector<StreamField> fields_of(const decode::CycleEdges& edges,
+                                   const verbs::DecodedCapture& capture) {
+  const draw::CycleDrawing drawing = draw::draw_cycle(edges, capture.format(), capture.timing(),
+                                                      capture.margin(), draw::DrawnExtent::cycle);
+  std::vector<StreamField> fields;
+  for (draw::Track& track : draw::tracks_of(drawing, capture.format(), drawn_time)) {
+    for (draw::Part& part : track.parts) {
+      if (part.from < part.to) fields.push_back({std::move(part), track.name});
+    }
+  }
+  std::stable_sort(fields.begin(), fields.end(), [](const StreamField& a, const StreamField& b) {
+    return a.part.from < b.part.from;
+  });
+  return fields;
+}
+
+// Takes the cells of a row that `biss decode` writes.
+class CellKeeper final : public report::TableWriter {
+ public:
+  bool row(std::span<const report::Cell> cells) override {
+    values.clear();
+    for (const report::Cell& cell : cells) values.push_back(value_of(cell));
+    written = true;
+    return true;
+  }
+  bool finish() override { return true; }
+
+  std::vector<StreamValue> values;
+  bool written = false;
+};
 
 py::object object_of(const StreamValue& value) {
   struct Convert {
@@ -43,7 +139,9 @@ py::tuple tuple_of(const StreamField& field) {
                         part.brief.empty() ? part.text : part.brief, field.track);
 }
 
-// A Stream for Python: its samples have numbers. One thread at a time is in it; see in_turn().
+// `biss decode` on edges that are pushed. If the format is given, the rows are the same as from the
+// command on the same capture; else the format is found in the beginning alone. One thread at a time
+// is in it; see in_turn().
 class StreamObject {
  public:
   // While a thread has it, the others wait. Other threads of Python run while it waits.
@@ -61,9 +159,34 @@ class StreamObject {
 
   StreamObject(const verbs::GivenOptions& options, std::uint32_t sample_rate, bool fields,
                std::size_t beginning)
-      : stream_(options, setup_of(sample_rate, fields, beginning)) {
-    if (sample_rate != 0) clock_.emplace(hertz(sample_rate));
+      : fields_(fields), beginning_(beginning) {
+    if (sample_rate != 0) {
+      clock_.emplace(hertz(sample_rate));
+      queue_.set_period(capture::longest_period(hertz(sample_rate)));
+    }
+    host_.give(capture_name,
+               {[this](const auto&) -> capture::Opened { return queue_.source(); }, false});
+    verbs::Command command(host_);
+    const verbs::Verb verb = command.add_verb(verbs::decode_text(), [&](verbs::Host& host) {
+      if (options_.to != report::Format::table || !options_.output.empty() ||
+          !options_.columns.empty() || !options_.fail_on.empty()) {
+        return host.fail(verbs::ExitStatus::usage,
+                         "output, to, columns and fail_on are not for rows in memory");
+      }
+      if (options_.capture.files.size() != 1 || options_.capture.each) {
+        return host.fail(verbs::ExitStatus::usage,
+                         "a decoder reads one pair of lines, and no file");
+      }
+      return verbs::ExitStatus::done;
+    });
+    verbs::add_decode_options(verb, options_);
+    auto status = command.run({"decode", capture_name}, options);
+    options_.capture.beginning = beginning;
+    run_.emplace(options_, host_);
+    if (status == verbs::ExitStatus::done) status = run_->open();
+    fail_unless_done(status);
   }
+  StreamObject(const StreamObject&) = delete;
 
   py::list edges(const py::array& times_array, const py::array& ma_array,
                  const py::array& slo_array) {
@@ -115,7 +238,7 @@ class StreamObject {
   }
 
   py::list rows() {
-    unlocked([this] { stream_.decode(true); });
+    unlocked([this] { decode(true); });
     return take();
   }
 
@@ -126,33 +249,117 @@ class StreamObject {
       end = clock_->time_of(*end_sample).count;
     }
     const std::int64_t time = std::max(end.value_or(no_time), last_time_);
-    unlocked([&] { stream_.finish(picoseconds(time == no_time ? 0 : time)); });
+    unlocked([&] { end_at(picoseconds(time == no_time ? 0 : time)); });
     return take();
   }
 
+  // Why nothing can be read: wrong usage, or the capture has no data that can be decoded.
   py::object failure() const {
-    if (!stream_.failure()) return py::none();
-    return py::make_tuple(static_cast<int>(stream_.failure()->status), stream_.failure()->text);
+    if (!failure_) return py::none();
+    return py::make_tuple(static_cast<int>(failure_->status), failure_->text);
   }
+  // Empty before the beginning has been read.
   py::list columns() const {
     py::list columns;
-    for (const report::Column& column : stream_.columns()) {
+    for (const report::Column& column : columns_) {
       const bool time = column.kind == report::Kind::nanoseconds;
       columns.append(py::make_tuple(column.name, time ? "ns" : column.value_unit));
     }
     return columns;
   }
-  std::string format() const { return stream_.format(); }
-  std::string summary() const { return stream_.summary(); }
-  std::vector<std::string> messages() const { return stream_.messages(); }
-  int status() const { return static_cast<int>(stream_.status()); }
-  bool ended() const { return stream_.ended(); }
+  // Empty if it is not known.
+  std::string format() const { return format_; }
+  std::string summary() const { return host_.summary(); }
+  std::vector<std::string> messages() const { return host_.lines(); }
+  int status() const { return static_cast<int>(status_); }
+  bool ended() const { return ended_; }
 
  private:
-  static StreamSetup setup_of(std::uint32_t rate, bool fields, std::size_t beginning) {
-    StreamSetup setup{.fields = fields, .beginning = beginning};
-    if (rate != 0) setup.sample_period = capture::longest_period(hertz(rate));
-    return setup;
+  void fail_unless_done(verbs::ExitStatus status) {
+    if (status == verbs::ExitStatus::done) return;
+    failure_ = {status, host_.lines().empty() ? "" : host_.lines().back()};
+    status_ = status;
+  }
+
+  verbs::ExitStatus open() {
+    verbs::ExitStatus status = run_->next();
+    if (status != verbs::ExitStatus::done) return status;
+    columns_ = run_->columns();
+    status = run_->begin_rows();
+    if (status != verbs::ExitStatus::done) return status;
+    verbs::DecodedCapture& capture = run_->capture();
+    if (const auto& format = capture.format()) format_ = format_text(*format).view();
+    const auto put = [this](std::uint64_t number, const decode::Cycle& cycle) {
+      put_row(number, cycle);
+      return true;
+    };
+    if (fields_) {
+      edges_.emplace(capture.reader(), capture.lines().lines,
+                     [this, &capture, put](const decode::CycleEdges& edges) {
+                       const std::size_t before = rows_.size();
+                       capture.follow(edges.number, edges.cycle, put);
+                       if (rows_.size() != before) rows_.back().fields = fields_of(edges, capture);
+                     });
+    } else {
+      capture.begin_steps(put);
+    }
+    return verbs::ExitStatus::done;
+  }
+
+  void begin() {
+    begun_ = true;
+    fail_unless_done(open());
+  }
+
+  void put_row(std::uint64_t number, const decode::Cycle& cycle) {
+    keeper_.written = false;
+    run_->take(number, cycle, keeper_);
+    if (!keeper_.written) return;
+    rows_.push_back({.begin = cycle.time,
+                     .end = cycle.time + cycle.clocked,
+                     .values = std::move(keeper_.values),
+                     .fields = {}});
+  }
+
+  // decode() has nothing to do.
+  bool waits() const {
+    return failure_ || ended_ || queue_.size() < (begun_ ? few_edges : beginning_);
+  }
+
+  // Decodes what was pushed, unless it may belong to the beginning; few edges wait for more.
+  void decode(bool few = false) {
+    if (waits() && !(few && begun_ && !failure_ && !ended_)) return;
+    if (!begun_) begin();
+    read();
+  }
+
+  void read() {
+    if (failure_) return;
+    verbs::DecodedCapture& capture = run_->capture();
+    if (edges_) {
+      for (auto block = capture.input().next(); !block.empty(); block = capture.input().next()) {
+        edges_->push(block);
+      }
+      return;
+    }
+    while (capture.step()) {
+    }
+  }
+
+  // The capture ends here, or at its last edge if that is later.
+  void end_at(Picoseconds time) {
+    if (ended_) return;
+    queue_.set_end(time);
+    if (!failure_ && !begun_) begin();
+    read();
+    ended_ = true;
+    if (failure_) return;
+    verbs::RunMessages closing;
+    verbs::DecodedCapture& capture = run_->capture();
+    if (edges_) edges_->finish(capture.input().end_time());
+    const bool read = edges_ ? capture.input().error().empty() : capture.end_steps();
+    status_ = run_->end_rows(read, closing);
+    closing.print(host_);
   }
 
   static std::string backwards(std::size_t element) {
@@ -171,7 +378,7 @@ class StreamObject {
   }
 
   void check_open() const {
-    if (stream_.ended()) throw UsageError("the decoder is finished");
+    if (ended_) throw UsageError("the decoder is finished");
   }
   // Checks the time of the first edge or sample of a call.
   void check_time(Picoseconds time) const {
@@ -192,7 +399,7 @@ class StreamObject {
   }
 
   void push(Picoseconds time, bool ma, bool slo) {
-    stream_.push(time, ma, slo);
+    queue_.push(time, ma, slo);
     last_time_ = time.count;
     last_levels_ = static_cast<std::uint8_t>((ma ? 1U : 0U) | (slo ? 2U : 0U));
   }
@@ -219,8 +426,8 @@ class StreamObject {
   }
 
   py::list decoded() {
-    if (stream_.waits()) return py::list();
-    unlocked([this] { stream_.decode(); });
+    if (waits()) return py::list();
+    unlocked([this] { decode(); });
     return take();
   }
 
@@ -233,7 +440,7 @@ class StreamObject {
 
   py::list take() {
     py::list rows;
-    for (const StreamRow& row : stream_.take_rows()) {
+    for (const StreamRow& row : std::exchange(rows_, {})) {
       py::tuple values(row.values.size());
       for (std::size_t i = 0; i < row.values.size(); ++i) values[i] = object_of(row.values[i]);
       py::list fields;
@@ -243,8 +450,25 @@ class StreamObject {
     return rows;
   }
 
-  Stream stream_;
   std::mutex mutex_;
+  // Rows have fields.
+  bool fields_;
+  // As InputArguments::beginning.
+  std::size_t beginning_;
+  verbs::MemoryHost host_;
+  verbs::DecodeOptions options_;
+  EdgeQueue queue_;
+  std::optional<verbs::DecodeRun> run_;
+  // With fields: reads the cycles in place of the capture's own decoder.
+  std::optional<decode::CycleEdgeReader> edges_;
+  CellKeeper keeper_;
+  std::vector<report::Column> columns_;
+  std::vector<StreamRow> rows_;
+  bool begun_ = false;
+  bool ended_ = false;
+  std::optional<verbs::VerbError> failure_;
+  std::string format_;
+  verbs::ExitStatus status_ = verbs::ExitStatus::done;
   std::optional<capture::SampleClock> clock_;
   std::uint64_t next_sample_ = 0;
   std::uint8_t last_levels_ = 0xFF;

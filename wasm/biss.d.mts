@@ -41,10 +41,6 @@ export interface About {
   sloInverted: boolean;
   linesBy: 'given' | 'name' | 'behaviour';
   looksSwapped: boolean;
-  /** Names show further encoders. */
-  furtherPairs: boolean;
-  /** The longest time between two samples; 0 if the file contains changes. */
-  samplePeriod: string;
   /** In hertz; 0 if unknown. */
   sampleRate: number;
   /** The last time that was read. */
@@ -112,11 +108,7 @@ export type Role =
 export interface Column {
   name: string;
   kind: ColumnKind;
-  heading: string;
-  /** The unit of the value in the table, which is divided by 10 to the power of `shift`. */
-  unit: string;
   valueUnit: string;
-  shift: number;
   role: Role;
   /** The title of its plot, or of the causes that its role counts. */
   title: string;
@@ -168,9 +160,6 @@ export interface CycleCheck {
   right: boolean;
   /** Single bits whose flip would correct the channel, by payloadBit. */
   singles: number[][];
-  /** The first pairs of bits that would. */
-  pairs: number[][];
-  pairCount: number;
 }
 
 /** A stretch of a cycle with a name, as in `biss draw`. */

@@ -22,9 +22,7 @@ json checks_json(const draw::CycleDrawing& drawing) {
                       {"received", check.received},
                       {"expected", check.expected},
                       {"right", check.right()},
-                      {"singles", check.singles},
-                      {"pairs", check.pairs},
-                      {"pairCount", check.pair_count}});
+                      {"singles", check.singles}});
   }
   return checks;
 }

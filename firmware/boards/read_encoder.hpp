@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string_view>
 
 #include "biss/axis/counters.hpp"
 #include "biss/base/units.hpp"
@@ -27,6 +26,8 @@
 #include "firmware/platform/console.hpp"
 
 namespace boards {
+
+using firmware::print;
 
 // ---- The encoder, from its data sheet
 
@@ -50,26 +51,8 @@ inline constexpr biss::Picoseconds cycle_time = biss::microseconds(50);
 /// A damaged frame ends an access; it is then continued.
 inline constexpr biss::ControlOptions control_options{.retries = 3};
 
-// ---- Text
-
-inline void write_text(std::string_view text) {
-  for (const char letter : text) {
-    const std::array<char, 2> one{letter, '\0'};
-    firmware::write(one.data());
-  }
-}
-
-inline void write_number(std::string_view name, std::uint64_t value) {
-  write_text(name);
-  firmware::write_decimal(value);
-}
-
-inline void write_bytes(std::string_view name, std::span<const std::uint8_t> bytes) {
-  write_text(name);
-  for (const std::uint8_t byte : bytes) {
-    firmware::write(" ");
-    firmware::write_hex(byte);
-  }
+inline void print_bytes(std::span<const std::uint8_t> bytes) {
+  for (const std::uint8_t byte : bytes) firmware::print(" ", firmware::Hex{byte});
   firmware::write("\n");
 }
 
@@ -121,15 +104,10 @@ class ReadEncoder {
     std::uint32_t next_written = 0;
     for (Cycle cycle = next_cycle(); cycle.number < first_cycles; cycle = next_cycle()) {
       if (cycle.fault) {
-        write_number("cycle ", cycle.number);
-        write_text(" ");
-        write_text(name_of(cycle.fault->cause));
-        write_text("\n");
+        print("cycle ", cycle.number, " ", name_of(cycle.fault->cause), "\n");
       } else if (cycle.trusted && cycle.number >= next_written) {
         next_written = (cycle.number / written_every + 1) * written_every;
-        write_number("cycle ", cycle.number);
-        write_number(" position ", cycle.channel.position);
-        write_text("\n");
+        print("cycle ", cycle.number, " position ", cycle.channel.position, "\n");
       }
     }
   }
@@ -145,9 +123,7 @@ class ReadEncoder {
     }
     const auto& error = link_.session().outcome().error;
     if (!error) return true;
-    write_text("access failed: ");
-    write_text(name_of(*error));
-    write_text("\n");
+    print("access failed: ", name_of(*error), "\n");
     return false;
   }
 
@@ -170,22 +146,24 @@ class ReadEncoder {
 
   bool read_bank(std::uint8_t number, biss::EdsBank& bank) {
     if (!write(biss::reg::bsel, number) || !read(0, bank)) return false;
-    write_number("bank ", number);
-    write_bytes("", bank);
+    print("bank ", number);
+    print_bytes(bank);
     if (bank[biss::eds_checksum_address] == biss::eds_checksum(bank)) return true;
-    write_text("wrong checksum\n");
+    print("wrong checksum\n");
     return false;
   }
 
   bool read_identity() {
     std::array<std::uint8_t, 8> bytes{};
     if (!read(biss::reg::dev_id, bytes)) return false;
-    write_bytes("registers 0x78", bytes);
+    print("registers 0x78");
+    print_bytes(bytes);
     if (!read(biss::reg::bsel, bytes)) return false;
-    write_bytes("registers 0x40", bytes);
+    print("registers 0x40");
+    print_bytes(bytes);
     registers_ = biss::device_registers(bytes);
-    if (registers_.serial) write_number("serial number ", *registers_.serial);
-    write_text("\n");
+    if (registers_.serial) print("serial number ", *registers_.serial);
+    print("\n");
     return biss::eds_presence(registers_.eds_bank) == biss::EdsPresence::present;
   }
 
@@ -206,27 +184,21 @@ class ReadEncoder {
     bool contradiction = false;
     biss::check_eds(image, [&](const biss::EdsFinding& finding) {
       contradiction = contradiction || biss::contradicts(finding);
-      write_text(finding.symbol);
-      write_text(": ");
-      write_text(text_of(finding.problem));
-      write_text("\n");
+      print(finding.symbol, ": ", text_of(finding.problem), "\n");
     });
     if (contradiction) return false;
     const auto device = biss::describe_device(image, {}, [](const biss::EdsRemark&) {});
     if (!device.ok()) {
-      write_text(text_of(device.error().cause));
-      write_text("\n");
+      print(text_of(device.error().cause), "\n");
       return false;
     }
     const biss::ChannelFormat& channel = device->format.channel_list[0];
-    write_number("data sheet: position bits ", channel.position_bits());
-    write_number(", data bits ", channel.data_bits);
-    write_number(", CRC bits ", channel.crc.width_bits);
-    write_number(", clock at most ", device->timing.clock_max.count);
-    write_text(" Hz\n");
+    print("data sheet: position bits ", channel.position_bits(), ", data bits ", channel.data_bits,
+          ", CRC bits ", channel.crc.width_bits, ", clock at most ", device->timing.clock_max.count,
+          " Hz\n");
     const bool same = device->format.channel_count == 1 && channel.data_bits == 26 &&
                       channel.crc == format.channel_list[0].crc;
-    write_text(same ? "the format is the one in use\n" : "the format is another one\n");
+    print(same ? "the format is the one in use\n" : "the format is another one\n");
     return same;
   }
 
@@ -236,17 +208,12 @@ class ReadEncoder {
       const InterruptMask mask;
       counts = link_.counts();
     }
-    write_number("cycles ", counts.cycles);
-    write_number(", good ", counts.good);
-    write_number(", late ", counts.late);
+    print("cycles ", counts.cycles, ", good ", counts.good, ", late ", counts.late);
     for (std::size_t i = 0; i < biss::frame_error_count; ++i) {
       const auto cause = static_cast<biss::FrameError>(i);
-      if (counts.causes[cause] == 0) continue;
-      write_text(", ");
-      write_text(name_of(cause));
-      write_number(" ", counts.causes[cause]);
+      if (counts.causes[cause] != 0) print(", ", name_of(cause), " ", counts.causes[cause]);
     }
-    write_text("\n");
+    print("\n");
   }
 
   EncoderLink<Board, std::remove_cvref_t<decltype(reader)>, reader.bytes()> link_;

@@ -73,11 +73,7 @@ Damage next_damage() {
 void expect(bool right, const char* what) {
   if (right) return;
   if (++loop.summary.wrong > 10) return;
-  firmware::write("WRONG in cycle ");
-  firmware::write_decimal(loop.cycle);
-  firmware::write(": ");
-  firmware::write(what);
-  firmware::write("\n");
+  firmware::print("WRONG in cycle ", loop.cycle, ": ", what, "\n");
 }
 
 void check_measured(const control_loop::AxisPosition& latest, biss::Picoseconds now) {
@@ -150,37 +146,20 @@ void transfer_ends() {
   loop.spi.finish_transfer(loop.truth, damage, loop.random.next());
 }
 
-void print(const char* what, std::uint64_t value) {
-  firmware::write(what);
-  firmware::write_decimal(value);
-}
-
 void print_summary(const Summary& sum) {
-  print("cycles ", cycles);
-  print(", damaged ", sum.damaged);
-  print(": measured ", sum.measured);
-  print(", extrapolated ", sum.extrapolated);
-  print(", held ", sum.held);
-  print(", none yet ", sum.none);
-  print("\ntripped in cycle ", sum.tripped_at);
-  print(", unplugged from ", unplugged_from + 1);
-  print("\nturns -", static_cast<std::uint64_t>(-sum.turns_least));
-  print(" to ", static_cast<std::uint64_t>(sum.turns_most));
-  print(", oldest position ", static_cast<std::uint64_t>(sum.oldest.count / 1000));
-  firmware::write(" ns\ncauses:");
+  using firmware::print;
+  print("cycles ", cycles, ", damaged ", sum.damaged, ": measured ", sum.measured,
+        ", extrapolated ", sum.extrapolated, ", held ", sum.held, ", none yet ", sum.none);
+  print("\ntripped in cycle ", sum.tripped_at, ", unplugged from ", unplugged_from + 1);
+  print("\nturns -", static_cast<std::uint64_t>(-sum.turns_least), " to ",
+        static_cast<std::uint64_t>(sum.turns_most), ", oldest position ",
+        static_cast<std::uint64_t>(sum.oldest.count / 1000), " ns\ncauses:");
   const auto& causes = loop.axis.counts().causes;
   for (std::size_t i = 0; i < biss::frame_error_count; ++i) {
     const auto cause = static_cast<biss::FrameError>(i);
-    if (causes[cause] == 0) continue;
-    firmware::write(" ");
-    for (const char letter : biss::name_of(cause)) {
-      const char text[2]{letter, '\0'};
-      firmware::write(text);
-    }
-    print(" ", causes[cause]);
+    if (causes[cause] != 0) print(" ", name_of(cause), " ", causes[cause]);
   }
-  print("\n", sum.wrong);
-  firmware::write(" wrong\n");
+  print("\n", sum.wrong, " wrong\n");
 }
 
 bool good(const Summary& sum) {

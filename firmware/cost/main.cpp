@@ -76,17 +76,9 @@ Cost cost_of(const Row& row, const Ruler& ruler, const biss::SpiReader<Codec>& r
 }
 
 void print(const Row& row, const Cost& cost) {
-  firmware::write("row ");
-  firmware::write(row.name);
-  firmware::write("|");
-  firmware::write(row.title);
-  firmware::write("|");
-  firmware::write_decimal((cost.sum + row.samples / 2U) / row.samples);
-  firmware::write("|");
-  firmware::write_decimal(cost.most);
-  firmware::write("|");
-  firmware::write_decimal(cost.stack_bytes);
-  firmware::write(cost.right ? "\n" : "|WRONG ANSWER\n");
+  firmware::print("row ", row.name, "|", row.title, "|",
+                  (cost.sum + row.samples / 2U) / row.samples, "|", cost.most, "|",
+                  cost.stack_bytes, cost.right ? "\n" : "|WRONG ANSWER\n");
 }
 
 }  // namespace
@@ -95,12 +87,9 @@ void print(const Row& row, const Cost& cost) {
 int firmware_main() {
   using namespace cost;
   const Ruler ruler = calibrate();
-  firmware::write("ruler ");
-  firmware::write_decimal(ruler.ticks_of_long_block - ruler.ticks_of_none);
-  firmware::write(" ticks for 8000 instructions, ");
-  firmware::write_decimal(ruler.ticks_of_none);
-  firmware::write(ruler.straight ? " for 0 instructions, linear\n"
-                                 : " for 0 instructions, NOT LINEAR\n");
+  firmware::print("ruler ", ruler.ticks_of_long_block - ruler.ticks_of_none,
+                  " ticks for 8000 instructions, ", ruler.ticks_of_none,
+                  ruler.straight ? " for none, straight\n" : " for none, NOT STRAIGHT\n");
   if (!ruler.straight) return 1;
 
   // Through a volatile pointer, so that the format is unknown to the compiler.

@@ -80,9 +80,7 @@ constinit Line line;
 void expect(bool right, const char* what) {
   if (right) return;
   ++line.summary.wrong;
-  firmware::write("WRONG: ");
-  firmware::write(what);
-  firmware::write("\n");
+  firmware::print("WRONG: ", what, "\n");
 }
 
 void wait(Picoseconds time) {
@@ -223,11 +221,6 @@ void switch_channels() {
   expect(read(biss::reg::mfr_id, id) && id[0] == 'X', "registers together with positions again");
 }
 
-void print(const char* what, std::uint64_t value) {
-  firmware::write(what);
-  firmware::write_decimal(value);
-}
-
 }  // namespace
 }  // namespace encoder_maker_run
 
@@ -238,13 +231,9 @@ int firmware_main() {
   preset();
   switch_channels();
   const Summary& sum = line.summary;
-  print("frames ", sum.frames);
-  print(": positions ", sum.positions);
-  print(", short ", sum.short_frames);
-  print("; accesses ", sum.accesses);
-  print(", presets ", line.board.stores);
-  print("\n", sum.wrong);
-  firmware::write(" wrong\n");
+  firmware::print("frames ", sum.frames, ": positions ", sum.positions, ", short ",
+                  sum.short_frames, "; accesses ", sum.accesses, ", presets ", line.board.stores,
+                  "\n", sum.wrong, " wrong\n");
   const bool good = sum.wrong == 0 && sum.short_frames > 80 && sum.frames > 2000 &&
                     sum.positions == sum.frames - sum.short_frames;
   return good ? 0 : 1;

@@ -6,7 +6,7 @@
 namespace firmware {
 namespace {
 
-void write_number(std::uint64_t value, unsigned base) {
+void write_in_base(std::uint64_t value, unsigned base) {
   std::array<char, 24> digits{};
   std::size_t at = digits.size() - 1;
   do {
@@ -18,11 +18,11 @@ void write_number(std::uint64_t value, unsigned base) {
 
 }  // namespace
 
-void write_decimal(std::uint64_t value) { write_number(value, 10); }
+void write(std::uint64_t number) { write_in_base(number, 10); }
 
-void write_hex(std::uint64_t value) {
+void write(Hex hex) {
   write("0x");
-  write_number(value, 16);
+  write_in_base(hex.number, 16);
 }
 
 }  // namespace firmware

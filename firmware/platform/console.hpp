@@ -3,14 +3,28 @@
 #pragma once
 
 #include <cstdint>
+#include <string_view>
 
 namespace firmware {
 
 /// Writes a C string.
 void write(const char* text);
-/// Writes a number in decimal, or in hexadecimal with 0x before it.
-void write_decimal(std::uint64_t value);
-void write_hex(std::uint64_t value);
+/// Writes a name of the core. All of them are literals, so they end with a zero.
+inline void write(std::string_view name) { write(name.data()); }
+/// Writes a number in decimal.
+void write(std::uint64_t number);
+/// Writes a number in hexadecimal, with 0x before it.
+struct Hex {
+  std::uint64_t number;
+};
+void write(Hex hex);
+
+/// Writes texts and numbers, one after another.
+template <class... Parts>
+void print(const Parts&... parts) {
+  (write(parts), ...);
+}
+
 /// Ends the image with the given exit status.
 [[noreturn]] void exit(int status);
 

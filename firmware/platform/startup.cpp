@@ -96,10 +96,7 @@ void report_fault(const std::uint32_t* frame) {
   if (frame < stack_bottom) {
     firmware::write(": stack overflow");
   } else {
-    firmware::write(" at pc ");
-    firmware::write_hex(frame[6]);
-    firmware::write(", lr ");
-    firmware::write_hex(frame[5]);
+    firmware::print(" at pc ", firmware::Hex{frame[6]}, ", lr ", firmware::Hex{frame[5]});
   }
   firmware::write("\n");
   firmware::exit(status_fault);
@@ -108,9 +105,7 @@ void report_fault(const std::uint32_t* frame) {
 void unexpected_handler() {
   std::uint32_t number = 0;
   asm volatile("mrs %0, ipsr" : "=r"(number));
-  firmware::write("UNEXPECTED EXCEPTION ");
-  firmware::write_decimal(number);
-  firmware::write("\n");
+  firmware::print("UNEXPECTED EXCEPTION ", number, "\n");
   firmware::exit(status_fault);
 }
 

@@ -12,14 +12,17 @@ import { listenToKeys } from './shell/keys';
 import { followLink } from './shell/link';
 import { followSearch } from './shell/search';
 import { followRows } from './shell/table_rows';
-import { watchTheme } from './shell/theme';
-import { file } from './state';
+import { file, shownTheme, systemIsDark } from './state';
 
 void start().then(loadEncoders, () => {});
 followRows();
 followSearch();
-watchTheme();
 listenToKeys();
+// Dark or light: the system's choice, until the user chooses.
+const systemTheme = matchMedia('(prefers-color-scheme: dark)');
+systemIsDark.value = systemTheme.matches;
+systemTheme.addEventListener('change', () => { systemIsDark.value = systemTheme.matches; });
+effect(() => { document.documentElement.dataset['theme'] = shownTheme.value; });
 effect(() => { document.title = file.value === undefined ? 'biss' : `${file.value.name} – biss`; });
 // The page shows whether a request to the core is open.
 watchWaiting((isWaiting) => document.documentElement.toggleAttribute('data-waiting', isWaiting));

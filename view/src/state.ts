@@ -65,6 +65,8 @@ export const rowCount = signal(0);
 export const generation = signal(0);
 /** Messages of the command on stderr, and errors of the page itself. */
 export const messages = signal('');
+/** The text that a screen reader speaks after a change outside the focus. */
+export const announcement = signal('');
 
 /** The data of a report about the whole capture; undefined if the page has no report. */
 export const report = signal<Report | undefined>(undefined);

@@ -3,7 +3,9 @@ import { test } from 'node:test';
 import { manyRows, sessionOf } from './capture_rows.mjs';
 import { load } from './typescript.mjs';
 
-const { analyses } = await load('plots/analyses.ts');
+const analyses = {
+  ...await load('plots/envelope.ts'), ...await load('plots/row_classes.ts'), ...await load('plots/causes_of.ts'),
+};
 const times = await load('plots/row_times.ts');
 
 const rows = manyRows(100_000);

@@ -11,7 +11,7 @@ const core = path.resolve(process.env.BISS_WASM ?? path.join(here, '../../build-
 const { loadBiss } = await import(pathToFileURL(path.join(core, 'biss.mjs')).href);
 const biss = await loadBiss({ wasmBinary: fs.readFileSync(path.join(core, 'biss_core.wasm')) });
 const { layOut } = await load('wave/layout.ts');
-const { analyses } = await load('plots/analyses.ts');
+const { eye: eyeOf } = await load('plots/eye_of.ts');
 
 /** The rows of a simulated capture, each with its cells by column and its layout. */
 function cyclesOf(format, ...options) {
@@ -118,7 +118,7 @@ test('Eye_WithoutJitter_IsHalfAPeriodWideOnBothSides', () => {
   biss.run(['simulate', '-f', 'pos26,nE,nW,crc6', '-o', 'test.vcd', ...options]);
   const { session } = biss.open(['test.vcd', '-f', 'pos26,nE,nW,crc6']);
   while (session.advance(100).more);
-  const eye = analyses.eye(session, { from: 0n, to: BigInt(session.about().endTime), cycles: 20, bins: 100 });
+  const eye = eyeOf(session, { from: 0n, to: BigInt(session.about().endTime), cycles: 20, bins: 100 });
   assert.equal(eye.of, 50);
   assert.equal(eye.rows.length, 20);
   assert.ok(Math.abs(eye.period - 1e6) < 1e3, `${eye.period}`);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <fstream>
 #include <limits>
+#include <sstream>
 
 namespace logic {
 
@@ -16,7 +17,7 @@ using biss::report::Role;
 constexpr auto largest_integer = static_cast<std::uint64_t>(std::numeric_limits<S64>::max());
 
 // The data table of Logic shows these. A column without a value is left out.
-void add_field(FrameV2& frame, const Column& column, const Cell& cell) {
+void add_field(FrameV2& frame, const Column& column, const Cell& cell, const std::string& text) {
   const char* name = column.name.c_str();
   switch (cell.kind()) {
     case Kind::absent:
@@ -38,7 +39,7 @@ void add_field(FrameV2& frame, const Column& column, const Cell& cell) {
     case Kind::bits:
       break;
   }
-  frame.AddString(name, biss::saleae::text_of(cell).c_str());
+  frame.AddString(name, text.c_str());
 }
 
 // Whether a bubble shows this value besides the status.
@@ -56,14 +57,22 @@ void Results::add(const biss::saleae::Row& row, const std::vector<Column>& colum
   texts.brief = name_of(row.status);
   texts.full = texts.brief;
   std::string heading;
+  if (!writer_) {
+    writer_ = biss::report::make_table_writer(biss::report::Format::csv, columns, csv_);
+    writer_->finish();
+    heading = csv_.take();
+  }
+  writer_->row(row.cells);
+  writer_->finish();
+  texts.csv = csv_.take();
+  // No cell has a comma.
+  std::istringstream cells(texts.csv.substr(0, texts.csv.size() - 1));
   FrameV2 table_row;
   for (std::size_t i = 0; i < columns.size(); ++i) {
-    heading += (i == 0 ? "" : ",") + columns[i].name;
-    texts.csv += (i == 0 ? "" : ",") + biss::saleae::text_of(row.cells[i]);
-    add_field(table_row, columns[i], row.cells[i]);
-    if (is_shown(columns[i], row.cells[i])) {
-      texts.full += ' ' + columns[i].name + '=' + biss::saleae::text_of(row.cells[i]);
-    }
+    std::string text;
+    std::getline(cells, text, ',');
+    add_field(table_row, columns[i], row.cells[i], text);
+    if (is_shown(columns[i], row.cells[i])) texts.full += ' ' + columns[i].name + '=' + text;
   }
   Frame frame;
   // Frames may not overlap.
@@ -77,7 +86,7 @@ void Results::add(const biss::saleae::Row& row, const std::vector<Column>& colum
   frame.mFlags = static_cast<U8>(biss::decode::is_good(row.status) ? 0 : DISPLAY_AS_ERROR_FLAG);
   {
     const std::lock_guard lock(mutex_);
-    heading_ = std::move(heading);
+    if (!heading.empty()) heading_ = std::move(heading);
     rows_.push_back(std::move(texts));
   }
   AddFrame(frame);
@@ -108,10 +117,10 @@ void Results::GenerateExportFile(const char* file, DisplayBase, U32) {
   const U64 count = GetNumFrames();
   {
     const std::lock_guard lock(mutex_);
-    out << heading_ << '\n';
+    out << heading_;
   }
   for (U64 i = 0; i < count; ++i) {
-    out << texts_of(i).csv << '\n';
+    out << texts_of(i).csv;
     if (UpdateExportProgressAndCheckForCancel(i, count)) return;
   }
   UpdateExportProgressAndCheckForCancel(count, count);

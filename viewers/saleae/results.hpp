@@ -5,6 +5,7 @@
 
 #include <cstddef>
 #include <deque>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <vector>
@@ -39,9 +40,11 @@ class Results final : public AnalyzerResults {
   Settings& settings_;
   // Logic draws in another thread than the thread that decodes.
   std::mutex mutex_;
-  std::string heading_;
+  std::string heading_ = "\n";
   std::deque<Texts> rows_;
   std::uint64_t end_ = 0;
+  biss::report::StringSink csv_;
+  std::unique_ptr<biss::report::TableWriter> writer_;
 };
 
 }  // namespace logic

@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "biss/configure/named_device.hpp"
-#include "report/text.hpp"
 
 namespace biss::saleae {
 
@@ -78,35 +77,6 @@ void RowReader::deliver(const decode::Cycle& cycle) {
            .cells = table_.cells(number_++, cycle, std::nullopt, exceeded),
            .first_sample = clock_.first_at_or_after(cycle.time),
            .last_sample = clock_.first_at_or_after(last)});
-}
-
-std::string text_of(const report::Cell& cell) {
-  using report::Kind;
-  std::string text;
-  switch (cell.kind()) {
-    case Kind::unsigned_integer:
-    case Kind::flag:
-      report::append_number(text, cell.unsigned_value());
-      break;
-    case Kind::signed_integer:
-      report::append_number(text, cell.signed_value());
-      break;
-    case Kind::nanoseconds:
-      report::append_nanoseconds(text, cell.time());
-      break;
-    case Kind::real:
-      report::append_number(text, cell.real_value());
-      break;
-    case Kind::text:
-      text = cell.text();
-      break;
-    case Kind::bits:
-      report::append_hex(text, cell.bits());
-      break;
-    case Kind::absent:
-      break;
-  }
-  return text;
 }
 
 }  // namespace biss::saleae

@@ -85,7 +85,4 @@ class RowReader {
   std::uint64_t ahead_ = 0;
 };
 
-/// The value as `biss decode --to csv` writes it.
-std::string text_of(const report::Cell& cell);
-
 }  // namespace biss::saleae

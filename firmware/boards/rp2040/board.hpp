@@ -173,4 +173,6 @@ class Rp2040 {
   }
 };
 
+using Board = Rp2040;
+
 }  // namespace boards

@@ -1,6 +1,9 @@
 // The messages between the page and the worker. An answer has the number of its request.
 import type { About, Column, ColumnValues, Cycle, LineView, RunResult } from 'biss';
-import type { Analyses } from '../plots/analyses';
+import type { Causes, CausesAsk } from '../plots/causes_of';
+import type { Envelope, EnvelopeAsk } from '../plots/envelope';
+import type { Eye, EyeAsk } from '../plots/eye_of';
+import type { Rows, RowsAsk, Strip, StripAsk } from '../plots/row_classes';
 import type { Report } from './report';
 import type { Content } from './source';
 
@@ -22,6 +25,13 @@ export interface Questions {
   find: { ask: { condition: string; from: number; step: 1 | -1 }; answer: number | undefined };
   /** The rows for which the condition is true, at most `most`. */
   findAll: { ask: { condition: string; most: number }; answer: Int32Array };
+  // The computations for the plots and the waveform: rows go in by column, envelopes and counts come out, so no
+  // answer grows with the capture.
+  'analyse.envelope': { ask: EnvelopeAsk; answer: Envelope };
+  'analyse.strip': { ask: StripAsk; answer: Strip };
+  'analyse.rows': { ask: RowsAsk; answer: Rows };
+  'analyse.causes': { ask: CausesAsk; answer: Causes };
+  'analyse.eye': { ask: EyeAsk; answer: Eye };
 }
 
 /** Requests that need no open capture. */
@@ -53,9 +63,7 @@ export interface Opened {
   reading?: ReadingMessage['reading'];
 }
 
-export type Requests = Questions & Commands & {
-  [K in keyof Analyses as `analyse.${K & string}`]: Analyses[K];
-};
+export type Requests = Questions & Commands;
 export type RequestName = keyof Requests;
 
 export interface RequestMessage {

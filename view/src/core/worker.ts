@@ -1,7 +1,10 @@
 // The worker: holds the core, reads the capture in slices, and answers between them.
 import { BissError, loadBiss } from 'biss';
-import type { Biss } from 'biss';
-import { analyses, type Analyses } from '../plots/analyses';
+import type { Biss, Session } from 'biss';
+import { causes } from '../plots/causes_of';
+import { envelope } from '../plots/envelope';
+import { eye } from '../plots/eye_of';
+import { rows, strip } from '../plots/row_classes';
 import { findRow, findRows } from './matching';
 import { Reader } from './reader';
 import { PartSession, wholeCauses, wholeEnvelope, type Report } from './report';
@@ -9,7 +12,7 @@ import { rowFrom } from '../plots/row_times';
 import { measuredSource, type MeasuredSource } from './source';
 import { messageOf } from './texts';
 import { unpack } from './unpack';
-import type { AnswerMessage, Commands, Questions, RequestMessage } from './protocol';
+import type { AnswerMessage, Commands, RequestMessage, Requests } from './protocol';
 
 declare const self: DedicatedWorkerGlobalScope;
 
@@ -26,11 +29,7 @@ function loaded(): Biss {
   return biss;
 }
 
-type Handlers<T extends { [K in keyof T]: { ask: unknown; answer: unknown } }> = {
-  [K in keyof T]: (ask: T[K]['ask']) => T[K]['answer'] | Promise<T[K]['answer']>;
-};
-
-const handlers: Handlers<Commands & Questions> = {
+const handlers: { [K in keyof Requests]: (ask: Requests[K]['ask']) => Requests[K]['answer'] | Promise<Requests[K]['answer']> } = {
   async load({ core }) {
     biss = await loadBiss({ wasmBinary: await unpack(core) });
   },
@@ -88,7 +87,28 @@ const handlers: Handlers<Commands & Questions> = {
     const row = rowFrom(session(), BigInt(number), 'cycle');
     return Number(session().column('cycle', row, row + 1).values[0]) === number ? row : undefined;
   },
+  'analyse.envelope': (ask) => {
+    const whole = wholeReport();
+    return whole && wholeEnvelope(whole, ask) || analysed(envelope, ask);
+  },
+  'analyse.strip': (ask) => analysed(strip, ask),
+  'analyse.rows': (ask) => analysed(rows, ask),
+  'analyse.causes': (ask) => {
+    const whole = wholeReport();
+    return whole ? wholeCauses(whole) : analysed(causes, ask);
+  },
+  'analyse.eye': (ask) => analysed(eye, ask),
 };
+
+function analysed<Ask, Answer>(analysis: (of: Session, ask: Ask) => Answer, ask: Ask): Promise<Answer> {
+  return opened().analysed((of) => analysis(of, ask));
+}
+
+// The report, if it has the data about the whole capture as it is read.
+function wholeReport(): Report | undefined {
+  const part = reader?.session;
+  return part instanceof PartSession && part.isWhole ? part.report : undefined;
+}
 
 function sourcesOf(args: readonly string[]): MeasuredSource[] {
   return args.flatMap((name) => sources.get(name) ?? []);
@@ -141,23 +161,9 @@ async function answer({ id, name, ask }: RequestMessage): Promise<void> {
 }
 
 function answerOf(name: string, ask: unknown): unknown {
-  const whole = answerOfWhole(name, ask);
-  if (whole !== undefined) return whole;
-  if (name.startsWith('analyse.')) {
-    const analysis = analyses[name.slice('analyse.'.length) as keyof Analyses];
-    return opened().analysed((session) => analysis(session, ask as never));
-  }
   const handler = (handlers as Record<string, (ask: unknown) => unknown>)[name];
   if (handler === undefined) throw new Error(`no request ${name}`);
   return handler(ask);
-}
-
-// The answer from the report's data about the whole capture.
-function answerOfWhole(name: string, ask: unknown): unknown {
-  const part = reader?.session;
-  if (!(part instanceof PartSession) || !part.isWhole) return undefined;
-  if (name === 'analyse.envelope') return wholeEnvelope(part.report, ask as Analyses['envelope']['ask']);
-  return name === 'analyse.causes' ? wholeCauses(part.report) : undefined;
 }
 
 // Arrays of an answer are moved, not copied.

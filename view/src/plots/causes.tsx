@@ -37,9 +37,9 @@ export function Causes() {
     groups.set(title, [...(groups.get(title) ?? []), cause]);
   }
   return (
-    <section class="plot-causes" aria-label="Histogram of causes">
+    <section aria-label="Histogram of causes">
       <h3>Causes, in {counted.rows} cycles</h3>
-      <table>
+      <table class="facts plot-causes">
         <thead>
           <tr>
             {['cause', 'cycles', 'share', 'over the capture'].map((name) => <th key={name} scope="col">{name}</th>)}
@@ -73,12 +73,12 @@ function Row({ cause, rows }: { cause: Cause; rows: number }) {
   return (
     <tr class={kind}>
       <td>
-        <button type="button" class="plot-cause" onClick={next}
+        <button type="button" class="link" onClick={next}
           title={statuses[cause.name] ?? `Search for ${condition}`} aria-label={`Next cycle with ${cause.name}`}>
           {cause.name}
         </button>
       </td>
-      <td class="plot-number">{cause.count}</td>
+      <td class="number">{cause.count}</td>
       <td>
         <span class="plot-share">
           <svg viewBox="0 0 100 10" preserveAspectRatio="none" aria-hidden="true">

@@ -7,14 +7,14 @@ import { useAnswer } from '../shell/use_answer';
 import * as state from '../state';
 import * as actions from '../wave/actions';
 import { Surface } from '../wave/canvas';
+import { listen } from '../wave/listen';
 import { steadyEnd, steadyRows, Tile } from '../wave/tiles';
 import { Causes, pause } from './causes';
 import type { Envelope } from './envelope';
 import type { Eye } from './eye_of';
 import { drawEye, eyeText } from './eye_view';
 import { columnPlots, type ColumnPlot } from './plot_list';
-import { listenToPlot } from './plot_input';
-import { PlotView, type PlotSpec, type Source } from './plot_view';
+import { gutter, PlotView, type PlotSpec, type Source } from './plot_view';
 
 /** The plots show the same range as the waveform, and not the whole capture. */
 const follows = signal(false);
@@ -53,10 +53,10 @@ export function Plots() {
   const plots = columnPlots(state.columns.value);
   return (
     <section class="plots" aria-label="Plots" data-keys="plots">
-      <div class="plots-bar" role="group" aria-label="Time of the plots">
+      <div class="bar" role="group" aria-label="Time of the plots">
         <Choice text="Whole capture" value={false} />
         <Choice text="As the waveform" value />
-        <p class="plots-hint">
+        <p class="quiet">
           {follows.value ? 'Wheel and drag zoom and move.' : 'Drag over a plot to show a stretch in the waveform.'}
         </p>
       </div>
@@ -73,7 +73,7 @@ export function Plots() {
 function Choice({ text, value }: { text: string; value: boolean }) {
   const choose = () => { follows.value = value; };
   return (
-    <label>
+    <label class="tick">
       <input type="radio" name="plots-time" checked={follows.value === value} onChange={choose} /> {text}
     </label>
   );
@@ -124,7 +124,7 @@ function Figure({ spec, sourceOf, range, note = '', depends }: FigureProps) {
     const element = canvas.current;
     if (element === null) return undefined;
     const plot: PlotView = new PlotView(element, spec, sourceOf(() => plot.surface.change()), range, setSummary, depends);
-    const stop = listenToPlot(element, plot, () => follows.value, (text) => { point.value = text; });
+    const stop = listenToPlot(element, plot, (text) => { point.value = text; });
     return () => {
       stop();
       plot.surface.close();
@@ -139,6 +139,62 @@ function Figure({ spec, sourceOf, range, note = '', depends }: FigureProps) {
       <div class="plot-canvas"><canvas ref={canvas} role="img" aria-label={summary} /></div>
     </figure>
   );
+}
+
+// A press that moves by more is a drag.
+const still = 4;
+
+// Pointer and wheel on a plot. If the plot follows the waveform, they move the waveform; else they change
+// the range of the plot.
+function listenToPlot(
+  element: HTMLElement,
+  plot: PlotView,
+  onPoint: (text: string) => void,
+): () => void {
+  let from: number | undefined;
+  let last = 0;
+  const at = (event: MouseEvent) => event.clientX - element.getBoundingClientRect().left;
+  const share = (x: number) => (x - gutter) / (plot.scale?.width ?? 1);
+
+  const wheel = (event: WheelEvent) => {
+    if (!follows.value && !event.ctrlKey) return;
+    event.preventDefault();
+    actions.zoom(2 ** (Math.max(-240, Math.min(240, event.deltaY)) / 300), share(at(event)));
+  };
+  const down = (event: PointerEvent) => {
+    if (event.button !== 0) return;
+    element.setPointerCapture(event.pointerId);
+    from = last = at(event);
+  };
+  const move = (event: PointerEvent) => {
+    const x = at(event);
+    onPoint(plot.valueAt(x));
+    const { scale } = plot;
+    if (from === undefined || scale === undefined || Math.abs(x - from) <= still) return;
+    if (follows.value) {
+      actions.pan(share(last) - share(x));
+      last = x;
+    } else {
+      const [begin, end] = x < from ? [x, from] : [from, x];
+      state.showRange(scale.time(begin - gutter), scale.time(end - gutter));
+    }
+  };
+  const up = (event: PointerEvent) => {
+    const { scale } = plot;
+    const x = at(event);
+    if (from !== undefined && scale !== undefined && Math.abs(x - from) <= still) {
+      void actions.selectAt(scale.time(x - gutter));
+    }
+    from = undefined;
+  };
+  return listen(element, {
+    wheel,
+    pointerdown: down,
+    pointermove: move,
+    pointerup: up,
+    pointercancel: () => { from = undefined; },
+    pointerleave: () => onPoint(''),
+  });
 }
 
 function EyeFigure() {

@@ -1,24 +1,23 @@
 // The page as a whole.
-import { signal } from '@preact/signals';
+import { signal, type Signal } from '@preact/signals';
 import * as state from '../state';
 import { Wave } from '../wave/wave';
-import { announcement } from './announce';
-import { openUserFiles } from './files';
+import { examples, openSimulated } from './examples';
+import { chooseFiles, openUserFiles } from './files';
 import { Header } from './header';
 import { Help } from './help';
 import { Panels } from './panels';
 import { isPrinted, PrintPage } from './print';
-import { ReportBar } from './report_bar';
-import { SimulatePanel } from './simulate';
-import { Splitter } from './splitter';
+import { showSimulate, SimulatePanel } from './simulate';
 import { MessageBar, StatusBar } from './status_bar';
 import { Table } from './table';
 import { filterError, shownCount } from './table_rows';
-import { Welcome } from './welcome';
 
 const isOver = signal(false);
 const waveShare = signal(54);
 const tableShare = signal(50);
+const shareLeast = 15;
+const shareMost = 85;
 
 function onDrag(event: DragEvent): void {
   if (!event.dataTransfer?.types.includes('Files')) return;
@@ -46,10 +45,44 @@ export function App() {
       </main>
       <StatusBar />
       <Help />
-      <div class="sr" role="status" aria-live="polite">{announcement.value}</div>
+      <div class="sr" role="status" aria-live="polite">{state.announcement.value}</div>
     </div>
     {isPrinted && <PrintPage />}
     </>
+  );
+}
+
+// The page before a capture is open.
+function Welcome() {
+  const busy = state.progress.value.state === 'loading';
+  return (
+    <div class="welcome">
+      <button type="button" class="drop" onClick={chooseFiles}>
+        <strong>Drop a capture of MA and SLO here</strong>
+        <span>or choose a file: VCD, FST, CSV, .sr, .dsl, Saleae CSV and binary, raw samples; also .gz</span>
+        <span>Several files with one line each are one capture.</span>
+      </button>
+      <section aria-label="Examples">
+        <h2>Or look at an example</h2>
+        <ul class="examples">
+          {examples.map((example) => (
+            <li key={example.name}>
+              <button type="button" disabled={busy} onClick={() => void openSimulated(example.args, example.format)}>
+                <strong>{example.name}</strong>
+                <span>{example.about}</span>
+              </button>
+            </li>
+          ))}
+          <li>
+            <button type="button" disabled={busy} onClick={showSimulate}>
+              <strong>Simulate …</strong>
+              <span>an encoder, a cable and a master of your own, with faults</span>
+            </button>
+          </li>
+        </ul>
+      </section>
+      <p class="quiet">Nothing leaves this machine: the page reads the file here, and asks no server for anything.</p>
+    </div>
   );
 }
 
@@ -72,6 +105,38 @@ function Work() {
   );
 }
 
+// A bar between two parts of the page, moved by pointer or arrows. It sets a share in percent.
+interface SplitterProps {
+  share: Signal<number>;
+  direction: 'row' | 'column';
+  label: string;
+}
+
+function Splitter({ share, direction, label }: SplitterProps) {
+  const set = (value: number) => { share.value = Math.max(shareLeast, Math.min(shareMost, value)); };
+  const onMove = (event: PointerEvent) => {
+    const bar = event.currentTarget as HTMLElement;
+    if (!bar.hasPointerCapture(event.pointerId)) return;
+    const around = bar.parentElement!.getBoundingClientRect();
+    set(direction === 'row'
+      ? ((event.clientY - around.top) / around.height) * 100
+      : ((event.clientX - around.left) / around.width) * 100);
+  };
+  const onKey = (event: KeyboardEvent) => {
+    const step = { ArrowUp: -2, ArrowLeft: -2, ArrowDown: 2, ArrowRight: 2 }[event.key];
+    if (step === undefined) return;
+    event.preventDefault();
+    set(share.value + step);
+  };
+  return (
+    <div class={`splitter splitter-${direction}`} role="separator" tabIndex={0} aria-label={label}
+      aria-orientation={direction === 'row' ? 'horizontal' : 'vertical'}
+      aria-valuenow={Math.round(share.value)} aria-valuemin={shareLeast} aria-valuemax={shareMost}
+      onPointerDown={(event) => event.currentTarget.setPointerCapture(event.pointerId)}
+      onPointerMove={onMove} onKeyDown={onKey} />
+  );
+}
+
 function FilterBar() {
   const filter = state.filter.value;
   return (
@@ -87,5 +152,19 @@ function FilterBar() {
           : filter === '' ? `${state.rowCount.value} rows` : `${shownCount()} of ${state.rowCount.value} rows`}
       </span>
     </div>
+  );
+}
+
+// The contents of a report, and the data left out.
+function ReportBar() {
+  const report = state.report.value;
+  if (report === undefined) return null;
+  const other = 'Read with other settings than the report: everything shown is that of the cycles in it.';
+  const notes = state.isWhole.value ? report.notes : [other, ...report.notes];
+  return (
+    <details class="report-bar">
+      <summary>{notes[0]}</summary>
+      {notes.slice(1).map((note) => <p key={note}>{note}</p>)}
+    </details>
   );
 }

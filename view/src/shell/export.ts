@@ -5,10 +5,8 @@ import { fileNames } from '../core/reading';
 import { messageOf } from '../core/texts';
 import { runToFile } from '../core/verbs';
 import * as state from '../state';
-import { announce } from './announce';
 import { saveFile } from './files';
 import type { Action } from './menu';
-import { pictureOf } from './picture';
 import { rowAtPlace, shownCount } from './table_rows';
 
 export const exportActions: readonly Action[] = [
@@ -35,7 +33,7 @@ function nameWith(ending: string): string {
 function save(ending: string, parts: BlobPart[], type: string): void {
   const name = nameWith(ending);
   saveFile(name, new Blob(parts, { type }));
-  announce(`Saved ${name}.`);
+  state.announcement.value = `Saved ${name}.`;
 }
 
 // Rows are brought in stretches, so that the worker answers others meanwhile.
@@ -93,6 +91,28 @@ async function linesOfRange(): Promise<void> {
     '--since', `${range.from}ps`, '--until', `${range.to}ps`, '-o', linesName,
   ], linesName);
   save('_lines.vcd', [new Uint8Array(bytes)], 'text/plain');
+}
+
+// A picture of all canvases in a part of the page, in their places; undefined if there are no canvases.
+async function pictureOf(selector: string): Promise<Blob | undefined> {
+  const part = document.querySelector(selector);
+  const canvases = [...(part?.querySelectorAll('canvas') ?? [])].filter((canvas) => canvas.width > 0);
+  if (part === null || canvases.length === 0) return undefined;
+  const scale = devicePixelRatio;
+  const boxes = canvases.map((canvas) => canvas.getBoundingClientRect());
+  const left = Math.min(...boxes.map((box) => box.left));
+  const top = Math.min(...boxes.map((box) => box.top));
+  const picture = document.createElement('canvas');
+  picture.width = Math.ceil((Math.max(...boxes.map((box) => box.right)) - left) * scale);
+  picture.height = Math.ceil((Math.max(...boxes.map((box) => box.bottom)) - top) * scale);
+  const context = picture.getContext('2d')!;
+  context.fillStyle = getComputedStyle(document.documentElement).getPropertyValue('--page');
+  context.fillRect(0, 0, picture.width, picture.height);
+  canvases.forEach((canvas, i) => {
+    const box = boxes[i]!;
+    context.drawImage(canvas, (box.left - left) * scale, (box.top - top) * scale, box.width * scale, box.height * scale);
+  });
+  return new Promise((resolve) => { picture.toBlob((blob) => resolve(blob ?? undefined), 'image/png'); });
 }
 
 async function picture(part: string): Promise<void> {

@@ -5,20 +5,17 @@ import * as state from '../state';
 import { encoders } from './encoders';
 import { changeSettings } from './settings';
 
+const lines = [
+  { name: 'MA', key: 'ma', invert: 'invertMa', inverted: 'maInverted' },
+  { name: 'SLO', key: 'slo', invert: 'invertSlo', inverted: 'sloInverted' },
+] as const;
+
 export function FormatBar() {
   const settings = state.settings.value;
-  const about = state.about.value;
   return (
     <div class="format-bar" role="group" aria-label="Format and lines">
       <FormatField />
-      <LineField name="MA" value={settings.ma} found={about?.ma} inverted={settings.invertMa || about?.maInverted === true}
-        change={(ma) => changeSettings({ ma })} />
-      <label class="tick"><input type="checkbox" checked={settings.invertMa}
-        onChange={(event) => changeSettings({ invertMa: event.currentTarget.checked })} /> invert</label>
-      <LineField name="SLO" value={settings.slo} found={about?.slo} inverted={settings.invertSlo || about?.sloInverted === true}
-        change={(slo) => changeSettings({ slo })} />
-      <label class="tick"><input type="checkbox" checked={settings.invertSlo}
-        onChange={(event) => changeSettings({ invertSlo: event.currentTarget.checked })} /> invert</label>
+      {lines.map((line) => <LineFields key={line.name} line={line} />)}
       <label>Units{' '}
         <select value={settings.units} onChange={(event) => changeSettings({ units: event.currentTarget.value as state.Units })}>
           <option value="counts">counts</option>
@@ -65,22 +62,20 @@ function nameOf(about: About | undefined): string | undefined {
   return about?.formatName === undefined ? undefined : `${about.formatName}: ${about.format ?? ''}`;
 }
 
-interface LineProps {
-  name: string;
-  value: string;
-  found: string | undefined;
-  inverted: boolean;
-  change: (name: string) => void;
-}
-
-function LineField({ name, value, found, inverted, change }: LineProps) {
-  const lines = state.about.value?.lines ?? [];
+function LineFields({ line: { name, key, invert, inverted } }: { line: (typeof lines)[number] }) {
+  const settings = state.settings.value;
+  const about = state.about.value;
+  const isInverted = settings[invert] || about?.[inverted] === true;
   return (
-    <label title={inverted ? `${name} is read inverted` : undefined}>{name}{' '}
-      <select value={value} onChange={(event) => change(event.currentTarget.value)}>
-        <option value="">{found === undefined || found === '' ? 'found' : `${found} (found)`}</option>
-        {lines.map((line) => <option key={line} value={line}>{line}</option>)}
-      </select>
-    </label>
+    <>
+      <label title={isInverted ? `${name} is read inverted` : undefined}>{name}{' '}
+        <select value={settings[key]} onChange={(event) => changeSettings({ [key]: event.currentTarget.value })}>
+          <option value="">{about?.[key] ? `${about[key]} (found)` : 'found'}</option>
+          {about?.lines.map((found) => <option key={found} value={found}>{found}</option>)}
+        </select>
+      </label>
+      <label class="tick"><input type="checkbox" checked={settings[invert]}
+        onChange={(event) => changeSettings({ [invert]: event.currentTarget.checked })} /> invert</label>
+    </>
   );
 }

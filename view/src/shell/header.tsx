@@ -1,6 +1,5 @@
 // The head of the page: files, search, export, link, theme, help.
 import * as state from '../state';
-import { announce } from './announce';
 import { examples, openSimulated } from './examples';
 import { exportActions } from './export';
 import { chooseFiles, openUserFiles } from './files';
@@ -11,16 +10,19 @@ import { linkText } from './link';
 import { Menu } from './menu';
 import { SearchField } from './search_field';
 import { showSimulate } from './simulate';
-import { toggleTheme } from './theme';
+
+function toggleTheme(): void {
+  state.theme.value = state.shownTheme.value === 'dark' ? 'light' : 'dark';
+}
 
 async function copyLink(): Promise<void> {
   const address = `${location.href.split('#')[0]}#${linkText()}`;
   history.replaceState(null, '', address);
   try {
     await navigator.clipboard.writeText(address);
-    announce('The link is copied.');
+    state.announcement.value = 'The link is copied.';
   } catch {
-    announce('The link is in the address bar.');
+    state.announcement.value = 'The link is in the address bar.';
   }
 }
 

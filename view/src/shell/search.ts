@@ -7,7 +7,6 @@ import { core } from '../core/core';
 import { messageOf } from '../core/texts';
 import { selectRow } from '../selection';
 import * as state from '../state';
-import { announce } from './announce';
 
 /** How many rows match; the error of the condition. */
 export const found = signal<{ count: number | undefined; error: string }>({ count: undefined, error: '' });
@@ -51,12 +50,12 @@ export async function searchOn(step: 1 | -1, text = state.search.value): Promise
 
 async function arrive(row: number, condition: string, note = ''): Promise<void> {
   await selectRow(row);
-  announce(`${note}Row ${row}: ${condition}`);
+  state.announcement.value = `${note}Row ${row}: ${condition}`;
 }
 
 async function wrap(condition: string, start: number, step: 1 | -1): Promise<void> {
   const row = await core().ask('find', { condition, from: start, step });
-  if (row === undefined) announce(`No row: ${condition}`);
+  if (row === undefined) state.announcement.value = `No row: ${condition}`;
   else await arrive(row, condition, step > 0 ? 'From the beginning. ' : 'From the end. ');
 }
 

@@ -7,7 +7,6 @@ import { core } from '../core/core';
 import { fileNames } from '../core/reading';
 import { decoded, objectsOf } from '../core/texts';
 import { runVerb } from '../core/verbs';
-import { announce } from './announce';
 import { zoomToRow } from '../selection';
 import * as state from '../state';
 
@@ -78,7 +77,7 @@ async function answerOf(args: string[]) {
 export async function zoomToCycle(number: number): Promise<void> {
   const row = await core().ask('rowOfCycle', { number });
   if (row !== undefined) await zoomToRow(row);
-  else announce(state.messages.value = `Cycle ${number} is not in this ${state.report.value === undefined ? 'table' : 'report'}.`);
+  else state.announcement.value = state.messages.value = `Cycle ${number} is not in this ${state.report.value === undefined ? 'table' : 'report'}.`;
 }
 
 /** The number of a cycle, as a button that goes to the cycle. */

@@ -1,11 +1,11 @@
 /** The picture of the waveform: requests to the core, and drawing. */
+import type { Access } from 'biss';
 import { firstWhere } from '../core/first_where';
+import { harmlessStatuses } from '../core/statuses';
 import * as state from '../state';
 import { rowClass, type Rows } from '../plots/row_classes';
-import { accessText, extentIn } from './accesses';
 import { Surface, type Pen } from './canvas';
 import { drawCursors } from './cursors';
-import { cyclesText } from './describe';
 import { changeBeside, drawAxis, drawLine, drawNames, nearestChange } from './draw_lines';
 import { drawStrips } from './draw_strip';
 import { TrackPainter, type Hit } from './draw_tracks';
@@ -213,4 +213,46 @@ function indicesIn(rows: Rows, { from, to }: state.Range): [number, number] {
   const { times } = rows;
   const before = (time: bigint) => firstWhere(times.length, (i) => (times[i] ?? 0n) >= time);
   return [Math.max(0, before(from + 1n) - 1), before(to)];
+}
+
+function words(...parts: unknown[]): string {
+  return parts.filter((part) => part !== null && part !== undefined && part !== '').join(' ');
+}
+
+// `read 0x42 BP_ID = 17 of 0: ok`.
+function accessText({ id, access, address, name, data, outcome }: Access): string {
+  const value = words(data) === '' ? '' : `= ${words(data)}`;
+  return words(access, address, name, value, id === null ? ':' : `of ${id}:`, outcome).replace(' :', ':');
+}
+
+// The place of an access among these rows.
+interface Extent {
+  from: bigint;
+  to: bigint;
+  /** Its first row here. */
+  row: number;
+}
+
+// Undefined if none of its cycles is in these rows.
+function extentIn(rows: Rows, { cycle, cycles }: Access): Extent | undefined {
+  const rowFrom = (number: number) => firstWhere(rows.numbers.length, (i) => (rows.numbers[i] ?? 0) >= number);
+  const first = rowFrom(cycle);
+  const end = rowFrom(cycle + Math.max(1, cycles));
+  const from = rows.times[first];
+  if (end <= first || from === undefined) return undefined;
+  return { from, to: rows.ends[end - 1] ?? rows.end, row: rows.first + first };
+}
+
+const mostNamed = 5;
+
+// `cycles 3 to 5; failed: 4 crc`.
+function cyclesText(cycles: readonly { number: number; status: string }[]): string {
+  const [first] = cycles;
+  const last = cycles.at(-1);
+  if (first === undefined || last === undefined) return '';
+  const failed = cycles.filter(({ status }) => !harmlessStatuses.has(status));
+  const named = failed.slice(0, mostNamed).map(({ number, status }) => `${number} ${status}`);
+  const more = failed.length > mostNamed ? ` and ${failed.length - mostNamed} more` : '';
+  const extent = cycles.length === 1 ? `cycle ${first.number}` : `cycles ${first.number} to ${last.number}`;
+  return `${extent}; ${failed.length === 0 ? 'none failed' : `failed: ${named.join(', ')}${more}`}`;
 }

@@ -2,14 +2,13 @@
 import './wave.css';
 import { signal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
+import { defineKeys } from '../shell/keys';
 import { useAnswer } from '../shell/use_answer';
 import * as state from '../state';
 import * as actions from './actions';
-import { differenceText, waveText } from './describe';
 import { listenToOverview, WaveInput, type Pointed } from './input';
-import { cursorTime, defineWaveKeys } from './keys';
 import { Overview } from './overview';
-import { exactTimeText, timeText } from './scale';
+import { exactTimeText, rateText, timeText } from './scale';
 import { WaveView } from './view';
 
 /** The cycles in the picture and in the overview, in words. */
@@ -17,6 +16,46 @@ const seen = signal('');
 const all = signal('');
 const pointed = signal<Pointed | undefined>(undefined);
 let shownView: WaveView | undefined;
+
+// The time at the pointer, at which a cursor is set; without a pointer, the middle of the picture.
+function cursorTime(view: WaveView, input: WaveInput | undefined): bigint | undefined {
+  if (input?.x !== undefined) return view.timeAt(input.x);
+  const range = state.range.value;
+  return range === undefined ? undefined : (range.from + range.to) / 2n;
+}
+
+function defineWaveKeys(view: WaveView, input: WaveInput): void {
+  let moved: 'a' | 'b' = 'a';
+  const put = (which: 'a' | 'b') => () => {
+    moved = which;
+    actions.setCursor(which, cursorTime(view, input));
+  };
+  const toChange = (step: 1 | -1) => () => {
+    const from = state.cursors.value[moved] ?? cursorTime(view, input);
+    const to = from === undefined ? undefined : view.changeBeside(from, step);
+    if (to !== undefined) actions.moveCursor(moved, to);
+  };
+  defineKeys('waveform', [
+    { keys: ['ArrowLeft'], help: 'Move left', run: () => actions.pan(-1 / 8) },
+    { keys: ['ArrowRight'], help: 'Move right', run: () => actions.pan(1 / 8) },
+    { keys: ['PageUp', 'Shift+ArrowLeft'], help: 'One picture to the left', run: () => actions.pan(-0.9) },
+    { keys: ['PageDown', 'Shift+ArrowRight'], help: 'One picture to the right', run: () => actions.pan(0.9) },
+    { keys: ['ArrowUp', '+', '='], help: 'Zoom in', run: () => actions.zoom(1 / 1.5) },
+    { keys: ['ArrowDown', '-'], help: 'Zoom out', run: () => actions.zoom(1.5) },
+    { keys: ['Home'], help: 'Beginning of the capture', run: () => actions.showEnd('first') },
+    { keys: ['End'], help: 'End of the capture', run: () => actions.showEnd('last') },
+    { keys: ['0'], help: 'The whole capture', run: actions.showAll },
+    { keys: ['.'], help: 'Select the next cycle', run: () => actions.selectNext(1) },
+    { keys: [','], help: 'Select the cycle before', run: () => actions.selectNext(-1) },
+    { keys: ['Enter'], help: 'Zoom to the selected cycle', run: actions.showSelected },
+    { keys: ['a'], help: 'Cursor A at the pointer, or in the middle', run: put('a') },
+    { keys: ['b'], help: 'Cursor B at the pointer, or in the middle', run: put('b') },
+    { keys: [']'], help: 'This cursor to the next change of a line', run: toChange(1) },
+    { keys: ['['], help: 'This cursor to the change before', run: toChange(-1) },
+    { keys: ['x'], help: 'Remove the cursors', run: actions.clearCursors },
+    { keys: ['z'], help: 'Zoom to what is between the cursors', run: actions.showCursors },
+  ]);
+}
 
 function useWave() {
   const wave = useRef<HTMLCanvasElement>(null);
@@ -85,7 +124,7 @@ function Toolbar() {
 
 function Button({ label, text, run }: { label: string; text: string; run: () => void }) {
   return (
-    <button type="button" aria-label={label} title={label} onClick={run}
+    <button type="button" class="small" aria-label={label} title={label} onClick={run}
       disabled={state.range.value === undefined}>
       {text}
     </button>
@@ -130,9 +169,35 @@ function CursorButton({ which, time }: { which: 'a' | 'b'; time: bigint | undefi
   const text = time === undefined ? name : `${name} ${exactTimeText(time)}`;
   const label = `${text}: set this cursor in the middle`;
   return (
-    <button type="button" class={`wave-cursor-${which}`} aria-label={label} title={label}
+    <button type="button" class={`small wave-cursor-${which}`} aria-label={label} title={label}
       disabled={state.range.value === undefined} onClick={() => putCursor(which)}>
       {text}
     </button>
   );
+}
+
+// `Δ 1.2 µs (833 kHz)`; empty if a cursor is missing.
+function differenceText({ a, b }: state.Cursors): string {
+  if (a === undefined || b === undefined) return '';
+  const difference = b - a;
+  if (difference === 0n) return '0 s';
+  return `${exactTimeText(difference)} (${rateText(1e12 / Math.abs(Number(difference)))})`;
+}
+
+// For who does not see the picture.
+// \param selected the number of the cycle that is selected
+// \param seen the cycles in the picture, in words
+function waveText(selected: number | undefined, seen: string): string {
+  const range = state.range.value;
+  const cursors = state.cursors.value;
+  if (range === undefined) return 'Waveform of MA and SLO: no capture is open.';
+  const extent = `${exactTimeText(range.from)} to ${exactTimeText(range.to)}, ${timeText(range.to - range.from)} wide`;
+  const parts = [`Waveform of MA and SLO from ${extent}; ${state.rowCount.value} cycles have been read.`];
+  if (seen !== '') parts.push(`In the picture: ${seen}.`);
+  if (selected !== undefined) parts.push(`Cycle ${selected} is selected.`);
+  if (cursors.a !== undefined) parts.push(`Cursor A at ${exactTimeText(cursors.a)}.`);
+  if (cursors.b !== undefined) parts.push(`Cursor B at ${exactTimeText(cursors.b)}.`);
+  const difference = differenceText(cursors);
+  if (difference !== '') parts.push(`B is ${difference} after A.`);
+  return parts.join(' ');
 }

@@ -1,12 +1,14 @@
+// The program of the examples on one board, whose folder the build adds to the include path.
+#include <board.hpp>
+
 #include "firmware/boards/read_encoder.hpp"
-#include "firmware/boards/stm32f405/board.hpp"
 #include "firmware/platform/console.hpp"
 #include "firmware/platform/startup.hpp"
 
 namespace {
 
-constinit boards::Stm32f405 board;
-constinit boards::ReadEncoder<boards::Stm32f405> program{board};
+constinit boards::Board board;
+constinit boards::ReadEncoder<boards::Board> program{board};
 
 }  // namespace
 
@@ -17,19 +19,15 @@ extern "C" void dma_complete_handler() {
 }
 
 void firmware::write(const char* text) {
-  for (; *text != '\0'; ++text) boards::Stm32f405::put(*text);
+  for (; *text != '\0'; ++text) boards::Board::put(*text);
 }
 
 void firmware::exit(int status) {
-  boards::write_number("end, status ", static_cast<std::uint64_t>(status));
-  firmware::write("\n");
+  firmware::print("end, status ", static_cast<std::uint64_t>(status), "\n");
   for (;;) boards::wait_for_interrupt();
 }
 
 int firmware_main() {
-#ifndef BISS_EMULATED  // the registers of clocks read as 0 in QEMU
-  boards::stm32f405::clock_setup();
-#endif
   board.setup();
   return program.run();
 }
