@@ -167,6 +167,19 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (goes_on_) return read();
     error_code ignored;
     stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+    waits_ = true;
+    stream_.expires_after(request_time);
+    buffer_.clear();
+    drain();
+  }
+
+  // To close with bytes that are not read resets the connection, and the client loses the rest of
+  // the answer.
+  void drain() {
+    stream_.async_read_some(buffer_.prepare(header_bytes_max),
+                            [self = shared_from_this()](error_code failed, std::size_t) {
+                              if (!failed) self->drain();
+                            });
   }
 
   tcp_stream stream_;
