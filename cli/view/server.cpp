@@ -102,12 +102,13 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   void take(error_code problem) {
     waits_ = false;
-    if (problem) {
-      send({400, "This is no request of HTTP.\n"}, false, false);
-      return;
-    }
     const Header& header = parser_->get();
     const std::string_view method = view_of(header.method_string());
+    // The end of a body in a coding other than `chunked` is unknown.
+    if (problem || (parser_->is_done() && header.count(http::field::transfer_encoding) != 0)) {
+      send({400, "This is no request of HTTP.\n"}, method == "HEAD", false);
+      return;
+    }
     PageAnswer answer =
         page_.answer({method, view_of(header.target()), only_value(header, http::field::host),
                       only_value(header, http::field::range)});
