@@ -109,9 +109,12 @@ class Connection : public std::enable_shared_from_this<Connection> {
       send({400, "This is no request of HTTP.\n"}, method == "HEAD", false);
       return;
     }
-    PageAnswer answer =
-        page_.answer({method, view_of(header.target()), only_value(header, http::field::host),
-                      only_value(header, http::field::range)});
+    // No answer has a validator, so the condition of If-Range is never true.
+    const std::string_view range = header.count(http::field::if_range) == 0
+                                       ? only_value(header, http::field::range)
+                                       : std::string_view{};
+    PageAnswer answer = page_.answer(
+        {method, view_of(header.target()), only_value(header, http::field::host), range});
     // After a request with a body, further bytes are ignored.
     const bool goes_on = parser_->is_done() && parser_->keep_alive() && answer.status < 400;
     send(std::move(answer), method == "HEAD", goes_on);
