@@ -72,7 +72,8 @@ tl::expected<std::uint64_t, std::string> ServedCapture::look(bool closely) {
   if (!problem_.empty()) return tl::unexpected(problem_);
   struct stat about {};
   if (!growth_ || ::fstat(descriptor_, &about) != 0) return size_;
-  const auto available = static_cast<std::uint64_t>(about.st_size);
+  // The file may have shrunk since it was compared.
+  const auto available = std::max(size_, static_cast<std::uint64_t>(about.st_size));
   if (available > size_) remember(whole_size(available));
   if (closely && !growth_->sample_bytes) problem_ = wrong_lines(available);
   if (!problem_.empty()) return tl::unexpected(problem_);

@@ -15,7 +15,6 @@
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/message.hpp>
 #include <boost/beast/http/parser.hpp>
-#include <boost/beast/http/read.hpp>
 #include <boost/beast/http/serializer.hpp>
 #include <boost/beast/http/write.hpp>
 #include <chrono>
@@ -39,7 +38,7 @@ using tcp = asio::ip::tcp;
 
 // A browser opens six connections.
 constexpr std::size_t connections_max = 32;
-constexpr std::uint32_t header_bytes_max = 8192;
+constexpr std::uint32_t header_bytes_max = 16384;
 constexpr std::size_t block_bytes = std::size_t{256} << 10U;
 // From the first byte of a request, or the end of the previous one, to its last byte.
 constexpr std::chrono::seconds request_time{10};
@@ -80,28 +79,42 @@ class Connection : public std::enable_shared_from_this<Connection> {
   void read() {
     parser_.emplace();
     parser_->header_limit(header_bytes_max);
+    left_of_header_ = header_bytes_max - buffer_.size();
     waits_ = true;
     stream_.expires_after(request_time);
-    http::async_read_header(stream_, buffer_, *parser_,
-                            [self = shared_from_this()](error_code problem, std::size_t) {
-                              self->waits_ = false;
-                              self->take(problem);
-                            });
+    parse();
   }
 
  private:
+  // The limit of the parser is for the bytes that it has not taken yet, so the bytes are counted here.
+  void parse() {
+    error_code problem;
+    buffer_.consume(parser_->put(buffer_.data(), problem));
+    if (problem != http::error::need_more || left_of_header_ == 0) return take(problem);
+    stream_.async_read_some(buffer_.prepare(left_of_header_),
+                            [self = shared_from_this()](error_code failed, std::size_t got) {
+                              if (failed) return;
+                              self->buffer_.commit(got);
+                              self->left_of_header_ -= got;
+                              self->parse();
+                            });
+  }
+
   void take(error_code problem) {
-    if (problem.category() == http::make_error_code(http::error::bad_target).category() &&
-        problem != http::error::end_of_stream && problem != http::error::partial_message) {
-      send({400, "This is not an HTTP request.\n"}, false, false);
-      return;
-    }
-    if (problem) return;
+    waits_ = false;
     const Header& header = parser_->get();
     const std::string_view method = view_of(header.method_string());
-    PageAnswer answer =
-        page_.answer({method, view_of(header.target()), only_value(header, http::field::host),
-                      only_value(header, http::field::range)});
+    // The end of a body in a coding other than `chunked` is unknown.
+    if (problem || (parser_->is_done() && header.count(http::field::transfer_encoding) != 0)) {
+      send({400, "This is no request of HTTP.\n"}, method == "HEAD", false);
+      return;
+    }
+    // No answer has a validator, so the condition of If-Range is never true.
+    const std::string_view range = header.count(http::field::if_range) == 0
+                                       ? only_value(header, http::field::range)
+                                       : std::string_view{};
+    PageAnswer answer = page_.answer(
+        {method, view_of(header.target()), only_value(header, http::field::host), range});
     // After a request with a body, further bytes are ignored.
     const bool goes_on = parser_->is_done() && parser_->keep_alive() && answer.status < 400;
     send(std::move(answer), method == "HEAD", goes_on);
@@ -158,12 +171,26 @@ class Connection : public std::enable_shared_from_this<Connection> {
     if (goes_on_) return read();
     error_code ignored;
     stream_.socket().shutdown(tcp::socket::shutdown_send, ignored);
+    waits_ = true;
+    stream_.expires_after(request_time);
+    buffer_.clear();
+    drain();
+  }
+
+  // To close with bytes that are not read resets the connection, and the client loses the rest of
+  // the answer.
+  void drain() {
+    stream_.async_read_some(buffer_.prepare(header_bytes_max),
+                            [self = shared_from_this()](error_code failed, std::size_t) {
+                              if (!failed) self->drain();
+                            });
   }
 
   tcp_stream stream_;
   ServedPage& page_;
   const ServedCapture& capture_;
-  flat_buffer buffer_{2 * header_bytes_max};
+  flat_buffer buffer_{header_bytes_max};
+  std::size_t left_of_header_ = 0;
   std::optional<http::request_parser<http::empty_body>> parser_;
   http::response<http::empty_body> response_;
   std::optional<http::response_serializer<http::empty_body>> serializer_;
