@@ -125,8 +125,10 @@ std::optional<SignalLevels> estimate_levels(std::span<const Nanovolts> samples,
   if (high.mean - low.mean < least_separation * (low.deviation + high.deviation)) {
     return std::nullopt;
   }
-  const SignalLevels levels{{std::llround(histogram.voltage(static_cast<double>(low.median)))},
-                            {std::llround(histogram.voltage(static_cast<double>(high.median)))}};
+  const auto middle = [&](const SampleClass& part) {
+    return Nanovolts{std::llround(histogram.voltage(static_cast<double>(part.median)))};
+  };
+  const SignalLevels levels{middle(low), middle(high)};
   if (levels.high.count - levels.low.count < least_swing.count) return std::nullopt;
   return levels;
 }
