@@ -68,9 +68,10 @@ void FrameRules::push(std::uint64_t number, const Cycle& cycle) {
 // The rules for the master: if it breaks them, the other rules prove nothing. The timeout is judged
 // below, for more cycles than `decode` marks.
 void FrameRules::judge_master(std::uint64_t number, const Cycle& cycle) {
-  for (const LimitCase& each : limits_.compare(cycle)) {
+  for (const Comparison& each : limits_.compare(cycle)) {
     if (each.rule == Rule::timeout_shortest || each.rule == Rule::timeout_longest) continue;
-    const Picoseconds margin = each.is_longest ? each.bound - each.value : each.value - each.bound;
+    const Picoseconds margin =
+        each.bound_is_maximum ? each.bound - each.value : each.value - each.bound;
     tallies_.measure(each.rule, {each.bound.count, each.value.count, margin.count},
                      each.doubt.count, number);
   }
@@ -81,7 +82,7 @@ void FrameRules::judge_reset(std::uint64_t number, const Cycle& cycle) {
   if (cycle.status == CycleStatus::ma_glitch || !knows_reset(timing_)) return;
   if (aborted_ && cycle.status != CycleStatus::cut_start) {
     const Picoseconds since = elapsed(aborted_->begin, cycle.time);
-    tallies_.at_least(Rule::reset, since, aborted_->whole, aborted_->whole / oscillator_share,
+    tallies_.at_least(Rule::reset, since, aborted_->whole, aborted_->whole / oscillator_divisor,
                       aborted_->number);
   }
   aborted_.reset();
