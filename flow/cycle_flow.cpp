@@ -18,10 +18,11 @@ namespace biss::flow {
 
 namespace {
 
-// Threads that have a number each take turns in the order of their numbers.
+// Threads take turns in the order of the numbers that they wait for, from 0 on. Each number has one
+// thread.
 class Turns {
  public:
-  // Waits for the turn of this number. False: no further turn comes.
+  // Waits for the turn of this number. False after end(): this turn never comes.
   bool wait(std::uint64_t number) {
     std::uint64_t now = next_.load(std::memory_order_acquire);
     for (int i = 0; now != number && now != over && i < most_yields; ++i) {
@@ -35,7 +36,7 @@ class Turns {
     return now == number;
   }
 
-  // Passes the turn to the next number. \pre it is the caller's turn; the same for end()
+  // Passes the turn to the next number. \pre it is the turn of this thread; the same for end()
   void pass() {
     next_.fetch_add(1, std::memory_order_release);
     next_.notify_all();
@@ -50,6 +51,7 @@ class Turns {
   // The previous thread usually passes its turn soon; sleeping would take longer.
   static constexpr int most_yields = 100;
 
+  // The number whose turn it is, or `over`.
   std::atomic<std::uint64_t> next_{0};
 };
 
@@ -59,6 +61,7 @@ class Flow {
        decode::Decoder& decoder)
       : source_(source), finder_(finder), setup_(setup), join_(finder, decoder) {}
 
+  // In this thread.
   void run_here() {
     Piece piece(finder_);
     while (piece.fetch(source_)) {
@@ -67,6 +70,7 @@ class Flow {
     }
   }
 
+  // In this thread and threads - 1 others, or as many as the system gives.
   void run_on_all(unsigned threads) {
     std::deque<Piece> pieces;
     while (pieces.size() < threads) pieces.emplace_back(finder_);
@@ -80,6 +84,7 @@ class Flow {
         // The system gives no further threads: the running ones do all the work.
       }
       work(pieces.front(), threads - 1);
+      // The destructor of `others` waits for the threads.
     }
     if (failure_) std::rethrow_exception(failure_);
   }
@@ -87,18 +92,21 @@ class Flow {
   void finish() { join_.flush(); }
 
  private:
-  // One thread: each piece stays in its caches from the file to the decoder.
+  // One of the threads: each piece stays in its caches from the file to the decoder.
   void work(Piece& piece, std::size_t others) {
     std::uint64_t number = 0;
     try {
       while (fetch(piece, number)) {
         piece.expand(setup_.lines, others);
         if (!turns_.wait(number)) return;
-        if (!settle(piece)) return turns_.end();
+        if (!settle(piece)) {
+          turns_.end();
+          return;
+        }
         turns_.pass();
       }
     } catch (...) {
-      // The pieces before are decoded first.
+      // The previous pieces are decoded first.
       if (!turns_.wait(number)) return;
       failure_ = std::current_exception();
       turns_.end();
@@ -110,12 +118,12 @@ class Flow {
     const std::lock_guard lock(fetching_);
     if (fetched_all_) return false;
     number = fetched_++;
-    fetched_all_ = true;  // also after an exception
+    fetched_all_ = true;  // stays if fetch() throws: the source cannot be read further
     fetched_all_ = !piece.fetch(source_);
     return !fetched_all_;
   }
 
-  // False if no further piece counts.
+  // False if no further piece is to be decoded: after a read error, or if go_on() ends the reading.
   bool settle(Piece& piece) {
     piece.settle(source_, setup_.lines, join_, setup_.watch);
     return !source_.error() && (!setup_.go_on || setup_.go_on());
@@ -125,11 +133,12 @@ class Flow {
   const decode::CleanCycleFinder& finder_;
   const FlowSetup& setup_;
 
+  // For fetch(): it guards the two members after it and the reading from source_.
   std::mutex fetching_;
   std::uint64_t fetched_ = 0;
   bool fetched_all_ = false;
 
-  // The turns for settle().
+  // The turns for settle(). The thread whose turn it is uses the two members after it.
   Turns turns_;
   decode::RunJoin join_;
   std::exception_ptr failure_;
