@@ -1,3 +1,4 @@
+// Writes edges as an event CSV.
 #include <cstddef>
 #include <string>
 #include <string_view>

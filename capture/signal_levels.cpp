@@ -1,3 +1,4 @@
+// Estimates the low and the high level of a line from its voltages.
 #include <algorithm>
 #include <array>
 #include <cmath>

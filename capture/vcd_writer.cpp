@@ -1,3 +1,4 @@
+// Writes edges as VCD.
 #include <cstddef>
 #include <string>
 #include <string_view>

@@ -1,3 +1,4 @@
+// The decoder in Python that is fed piece by piece.
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 

@@ -1,3 +1,4 @@
+// The verbs in Python: captures in memory, results as NumPy arrays.
 #include <pybind11/stl.h>
 
 #include <cstdint>

@@ -1,3 +1,4 @@
+// Writes a table as CSV.
 #include "report/text.hpp"
 #include "report/writers.hpp"
 

@@ -1,3 +1,4 @@
+// Reads an encoder on the RP2040: the interrupts and the start of the program.
 #include "firmware/boards/read_encoder.hpp"
 #include "firmware/boards/rp2040/board.hpp"
 #include "firmware/platform/console.hpp"

@@ -1,3 +1,4 @@
+// Reads an encoder on the STM32F405: the interrupts and the start of the program.
 #include "firmware/boards/read_encoder.hpp"
 #include "firmware/boards/stm32f405/board.hpp"
 #include "firmware/platform/console.hpp"
