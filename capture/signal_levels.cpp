@@ -43,8 +43,9 @@ class Histogram {
   }
 
   double swing() const { return greatest_ - least_; }
-  double voltage(double bin) const {
-    return least_ + bin * (greatest_ - least_) / (histogram_bins - 1);
+  Nanovolts voltage(std::size_t bin) const {
+    const double above = static_cast<double>(bin) * (greatest_ - least_);
+    return Nanovolts{std::llround(least_ + above / (histogram_bins - 1))};
   }
   const std::array<std::uint64_t, histogram_bins>& counts() const { return counts_; }
 
@@ -126,10 +127,7 @@ std::optional<SignalLevels> estimate_levels(std::span<const Nanovolts> samples,
   if (high.mean - low.mean < least_separation * (low.deviation + high.deviation)) {
     return std::nullopt;
   }
-  const auto middle = [&](const SampleClass& part) {
-    return Nanovolts{std::llround(histogram.voltage(static_cast<double>(part.median)))};
-  };
-  const SignalLevels levels{middle(low), middle(high)};
+  const SignalLevels levels{histogram.voltage(low.median), histogram.voltage(high.median)};
   if (levels.high.count - levels.low.count < least_swing.count) return std::nullopt;
   return levels;
 }

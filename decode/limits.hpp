@@ -56,9 +56,7 @@ struct Comparison {
   /// exceed the limit.
   Picoseconds doubt{};
 
-  constexpr bool exceeded() const {
-    return (bound_is_maximum ? value - bound : bound - value) > doubt;
-  }
+  bool exceeded() const { return (bound_is_maximum ? value - bound : bound - value) > doubt; }
 };
 
 /// The shortest and the longest time from the last edge of MA to the rise of SLO at the encoder, by

@@ -99,10 +99,7 @@ class Flow {
       while (fetch(piece, number)) {
         piece.expand(setup_.lines, others);
         if (!turns_.wait(number)) return;
-        if (!settle(piece)) {
-          turns_.end();
-          return;
-        }
+        if (!settle(piece)) return turns_.end();
         turns_.pass();
       }
     } catch (...) {
