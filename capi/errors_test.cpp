@@ -5,6 +5,7 @@
 #include <functional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "capi/handles.hpp"
@@ -46,9 +47,19 @@ TEST(CErrors, NamesAndTexts_AreThereAndDiffer) {
     EXPECT_STREQ(biss_status_name(static_cast<biss_status>(number)), "unknown") << number;
     EXPECT_STREQ(biss_status_text(static_cast<biss_status>(number)), "no such status") << number;
   }
-  EXPECT_STREQ(biss_cause_name(BISS_CAUSE_OK), "ok");
-  EXPECT_STREQ(biss_cause_name(BISS_CAUSE_CRC), "crc");
-  EXPECT_STREQ(biss_cause_name(BISS_CAUSE_STOP_BIT), "stop_bit");
+  const std::vector<std::pair<biss_cause, const char*>> causes{
+      {BISS_CAUSE_OK, "ok"},
+      {BISS_CAUSE_NO_RESPONSE, "no_response"},
+      {BISS_CAUSE_NOT_READY, "not_ready"},
+      {BISS_CAUSE_RESPONSE_RANGE, "response_range"},
+      {BISS_CAUSE_NO_START, "no_start"},
+      {BISS_CAUSE_ACK_RANGE, "ack_range"},
+      {BISS_CAUSE_TRUNCATED, "truncated"},
+      {BISS_CAUSE_CDS, "cds"},
+      {BISS_CAUSE_CRC, "crc"},
+      {BISS_CAUSE_STOP_BIT, "stop_bit"}};
+  EXPECT_EQ(causes.size(), 1U + BISS_CAUSE_STOP_BIT);
+  for (const auto& [cause, name] : causes) EXPECT_STREQ(biss_cause_name(cause), name);
   for (const int number : {BISS_CAUSE_STOP_BIT + 1, 99, -1, INT_MAX, INT_MIN}) {
     EXPECT_STREQ(biss_cause_name(static_cast<biss_cause>(number)), "unknown") << number;
   }

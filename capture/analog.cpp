@@ -48,7 +48,7 @@ Nanovolts voltage_of(const AnalogLine& line, const Nanovolts* row) {
   const Nanovolts minus = row[*line.minus];
   if (!is_voltage(minus)) return minus;
   const std::int64_t difference = plus.count - minus.count;
-  return {std::clamp(difference, -over_range.count, over_range.count)};
+  return Nanovolts{std::clamp(difference, -over_range.count, over_range.count)};
 }
 
 // Turns the samples of one line into edges.
@@ -169,7 +169,7 @@ std::int64_t swing_of(const SignalLevels& levels) { return levels.high.count - l
 
 Threshold middle_of(const SignalLevels& levels) {
   const std::int64_t swing = swing_of(levels);
-  return {{levels.low.count + swing / 2}, {swing / hysteresis_part}};
+  return {Nanovolts{levels.low.count + swing / 2}, Nanovolts{swing / hysteresis_part}};
 }
 
 class AnalogSource final : public StepSource {

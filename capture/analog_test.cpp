@@ -146,7 +146,7 @@ TEST(Levels, NoiseConstantsAndSingleGlitches_HaveNone) {
   std::mt19937 random(5);
   std::normal_distribution<double> noise(1e9, 0.4e9);
   std::vector<Nanovolts> samples(5'000);
-  for (Nanovolts& sample : samples) sample = {static_cast<std::int64_t>(noise(random))};
+  for (Nanovolts& sample : samples) sample = Nanovolts{static_cast<std::int64_t>(noise(random))};
   EXPECT_FALSE(estimate_levels(samples));
   EXPECT_FALSE(estimate_levels(std::vector<Nanovolts>(5'000, millivolts(3'300))));
   EXPECT_FALSE(estimate_levels({}));
@@ -227,7 +227,8 @@ TEST(Differential, TwoChannels_AreOneLine) {
   std::size_t i = 0;
   for (const Nanovolts sample : square(20, 4, -400, 400, 10)) {
     const std::int64_t common = millivolts(1'500).count * static_cast<std::int64_t>(i++ % 3);
-    rows.push_back({{common + sample.count}, millivolts(0), {common - sample.count}});
+    rows.push_back(
+        {Nanovolts{common + sample.count}, millivolts(0), Nanovolts{common - sample.count}});
   }
   const std::vector<AnalogChannel> channels{{.name = "MA+"}, {.name = "aux"}, {.name = "MA-"}};
   const Read read =

@@ -17,16 +17,22 @@ namespace biss::capture {
 namespace {
 
 constexpr std::string_view gzip_magic = "\x1F\x8B\x08";
-constexpr std::string_view zstd_magic = "(\xB5/\xFD";
-// RFC 8878, 3.1.2: the first byte of a skippable frame is 50 to 5F.
-constexpr std::string_view skippable_magic_end = "*M\x18";
+constexpr std::string_view zstd_magic = "\x28\xB5\x2F\xFD";
 
-/// One step of a decompressor: how many bytes it made, and the fault after them.
+// RFC 8878, 3.1.2: a zstd file may begin with a frame without content.
+bool is_skippable_frame(std::string_view head) {
+  return !head.empty() && (head.front() & 0xF0) == 0x50 &&
+         head.substr(1).starts_with("\x2A\x4D\x18");
+}
+
+/// One step of a decompressor.
 struct Step {
   std::size_t made = 0;
+  /// The text that was expected after these bytes; null if there is no fault.
   const char* fault = nullptr;
 };
 
+// The common part of both formats.
 class CompressedBytes : public ByteSource {
  public:
   Result<std::size_t, CaptureError> read(std::span<char> into) final {
@@ -44,17 +50,20 @@ class CompressedBytes : public ByteSource {
   CompressedBytes(std::unique_ptr<ByteSource> bytes, const char* part)
       : bytes_(std::move(bytes)), part_(part) {}
 
-  /// Takes bytes off the front of `input`.
+  /// Takes bytes off the front of `input`, and sets both of these members.
   virtual Step decompress(std::string_view& input, std::span<char> into) = 0;
 
-  bool holds_output_ = false;  // decompress() makes bytes without further input
-  bool whole_ = false;         // the compressed data may end here
+  // decompress() can make more bytes without further input.
+  bool holds_output_ = false;
+  // The compressed data may end here: a member or frame is complete.
+  bool whole_ = false;
 
  private:
   void stop(CaptureCause cause, const char* expected) {
     error_ = {.cause = cause, .expected = expected, .part = part_};
   }
 
+  // False after an error. At the end of the file, `input_` stays empty and `ended_` is true.
   bool refill() {
     const auto got = block_.read(*bytes_);
     if (!got.ok()) {
@@ -70,6 +79,7 @@ class CompressedBytes : public ByteSource {
   }
 
   std::unique_ptr<ByteSource> bytes_;
+  // CaptureError::part.
   const char* part_;
   BlockReader block_;
   std::string_view input_;
@@ -81,6 +91,7 @@ class GzipBytes final : public CompressedBytes {
  public:
   explicit GzipBytes(std::unique_ptr<ByteSource> bytes)
       : CompressedBytes(std::move(bytes), "gzip data") {
+    // zlib.h: 15 allows every window, and 16 more means gzip only.
     constexpr int gzip_of_any_window = 15 + 16;
     if (inflateInit2(&stream_, gzip_of_any_window) != Z_OK) throw std::bad_alloc();
   }
@@ -97,7 +108,7 @@ class GzipBytes final : public CompressedBytes {
       if (input.front() != gzip_magic.front()) {
         return {.fault = "another gzip member or the end of the file"};
       }
-      inflateReset(&stream_);
+      inflateReset(&stream_);  // fails only without inflateInit2()
       whole_ = false;
     }
     return inflate_member(input, into);
@@ -106,6 +117,7 @@ class GzipBytes final : public CompressedBytes {
   Step inflate_member(std::string_view& input, std::span<char> into) {
     const auto room =
         static_cast<uInt>(std::min<std::size_t>(into.size(), std::numeric_limits<uInt>::max()));
+    // zlib only reads it; its pointer is const only with the macro ZLIB_CONST.
     stream_.next_in = reinterpret_cast<Bytef*>(const_cast<char*>(input.data()));
     stream_.avail_in = static_cast<uInt>(input.size());
     stream_.next_out = reinterpret_cast<Bytef*>(into.data());
@@ -134,17 +146,18 @@ class ZstdBytes final : public CompressedBytes {
 
  private:
   Step decompress(std::string_view& input, std::span<char> into) override {
-    // A call that fails delivers nothing. Therefore each gets at most one block: zstd requests a
-    // block and the header of the next one.
-    const std::size_t given = wish_ > block_header_bytes ? wish_ - block_header_bytes : wish_;
+    // A call that fails delivers nothing, not even the blocks before the fault. Therefore each call
+    // gets at most one block: zstd asks for a block and the header of the next one.
+    const std::size_t given = asked_ > block_header_bytes ? asked_ - block_header_bytes : asked_;
     ZSTD_inBuffer in{input.data(), std::min(given, input.size()), 0};
     ZSTD_outBuffer out{into.data(), into.size(), 0};
     const std::size_t left = ZSTD_decompressStream(stream_.get(), &out, &in);
     input.remove_prefix(in.pos);
-    wish_ = std::max<std::size_t>(left, 1);
+    if (ZSTD_isError(left) != 0) return {.made = out.pos, .fault = fault_of_code(left)};
+    asked_ = std::max<std::size_t>(left, 1);
     whole_ = left == 0;
     holds_output_ = left != 0 && out.pos == out.size;
-    return {.made = out.pos, .fault = ZSTD_isError(left) != 0 ? fault_of_code(left) : nullptr};
+    return {.made = out.pos};
   }
 
   static constexpr std::size_t block_header_bytes = 3;
@@ -163,7 +176,8 @@ class ZstdBytes final : public CompressedBytes {
   }
 
   std::unique_ptr<ZSTD_DStream, Released<ZSTD_freeDStream>> stream_;
-  std::size_t wish_ = 1;
+  // The bytes that zstd asks for next.
+  std::size_t asked_ = 1;
 };
 
 }  // namespace
@@ -171,9 +185,7 @@ class ZstdBytes final : public CompressedBytes {
 Compression compression_of(std::string_view head) {
   if (head.starts_with(gzip_magic)) return Compression::gzip;
   if (head.starts_with(zstd_magic)) return Compression::zstd;
-  const bool skippable = !head.empty() && head.front() >= 'P' && head.front() <= '_' &&
-                         head.substr(1).starts_with(skippable_magic_end);
-  return skippable ? Compression::zstd : Compression::none;
+  return is_skippable_frame(head) ? Compression::zstd : Compression::none;
 }
 
 std::string_view without_compression(std::string_view path) {

@@ -158,7 +158,7 @@ class SaleaeAnalogReader final : public AnalogSamples {
     const double limit = static_cast<double>(over_range.count);
     const double nanovolts = static_cast<double>(volts) * 1e9;
     if (!std::isnan(nanovolts)) {
-      value = {std::llround(std::min(std::max(nanovolts, -limit), limit))};
+      value = Nanovolts{std::llround(std::min(std::max(nanovolts, -limit), limit))};
     }
     last_time_ = time;
     ++next_sample_;

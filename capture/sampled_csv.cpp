@@ -254,7 +254,7 @@ class SampledCsvReader final : public AnalogSamples {
     if (cell.empty()) return true;
     if (kind.channel.logic) {
       if (cell == "0")
-        value = {0};
+        value = Nanovolts{};
       else if (cell == "1")
         value = millivolts(1'000);
       else if (cell == "x" || cell == "X" || cell == "z" || cell == "Z")
@@ -265,7 +265,7 @@ class SampledCsvReader final : public AnalogSamples {
     }
     const auto number = parse_decimal(cell, kind.scale, layout_.separator != ',');
     if (number.ok()) {
-      value = {std::clamp(*number, -over_range.count, over_range.count)};
+      value = Nanovolts{std::clamp(*number, -over_range.count, over_range.count)};
     } else if (number.error() == DecimalCause::out_of_range) {
       // SCPI writes 9.9E37 for infinity and 9.91E37 for no number.
       value = bad_sample;

@@ -1,3 +1,4 @@
+// Finds the columns, the units and the first row of a sampled CSV of any maker.
 #include <algorithm>
 #include <array>
 #include <set>

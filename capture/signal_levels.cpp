@@ -1,3 +1,4 @@
+// Estimates the low and the high level of a line from its voltages.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -34,8 +35,9 @@ class Histogram {
   }
 
   double swing() const { return greatest_ - least_; }
-  double voltage(double bin) const {
-    return least_ + bin * (greatest_ - least_) / (histogram_bins - 1);
+  Nanovolts voltage(std::size_t bin) const {
+    const double above = static_cast<double>(bin) * (greatest_ - least_);
+    return Nanovolts{std::llround(least_ + above / (histogram_bins - 1))};
   }
   const std::array<std::uint64_t, histogram_bins>& counts() const { return counts_; }
 
@@ -116,8 +118,7 @@ std::optional<SignalLevels> estimate_levels(std::span<const Nanovolts> samples) 
   if (high.mean - low.mean < least_separation * (low.deviation + high.deviation)) {
     return std::nullopt;
   }
-  const SignalLevels levels{{std::llround(histogram.voltage(static_cast<double>(low.median)))},
-                            {std::llround(histogram.voltage(static_cast<double>(high.median)))}};
+  const SignalLevels levels{histogram.voltage(low.median), histogram.voltage(high.median)};
   if (levels.high.count - levels.low.count < least_swing.count) return std::nullopt;
   return levels;
 }

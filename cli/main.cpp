@@ -1,3 +1,4 @@
+// The command `biss`: all verbs, and `biss view`.
 #include <new>
 
 #include "cli/command_line.hpp"

@@ -98,7 +98,7 @@ bool CleanCycleFinder::read(CleanCycle& cycle, const CleanLines& lines) {
   const std::int64_t period = measured_.period;
   if (setup_.clock_change) {
     // A clock that changes more needs a closer look.
-    if (measured_.clock_change > period / ClockChange::share) return false;
+    if (measured_.clock_change > period / ClockChange::divisor) return false;
     reading.cycle.clock_change = ClockChange{Picoseconds{measured_.clock_change}, {}};
   }
   const Picoseconds delay{measured_.fall - measured_.second_rise};

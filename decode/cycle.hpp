@@ -20,29 +20,31 @@ using biss::CycleStatus;
 using biss::is_cut;
 using biss::is_good;
 
-/// START to STOP as received.
+/// The bits from START to STOP as received: START, CDS, the payload and STOP.
 using RawBits = BitBuffer<max_payload_bits + 3>;
 
 /// How much the clock changes within a request: the largest difference between two times of 1, 2, 4
 /// or 8 periods of MA.
 struct ClockChange {
-  /// The clock of a request may change by at most a fourth of a period: edges may jitter.
-  static constexpr std::int64_t share = 4;
+  /// The clock of a request may change by at most a period divided by this: edges may jitter.
+  static constexpr std::int64_t divisor = 4;
 
   Picoseconds most{};
   /// The part of `most` that may come from jitter and from the resolution of the capture; 0 if the
-  /// change is within `share`.
+  /// change is within this limit.
   Picoseconds doubt{};
 };
 
 /// A request cycle and its measurements. An absent value could not be measured.
 struct Cycle {
-  /// The first falling edge of MA (the first edge seen when that one is before the capture).
+  /// The first falling edge of MA, or the first edge in the capture if that one is before it. Counts
+  /// from the zero point of the capture.
   Picoseconds time{};
   CycleStatus status = CycleStatus::ok;
-  /// Present when the status is ok.
+  /// Present if the status is ok.
   std::optional<Frame> frame;
-  /// A channel's checksum was right; absent when its bits are not all there or it has none.
+  /// For each channel of the format: its checksum was right. Absent if some of its bits are missing or
+  /// it has no checksum.
   std::array<std::optional<bool>, max_channels> crc_ok{};
   /// Second rising edge of MA to the first falling edge of SLO. Also absent if the previous cycle
   /// was a pulse, which the encoder may take as the first clock, and no cycle shows the usual
@@ -55,12 +57,14 @@ struct Cycle {
   std::optional<Picoseconds> early;
   /// SLO falling to START rising, as seen at the master.
   std::optional<Picoseconds> ack;
+  /// The mean period of MA.
   std::optional<Picoseconds> period;
   /// Share of a period that MA is high, in thousandths.
   std::optional<std::uint32_t> duty_per_mille;
   /// SLO changes within a twentieth of a period of a sampling point of the master, from ACK to STOP
   /// (MarginSetup). Absent if nothing was sampled, or the capture is too coarse.
   std::optional<bool> marginal;
+  /// Rising edges of MA.
   std::uint32_t rising_edges = 0;
   /// Pauses of MA before the last bit, and by how much the longest one is longer than a period. The
   /// row of a request with pauses is `ma_clock` unless it is certain that no clock is missing.
@@ -71,8 +75,9 @@ struct Cycle {
   /// How much a time between two edges of this cycle may be off: the resolution of the capture and
   /// the jitter of MA, up to a quarter of a period.
   Picoseconds uncertainty{};
-  /// Only for a device with DeviceTiming::clock_constant.
+  /// Present only for a device with DeviceTiming::clock_constant.
   std::optional<ClockChange> clock_change;
+  /// Empty if no START was seen.
   RawBits raw;
   /// The master's bit: 1 if MA rests low after the frame. Absent if the capture does not show it.
   std::optional<bool> cdm;
@@ -80,7 +85,7 @@ struct Cycle {
   /// line delay; negative if SLO rises while MA still runs. Absent if SLO was not low after the
   /// frame, did not rise before the next request, or fell again.
   std::optional<Picoseconds> release;
-  /// Only if MarginSetup::signal is set.
+  /// Present only if MarginSetup::signal is set.
   std::optional<LineSignal> signal;
 
   /// The encoder's bit after START, for any status.

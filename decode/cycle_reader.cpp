@@ -181,7 +181,7 @@ ClockChange CycleReader::measure_change() const {
     }
     most = std::max(most, longest - shortest);
   }
-  if (most <= clock_.period / ClockChange::share) return {most, {}};
+  if (most <= clock_.period / ClockChange::divisor) return {most, {}};
   return {most, 2 * margin_.resolution + jitter_in_doubt()};
 }
 

@@ -8,8 +8,8 @@ namespace biss::decode {
 
 namespace {
 
-// The line delay may vary by a fourth of a period (D2, characteristics, row 8).
-constexpr std::int64_t delay_share = 4;
+// The line delay may vary by a period divided by this (D2, characteristics, row 8).
+constexpr std::int64_t delay_divisor = 4;
 
 // Its edges of MA can be counted, so that its clock is known.
 bool has_clock(const Cycle& cycle) {
@@ -73,8 +73,8 @@ ReleaseBounds release_bounds(const DeviceTiming& timing, const Cycle& cycle) {
 }
 
 Picoseconds release_doubt(const Cycle& cycle, Picoseconds bound) {
-  return *cycle.period / delay_share + cycle.uncertainty +
-         (bound + cycle.clocked) / oscillator_share;
+  return *cycle.period / delay_divisor + cycle.uncertainty +
+         (bound + cycle.clocked) / oscillator_divisor;
 }
 
 bool LimitWatch::knows(Limit limit) const {
@@ -83,19 +83,19 @@ bool LimitWatch::knows(Limit limit) const {
   return limit != Limit::release || timing_.timeout != Timeout{};
 }
 
-std::span<const LimitCase> LimitWatch::compare(const Cycle& cycle) {
+std::span<const Comparison> LimitWatch::compare(const Cycle& cycle) {
   count_ = 0;
   if (has_clock(cycle)) compare_clock(cycle);
   compare_interval(cycle);
   const bool complete = is_good(cycle.status) || cycle.status == CycleStatus::ack_range;
   if (complete && knows(Limit::release)) compare_release(cycle);
-  return std::span(cases_).first(count_);
+  return std::span(comparisons_).first(count_);
 }
 
 LimitSet LimitWatch::judge(const Cycle& cycle) {
   LimitSet exceeded = 0;
-  for (const LimitCase& each : compare(cycle)) {
-    if (each.exceeded()) exceeded = static_cast<LimitSet>(exceeded | set_of(limit_of(each.rule)));
+  for (const Comparison& made : compare(cycle)) {
+    if (made.exceeded()) exceeded = static_cast<LimitSet>(exceeded | set_of(limit_of(made.rule)));
   }
   return exceeded;
 }
@@ -105,13 +105,13 @@ void LimitWatch::compare_clock(const Cycle& cycle) {
   // The period is the mean of all of them.
   const std::int64_t periods = std::max<std::int64_t>(1, std::int64_t{cycle.rising_edges} - 1);
   const Picoseconds doubt =
-      period / oscillator_share + std::max(cycle.uncertainty, resolution_) / periods;
+      period / oscillator_divisor + std::max(cycle.uncertainty, resolution_) / periods;
   add({Rule::clock_max, period, period_of(timing_.clock_max), false, doubt});
   if (timing_.clock_min.count != 0) {
     add({Rule::clock_min, period, period_of(timing_.clock_min), true, doubt});
   }
   if (timing_.clock_constant && cycle.clock_change) {
-    add({Rule::clock_change, cycle.clock_change->most, period / ClockChange::share, true,
+    add({Rule::clock_change, cycle.clock_change->most, period / ClockChange::divisor, true,
          cycle.clock_change->doubt});
   }
 }
@@ -128,7 +128,7 @@ void LimitWatch::compare_interval(const Cycle& cycle) {
   last_uncertainty_ = cycle.uncertainty;
   if (!before || !knows(Limit::cycle_min)) return;
   add({Rule::cycle_min, elapsed(*before, cycle.time), timing_.cycle_min, false,
-       timing_.cycle_min / oscillator_share + uncertainty});
+       timing_.cycle_min / oscillator_divisor + uncertainty});
 }
 
 void LimitWatch::compare_release(const Cycle& cycle) {

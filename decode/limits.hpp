@@ -1,5 +1,5 @@
-// The rules that a row of `decode` names if its cycle breaks them, for any status: the clock, the
-// time between requests, the timeout.
+// The limits of a device for its clock, the time between requests and its timeout. A row of `decode`
+// names each limit that its cycle exceeds, whatever the status of the cycle.
 #pragma once
 
 #include <array>
@@ -17,19 +17,19 @@
 
 namespace biss::decode {
 
-/// The oscillators of the master and of the analyser are off by less than this share of a time.
-inline constexpr std::int64_t oscillator_share = 1000;
+/// The oscillators of the master and of the analyser are off by less than a time divided by this.
+inline constexpr std::int64_t oscillator_divisor = 1000;
 
 /// Users and scripts see the names; docs/decode.md explains each.
 enum class Limit : std::uint8_t {
-  clock_max,     ///< DeviceTiming::clock_max
-  clock_min,     ///< DeviceTiming::clock_min
-  clock_change,  ///< DeviceTiming::clock_constant
-  cycle_min,     ///< DeviceTiming::cycle_min
-  release,       ///< DeviceTiming::timeout
+  clock_max,     ///< the highest clock: DeviceTiming::clock_max
+  clock_min,     ///< the lowest clock: DeviceTiming::clock_min
+  clock_change,  ///< the largest change of a period within a request: DeviceTiming::clock_constant
+  cycle_min,     ///< the shortest time between requests: DeviceTiming::cycle_min
+  release,       ///< when SLO rises after the frame, too early or too late: DeviceTiming::timeout
 };
 
-inline constexpr std::size_t limit_count = 5;
+inline constexpr std::size_t limit_count = static_cast<std::size_t>(Limit::release) + 1;
 
 /// The name of its rule; `release` has two rules and therefore a separate name.
 std::string_view name_of(Limit limit);
@@ -46,20 +46,22 @@ constexpr LimitSet set_of(Limit limit) {
 std::string text_of(LimitSet limits);
 
 /// A measured time and the limit of a rule.
-struct LimitCase {
+struct Comparison {
   Rule rule{};
   Picoseconds value{};
   Picoseconds bound{};
   /// `bound` is the longest time, not the shortest.
-  bool is_longest = false;
-  /// Beyond the bound by at most this, the limit is not certainly exceeded.
+  bool bound_is_maximum = false;
+  /// The uncertainty of the comparison: a value beyond the bound by at most this does not certainly
+  /// exceed the limit.
   Picoseconds doubt{};
 
-  constexpr bool exceeded() const { return (is_longest ? bound - value : value - bound) < -doubt; }
+  bool exceeded() const { return (bound_is_maximum ? value - bound : bound - value) > doubt; }
 };
 
-/// The time from the last edge of MA to the rise of SLO at the encoder, by its timeout rule. With
-/// the default timeout the rule is unknown: both rules are then accepted.
+/// The shortest and the longest time from the last edge of MA to the rise of SLO at the encoder, by
+/// its timeout rule. A default DeviceTiming::timeout means that the rule is unknown: the times are
+/// then the bounds of the fixed and of the adaptive rule together.
 struct ReleaseBounds {
   Picoseconds least{};
   Picoseconds most{};
@@ -72,33 +74,35 @@ ReleaseBounds release_bounds(const DeviceTiming& timing, const Cycle& cycle);
 /// \pre the cycle has a period
 Picoseconds release_doubt(const Cycle& cycle, Picoseconds bound);
 
-/// Compares the cycles of a capture, in their order, with the limits of a device.
+/// Compares the cycles of a capture with the limits of a device. Each cycle is passed once, in their
+/// order, to compare() or to judge().
 class LimitWatch {
  public:
   /// \param resolution as MarginSetup::resolution
   explicit LimitWatch(const DeviceTiming& timing, Picoseconds resolution = {})
       : timing_(timing), resolution_(resolution) {}
 
-  /// Whether the device has this limit. Clocks are always limited.
+  /// The device has this limit. True for clock_max and clock_min.
   bool knows(Limit limit) const;
 
-  /// The limits that the next cycle can be compared with. Valid until the next call.
-  std::span<const LimitCase> compare(const Cycle& cycle);
-  /// Compares the next cycle. \return the limits that it certainly exceeds
+  /// Compares the next cycle with the limits for which it has a time. The comparisons are valid until
+  /// the next call.
+  std::span<const Comparison> compare(const Cycle& cycle);
+  /// The limits that the next cycle certainly exceeds.
   LimitSet judge(const Cycle& cycle);
 
  private:
   void compare_clock(const Cycle& cycle);
   void compare_interval(const Cycle& cycle);
   void compare_release(const Cycle& cycle);
-  void add(const LimitCase& each) { cases_[count_++] = each; }
+  void add(const Comparison& comparison) { comparisons_[count_++] = comparison; }
 
   DeviceTiming timing_;
   Picoseconds resolution_;
-  // SLO may be released too early and too late.
-  std::array<LimitCase, limit_count + 1> cases_{};
+  // `count_` of the last cycle. Two are of `release`: SLO may rise too early and too late.
+  std::array<Comparison, limit_count + 1> comparisons_{};
   std::size_t count_ = 0;
-  // The time of the previous request.
+  // The time of the previous request; absent if it is not certain.
   std::optional<Picoseconds> last_time_;
   Picoseconds last_uncertainty_{};
 };

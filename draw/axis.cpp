@@ -16,15 +16,15 @@ using wire::Level;
 constexpr std::int64_t periods_kept = 3;
 constexpr std::int64_t cut_periods_min = 6;
 
-// A level of MA that is this share of a period longer or shorter than the others is not even.
-constexpr std::int64_t uneven_share = 4;
+// A level of MA is not even if its length differs from the others by a period divided by this.
+constexpr std::int64_t uneven_divisor = 4;
 
 bool is_even(const CycleDrawing& drawing, const LevelChange& from, const LevelChange& to) {
   const Picoseconds period = drawing.period();
   const std::int64_t high = drawing.cycle.duty_per_mille.value_or(500);
   const std::int64_t share = from.level == Level::high ? high : 1000 - high;
   const Picoseconds off = decode::elapsed(from.time, to.time) - period * share / 1000;
-  return uneven_share * std::max(off, -off) <= period;
+  return uneven_divisor * std::max(off, -off) <= period;
 }
 
 // Times at which something happens, sorted.

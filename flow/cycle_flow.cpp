@@ -13,11 +13,62 @@
 
 namespace biss::flow {
 
-class CycleFlow::Workers {
- public:
-  Workers(CycleFlow& flow, const std::function<bool()>& go_on) : flow_(flow), go_on_(go_on) {}
+namespace {
 
-  void run(unsigned threads) {
+// Threads take turns in the order of the numbers that they wait for, from 0 on. Each number has one
+// thread.
+class Turns {
+ public:
+  // Waits for the turn of this number. False after end(): this turn never comes.
+  bool wait(std::uint64_t number) {
+    std::uint64_t now = next_.load(std::memory_order_acquire);
+    for (int i = 0; now != number && now != over && i < most_yields; ++i) {
+      std::this_thread::yield();
+      now = next_.load(std::memory_order_acquire);
+    }
+    while (now != number && now != over) {
+      next_.wait(now, std::memory_order_acquire);
+      now = next_.load(std::memory_order_acquire);
+    }
+    return now == number;
+  }
+
+  // Passes the turn to the next number. \pre it is the turn of this thread; the same for end()
+  void pass() {
+    next_.fetch_add(1, std::memory_order_release);
+    next_.notify_all();
+  }
+  void end() {
+    next_.store(over, std::memory_order_release);
+    next_.notify_all();
+  }
+
+ private:
+  static constexpr std::uint64_t over = std::numeric_limits<std::uint64_t>::max();
+  // The previous thread usually passes its turn soon; sleeping would take longer.
+  static constexpr int most_yields = 100;
+
+  // The number whose turn it is, or `over`.
+  std::atomic<std::uint64_t> next_{0};
+};
+
+class Flow {
+ public:
+  Flow(capture::PairSource& source, const decode::CleanCycleFinder& finder, const FlowSetup& setup,
+       decode::Decoder& decoder)
+      : source_(source), finder_(finder), setup_(setup), join_(finder, decoder) {}
+
+  // In this thread.
+  void run_here() {
+    Piece piece(finder_);
+    while (piece.fetch(source_)) {
+      piece.expand(setup_.lines);
+      if (!settle(piece)) return;
+    }
+  }
+
+  // In this thread and threads - 1 others, or as many as the system gives.
+  void run_on_all(unsigned threads) {
     std::deque<Piece> pieces;
     while (pieces.size() < threads) pieces.emplace_back(flow_.finder_);
     {
@@ -30,47 +81,13 @@ class CycleFlow::Workers {
         // The system gives no further threads: the running ones do all the work.
       }
       work(pieces.front(), threads - 1);
+      // The destructor of `others` waits for the threads.
     }
     if (failure_) std::rethrow_exception(failure_);
   }
 
  private:
-  // Threads that have a number each take turns in the order of their numbers.
-  class Turns {
-   public:
-    // Waits for the turn of this number. False: no further turn comes.
-    bool wait(std::uint64_t number) {
-      std::uint64_t now = next_.load(std::memory_order_acquire);
-      for (int i = 0; now != number && now != over && i < most_yields; ++i) {
-        std::this_thread::yield();
-        now = next_.load(std::memory_order_acquire);
-      }
-      while (now != number && now != over) {
-        next_.wait(now, std::memory_order_acquire);
-        now = next_.load(std::memory_order_acquire);
-      }
-      return now == number;
-    }
-
-    // Passes the turn to the next number. \pre it is the caller's turn; the same for end()
-    void pass() {
-      next_.fetch_add(1, std::memory_order_release);
-      next_.notify_all();
-    }
-    void end() {
-      next_.store(over, std::memory_order_release);
-      next_.notify_all();
-    }
-
-   private:
-    static constexpr std::uint64_t over = std::numeric_limits<std::uint64_t>::max();
-    // The previous thread usually passes its turn soon; sleeping would take longer.
-    static constexpr int most_yields = 100;
-
-    std::atomic<std::uint64_t> next_{0};
-  };
-
-  // One thread: each piece stays in its caches from the file to the decoder.
+  // One of the threads: each piece stays in its caches from the file to the decoder.
   void work(Piece& piece, std::size_t others) {
     std::uint64_t number = 0;
     try {
@@ -81,7 +98,7 @@ class CycleFlow::Workers {
         turns_.pass();
       }
     } catch (...) {
-      // The pieces before are decoded first.
+      // The previous pieces are decoded first.
       if (!turns_.wait(number)) return;
       failure_ = std::current_exception();
       turns_.end();
@@ -93,19 +110,27 @@ class CycleFlow::Workers {
     const std::lock_guard lock(fetching_);
     if (fetched_all_) return false;
     number = fetched_++;
-    fetched_all_ = true;  // also after an exception
-    fetched_all_ = !piece.fetch(flow_.source_);
+    fetched_all_ = true;  // stays if fetch() throws: the source cannot be read further
+    fetched_all_ = !piece.fetch(source_);
     return !fetched_all_;
   }
 
-  CycleFlow& flow_;
-  const std::function<bool()>& go_on_;
+  // False if no further piece is to be decoded: after a read error, or if go_on() ends the reading.
+  bool settle(Piece& piece) {
+    piece.settle(source_, setup_.lines, join_, setup_.watch);
+    return !source_.error() && (!setup_.go_on || setup_.go_on());
+  }
 
+  capture::PairSource& source_;
+  const decode::CleanCycleFinder& finder_;
+  const FlowSetup& setup_;
+
+  // For fetch(): it guards the two members after it and the reading from source_.
   std::mutex fetching_;
   std::uint64_t fetched_ = 0;
   bool fetched_all_ = false;
 
-  // The turns for settle().
+  // The turns for settle(). The thread whose turn it is uses the two members after it.
   Turns turns_;
   std::exception_ptr failure_;
 };

@@ -109,7 +109,7 @@ void check_sampled_csv(std::string_view text) {
   using capture::Likeness;
   capture::OpenOptions options;
   // Some with a threshold, some with a differential.
-  if (text.size() % 8 == 1) options.analog.threshold = {{1'700'000'000}, {200'000'000}};
+  if (text.size() % 8 == 1) options.analog.threshold = {millivolts(1'700), millivolts(200)};
   if (text.size() % 16 == 2) options.analog.differentials = {{"CH1-CH2", "MA"}};
   check_reader(
       text, [&](auto bytes) { return capture::open_capture(std::move(bytes), "x.csv", options); });

@@ -1,3 +1,4 @@
+// Judges whether the lines are BiSS C, by the structure and the checksum of the requests.
 #include <fmt/format.h>
 
 #include <cmath>

@@ -1,3 +1,4 @@
+// The frame formats in Python: encode, decode, and read SPI buffers.
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 

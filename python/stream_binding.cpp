@@ -1,5 +1,4 @@
-// A capture that comes in while it is decoded: rows as soon as they are finished, with the fields on the
-// line.
+// The decoder in Python that is fed piece by piece.
 #include <fmt/format.h>
 #include <pybind11/stl.h>
 

@@ -1,4 +1,4 @@
-// The verbs of the command, run in this process: their arguments, rows, messages and files.
+// The verbs in Python: captures in memory, results as NumPy arrays.
 #include <pybind11/stl.h>
 
 #include <cstdint>

@@ -1,3 +1,5 @@
+// Writes a table as CSV.
+#include "report/text.hpp"
 #include "report/writers.hpp"
 
 namespace biss::report {

@@ -1,3 +1,4 @@
+// Writes a table in columns for a reader at a terminal.
 #include <algorithm>
 #include <vector>
 

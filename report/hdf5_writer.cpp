@@ -1,3 +1,4 @@
+// Writes a table as HDF5, with a data set for each column.
 #include <algorithm>
 #include <array>
 #include <cstring>

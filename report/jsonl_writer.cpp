@@ -1,3 +1,4 @@
+// Writes a table as JSON lines.
 #include <cmath>
 #include <vector>
 

@@ -1,3 +1,4 @@
+// Writes a table as VCD, with a variable for each column.
 #include <algorithm>
 #include <array>
 #include <bit>

@@ -11,7 +11,8 @@
 namespace biss::sim {
 
 /// Accepts the commands that switch the data channels and the control communication, and refuses all
-/// others.
+/// others. An addressed `channels` activates the data channels, a broadcast deactivates them.
+/// `control` has no effect here: the RegisterServer executes it.
 struct EncoderCommands : NoRegisterHooks {
   bool channels_active = true;
 
@@ -26,28 +27,32 @@ struct EncoderCommands : NoRegisterHooks {
 /// 256 banks and the registers 0x40 … 0x7F; at first none is available.
 class EncoderRegisters : public BankedRegisters<bank_count, EncoderCommands> {
  public:
-  /// Makes one of the registers 0x41 … 0x7F available.
+  /// Makes one register available. \pre address 0x41 … 0x7F
   void put(unsigned address, std::uint8_t value, RegisterProtection protection) {
     BankedRegisters::put(address, {&value, 1}, protection);
   }
-  /// Makes BSEL available. Before, accesses to it are refused and bank 0 is the only one.
+  /// Makes BSEL available with this value. Before, accesses to it are refused and bank 0 is the only
+  /// one. `bank` may be a bank without registers.
   void put_bsel(std::uint8_t bank) {
     has_bsel_ = true;
-    write(0, reg::bsel, bank);
+    write(0 /* the only slave */, reg::bsel, bank);
   }
+  /// Hides permits() of BankedRegisters, which permits BSEL from the beginning.
   bool permits(unsigned slave, RegisterAccess access, std::uint8_t address) {
     return (address != reg::bsel || has_bsel_) && BankedRegisters::permits(slave, access, address);
   }
-  /// As commanded by the master.
+  /// The data channels send positions: active at first, then as the master commands.
   bool channels_active() { return hooks().channels_active; }
 
  private:
   bool has_bsel_ = false;
 };
 
-/// Passes accesses on to registers elsewhere, which are too large (20 KB) to move with the server.
+/// Passes accesses on to registers elsewhere, which are too large (20 KB) to move with the server and
+/// must outlive it.
 struct RegistersAt {
-  EncoderRegisters* registers = nullptr;
+  /// Not null. A pointer, because an Encoder can be assigned.
+  EncoderRegisters* registers;
 
   bool permits(unsigned slave, RegisterAccess access, std::uint8_t address) const {
     return registers->permits(slave, access, address);

@@ -201,7 +201,7 @@ void Encoder::take_edge(std::int64_t now, bool level) {
 }
 
 void Encoder::begin_request(std::int64_t now) {
-  board().drop_waiting();
+  board().fail_waiting();
   open_slave(in_turn(settings().processing, requests()));
   running_ = true;
   delivered_ = early_ = reported_ = false;
@@ -383,7 +383,7 @@ void Encoder::finish() {
     if (!reported_ && delivered_) board().withdraw(outcome_.request);
   }
   if (running_) end_request(now_);
-  board().drop_waiting();
+  board().fail_waiting();
 }
 
 void Encoder::sample(void* user, std::int64_t /*moment*/, biss_channel* channels,

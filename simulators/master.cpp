@@ -160,7 +160,7 @@ bool Master::compare(const std::string& cause) {
 void Master::finish() {
   // The simulation may end within a request, which would have ended by itself.
   if (running_) board().withdraw(requests());
-  board().drop_waiting();
+  board().fail_waiting();
 }
 
 }  // namespace biss::simulators

@@ -32,10 +32,12 @@ bool Scoreboard::read(const Outcome& outcome) {
   return mismatches_ == before;
 }
 
-void Scoreboard::compare_channel(const Outcome& sent, const Outcome& read, std::size_t k) {
-  const Value& a = sent.values[k];
-  const Value& b = read.values[k];
-  const auto name = [k](const char* what) { return fmt::format("{} of channel {}", what, k); };
+void Scoreboard::compare_channel(const Outcome& sent, const Outcome& read, std::size_t channel) {
+  const Value& a = sent.values[channel];
+  const Value& b = read.values[channel];
+  const auto name = [&](const char* what) {
+    return fmt::format("{} of channel {}", what, channel);
+  };
   if (!a.given || !b.given) {
     add(sent, name("values"), a.given ? "given" : "missing", b.given ? "given" : "missing");
     return;
@@ -47,20 +49,20 @@ void Scoreboard::compare_channel(const Outcome& sent, const Outcome& read, std::
     };
     add(sent, name("position"), text(a), text(b));
   }
-  const ChannelFormat& channel = format_.channel_list[k];
+  const ChannelFormat& format = format_.channel_list[channel];
   const auto flag = [&](bool present, const char* what, bool first, bool second) {
     if (!present || first == second) return;
     add(sent, name(what), first ? "1" : "0", second ? "1" : "0");
   };
-  flag(channel.error.present, "nE", a.channel.nE, b.channel.nE);
-  flag(channel.warning.present, "nW", a.channel.nW, b.channel.nW);
+  flag(format.error.present, "nE", a.channel.nE, b.channel.nE);
+  flag(format.warning.present, "nW", a.channel.nW, b.channel.nW);
 }
 
 void Scoreboard::withdraw(std::uint64_t request) {
   if (!waiting_.empty() && waiting_.back().request == request) waiting_.pop_back();
 }
 
-void Scoreboard::drop_waiting() {
+void Scoreboard::fail_waiting() {
   for (const Outcome& outcome : waiting_) add(outcome, "frame", outcome.cause, "not reported");
   waiting_.clear();
 }

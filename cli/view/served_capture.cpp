@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <libdeflate.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -43,23 +44,24 @@ ServedCapture::~ServedCapture() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-tl::expected<void, verbs::VerbError> ServedCapture::open(const std::string& path,
-                                                         std::optional<Growth> growth) {
+tl::expected<void, verbs::VerbError> ServedCapture::open(
+    const std::string& path, bool follow, std::optional<std::uint64_t> sample_bytes) {
   const auto refuse = [&](std::string_view why) {
     return tl::unexpected(
         verbs::VerbError{verbs::ExitStatus::io, fmt::format("{}: {}", path, why)});
   };
   path_ = path;
-  growth_ = growth;
+  follow_ = follow;
+  sample_bytes_ = sample_bytes;
   // Without waiting for the writer of a pipe.
   descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
   if (descriptor_ < 0) return refuse(std::strerror(errno));
   struct stat about {};
   if (::fstat(descriptor_, &about) != 0) return refuse(std::strerror(errno));
   if (!S_ISREG(about.st_mode))
-    return refuse("is not a regular file: the page must be able to read parts of it again");
-  waiting_ = static_cast<std::uint64_t>(about.st_size);
-  remember(whole_size(waiting_));
+    return refuse("is no regular file, which the page can ask for again");
+  unfinished_ = static_cast<std::uint64_t>(about.st_size);
+  extend_to(whole_size(unfinished_));
   const auto size = look(true);
   if (!size) return tl::unexpected(verbs::VerbError{verbs::ExitStatus::io, size.error()});
   return {};
@@ -68,14 +70,13 @@ tl::expected<void, verbs::VerbError> ServedCapture::open(const std::string& path
 tl::expected<std::uint64_t, std::string> ServedCapture::look(bool closely) {
   if (problem_.empty()) problem_ = wrong_identity();
   if (problem_.empty()) problem_ = wrong_content(closely);
-  if (problem_.empty() && growth_) problem_ = wrong_kind();
+  if (problem_.empty() && follow_) problem_ = wrong_kind();
   if (!problem_.empty()) return tl::unexpected(problem_);
   struct stat about {};
-  if (!growth_ || ::fstat(descriptor_, &about) != 0) return size_;
-  // The file may have shrunk since it was compared.
-  const auto available = std::max(size_, static_cast<std::uint64_t>(about.st_size));
-  if (available > size_) remember(whole_size(available));
-  if (closely && !growth_->sample_bytes) problem_ = wrong_lines(available);
+  if (!follow_ || ::fstat(descriptor_, &about) != 0) return size_;
+  const auto available = static_cast<std::uint64_t>(about.st_size);
+  if (available > size_) extend_to(whole_size(available));
+  if (closely && !sample_bytes_) problem_ = wrong_lines(available);
   if (!problem_.empty()) return tl::unexpected(problem_);
   return size_;
 }
@@ -131,12 +132,12 @@ std::string ServedCapture::wrong_lines(std::uint64_t available) {
     return refuse_to_follow("it has lines that end in CR alone");
   }
   const bool rests =
-      size_ == 0 && available != 0 && available == std::exchange(waiting_, available);
+      size_ == 0 && available != 0 && available == std::exchange(unfinished_, available);
   return rests ? refuse_to_follow("it has no line feed yet") : "";
 }
 
 std::string ServedCapture::wrong_kind() const {
-  if (growth_->sample_bytes) return {};
+  if (sample_bytes_) return {};
   const std::string head = text_at(0, compared_bytes);
   const auto refuse = [&](std::string_view why) { return refuse_to_follow(why); };
   for (const auto& [magic, why] : only_whole) {
@@ -153,8 +154,8 @@ std::string ServedCapture::wrong_kind() const {
 
 // The part of the file that can be read: complete samples or lines.
 std::uint64_t ServedCapture::whole_size(std::uint64_t available) const {
-  if (!growth_) return available;
-  if (growth_->sample_bytes) return available - available % *growth_->sample_bytes;
+  if (!follow_) return available;
+  if (sample_bytes_) return available - available % *sample_bytes_;
   const std::uint64_t least = std::max(size_, available - std::min(available, line_bytes_max));
   for (std::uint64_t end = available; end > least;) {
     const std::uint64_t begin = end - std::min<std::uint64_t>(end - least, block_bytes);
@@ -166,7 +167,7 @@ std::uint64_t ServedCapture::whole_size(std::uint64_t available) const {
   return size_;
 }
 
-void ServedCapture::remember(std::uint64_t size) {
+void ServedCapture::extend_to(std::uint64_t size) {
   checksum_ = checksum(checksum_, size_, size);
   size_ = size;
   const auto compared = static_cast<std::size_t>(std::min<std::uint64_t>(size, compared_bytes));

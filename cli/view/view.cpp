@@ -89,11 +89,11 @@ ExitStatus run_view(const ViewOptions& options, Host& host) {
   if (const ExitStatus wrong = check_options(options, host); wrong != ExitStatus::done)
     return wrong;
   const std::string& path = options.capture.files.front();
-  std::optional<Growth> growth;
-  if (options.follow) growth.emplace();
-  if (growth && options.capture.raw.rate) growth->sample_bytes = options.capture.raw.bytes;
+  std::optional<std::uint64_t> sample_bytes;
+  if (options.capture.raw.rate) sample_bytes = options.capture.raw.bytes;
   ServedCapture capture;
-  if (const auto opened = capture.open(path, growth); !opened) return host.fail(opened.error());
+  const auto opened = capture.open(path, options.follow, sample_bytes);
+  if (!opened) return host.fail(opened.error());
   const auto text = read_page(options.page);
   if (!text) return host.fail(text.error());
 

@@ -1,6 +1,4 @@
-// The program of the examples on one board, whose folder the build adds to the include path.
-#include <board.hpp>
-
+// Reads an encoder on the RP2040: the interrupts and the start of the program.
 #include "firmware/boards/read_encoder.hpp"
 #include "firmware/platform/console.hpp"
 #include "firmware/platform/startup.hpp"

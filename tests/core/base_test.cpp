@@ -102,7 +102,8 @@ template <class Unit>
 inline constexpr bool is_named_only =
     !std::is_aggregate_v<Unit> && !std::is_convertible_v<int, Unit> &&
     !std::is_convertible_v<std::int64_t, Unit> && !std::is_convertible_v<double, Unit>;
-static_assert(is_named_only<Picoseconds> && is_named_only<Hertz> && is_named_only<Millimetres>);
+static_assert(is_named_only<Picoseconds> && is_named_only<Hertz> && is_named_only<Millimetres> &&
+              is_named_only<Nanovolts>);
 static_assert(std::is_trivially_copyable_v<Picoseconds> && std::is_trivially_copyable_v<Hertz>);
 
 template <class T>

@@ -1,5 +1,5 @@
 # cmake -DCOMPILER=… -DROOT=… -DNAME=… -DCOUNT=… -P refused.cmake: does none of the COUNT lines of
-# NAME.cpp with `refused` compile, because a function is deleted?
+# NAME.cpp with `refused` compile, because a function is deleted or a constant does not fit?
 set(source "${ROOT}/tests/core/${NAME}.cpp")
 if(COMPILER MATCHES clang)
   set(all_errors -ferror-limit=0)
@@ -13,7 +13,7 @@ foreach(line IN LISTS lines)
   math(EXPR number "${number} + 1")
   if(line MATCHES "// refused$")
     math(EXPR refused "${refused} + 1")
-    if(NOT said MATCHES "${NAME}.cpp:${number}:[0-9]+: error: [^\n]*deleted")
+    if(NOT said MATCHES "${NAME}.cpp:${number}:[0-9]+:( error: [^\n]*(deleted|consteval)| +in [^\n]*constexpr)")
       message(FATAL_ERROR "line ${number} compiles, or has another mistake:\n${said}")
     endif()
   endif()

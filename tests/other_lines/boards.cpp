@@ -1,3 +1,4 @@
+// Lines of buses on boards: SPI, I2C, UART, Modbus.
 #include <fmt/format.h>
 
 #include <algorithm>

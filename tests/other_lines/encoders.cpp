@@ -1,3 +1,4 @@
+// Lines of other encoders: SSI, EnDat and others.
 #include <fmt/format.h>
 
 #include <algorithm>

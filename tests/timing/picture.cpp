@@ -1,3 +1,4 @@
+// The pictures and the document of the timing features.
 #include <algorithm>
 #include <optional>
 

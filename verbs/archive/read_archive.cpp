@@ -1,3 +1,4 @@
+// Reads the captures of an archive into its journal, with progress and interruption.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Writes the summary of an archive as a table or as text.
 #include <fmt/format.h>
 
 #include <algorithm>

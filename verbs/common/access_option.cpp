@@ -57,7 +57,7 @@ std::string read_bytes(std::string_view text, std::vector<std::uint8_t>& bytes) 
   return "give 1 to 64 bytes, each as two hexadecimal digits";
 }
 
-// All registers of the access exist and belong to one slave.
+// Why not all registers of the access exist and belong to one slave; empty if they do.
 std::string check_registers(const ControlAccess& access, std::size_t count) {
   if (!(access.slaves & (access.slaves - 1U))) {
     if (access.address + count <= register_count) return {};

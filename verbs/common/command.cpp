@@ -1,3 +1,4 @@
+// Finds the verb in the words of a command, gives it its options and runs it.
 #include <fmt/format.h>
 
 #include <algorithm>

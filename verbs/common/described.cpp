@@ -1,3 +1,4 @@
+// Describes a command, its verbs and their options as JSON.
 #include <array>
 #include <nlohmann/json.hpp>
 

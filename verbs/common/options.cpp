@@ -1,3 +1,4 @@
+// Options that several verbs declare: rates, times, lengths, output.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

@@ -261,7 +261,8 @@ struct CrcOptions {
   std::optional<std::uint64_t> life_counter;
 };
 
-// The options apply to every channel with this bit; at least one channel must have it.
+// The options apply to every channel with this bit. Returns one line if no channel has it, else
+// nothing.
 std::string check_flags(const CrcOptions& options, const FrameFormat& format) {
   const auto any = [&format](auto has) {
     return std::any_of(format.channels().begin(), format.channels().end(), has);

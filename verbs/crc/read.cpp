@@ -1,3 +1,4 @@
+// Reads a buffer of an SPI peripheral for `biss crc`.
 #include "verbs/crc/crc.hpp"
 
 #include <fmt/format.h>

@@ -75,6 +75,7 @@ class DrawRun {
   }
 
  private:
+  // One line if the width is too small, else nothing.
   std::string wrong_width() const {
     const std::uint64_t least = svg_ ? draw::svg_width_min : text_width_min;
     if (!options_.width) return {};

@@ -1,3 +1,4 @@
+// The result of `biss safety` as JSON lines.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// The result of `biss safety` as text.
 #include <fmt/format.h>
 
 #include "device/quantity.hpp"

@@ -48,7 +48,7 @@ std::string put_delays(const LineOptions& options, sim::LineSetup& setup) {
                      text_of(biss_line_delay_max));
 }
 
-// An edge cannot arrive before it was sent.
+// An edge cannot arrive before it was sent. Returns one line if the jitter is too large, else nothing.
 std::string check_jitter(const char* line, Picoseconds jitter, Picoseconds delay) {
   if (jitter <= delay) return {};
   return fmt::format(

@@ -139,7 +139,7 @@ class SimulateRun {
     return check_run(*changed);
   }
 
-  // Whether the line, the faults and the accesses fit into this many cycles.
+  // Why the line, the faults and the accesses do not fit into this many cycles; empty if they do.
   std::string check_run(const sim::LineSetup& setup) const {
     if (std::string wrong = wrong_start(setup); !wrong.empty()) return wrong;
     const sim::NominalCycle nominal = sim::Line(setup).nominal();

@@ -1,3 +1,4 @@
+// The SpiReader of the core for the driver, which is in C.
 #include <biss_zephyr/reader.h>
 
 #include <errno.h>
