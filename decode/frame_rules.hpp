@@ -111,10 +111,10 @@ class FrameRules {
   // The rules for the master: if it breaks them, the other rules prove nothing. The timeout is judged
   // below, for more cycles than `decode` marks.
   void judge_master(std::uint64_t number, const Cycle& cycle) {
-    for (const LimitCase& each : limits_.compare(cycle)) {
+    for (const Comparison& each : limits_.compare(cycle)) {
       if (each.rule == Rule::timeout_shortest || each.rule == Rule::timeout_longest) continue;
       const Picoseconds margin =
-          each.is_longest ? each.bound - each.value : each.value - each.bound;
+          each.bound_is_maximum ? each.bound - each.value : each.value - each.bound;
       tallies_.measure(each.rule, {each.bound.count, each.value.count, margin.count},
                        each.doubt.count, number);
     }
@@ -125,7 +125,7 @@ class FrameRules {
     if (cycle.status == CycleStatus::ma_glitch || !knows_reset(timing_)) return;
     if (aborted_ && cycle.status != CycleStatus::cut_start) {
       const Picoseconds since = elapsed(aborted_->begin, cycle.time);
-      tallies_.at_least(Rule::reset, since, aborted_->whole, aborted_->whole / oscillator_share,
+      tallies_.at_least(Rule::reset, since, aborted_->whole, aborted_->whole / oscillator_divisor,
                         aborted_->number);
     }
     aborted_.reset();

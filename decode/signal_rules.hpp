@@ -59,7 +59,7 @@ class SignalRules {
   void judge_ma(std::uint64_t number, const Cycle& cycle) {
     if (cycle.signal->ma_shortest) {
       const Picoseconds limit = period_of(setup_.timing.clock_max) * level_percent / 100;
-      tallies_.at_least(Rule::ma_level, *cycle.signal->ma_shortest, limit, limit / oscillator_share,
+      tallies_.at_least(Rule::ma_level, *cycle.signal->ma_shortest, limit, limit / oscillator_divisor,
                         number);
     }
     if (!setup_.timing.duty_even || !cycle.duty_per_mille || is_no_evidence(cycle.status)) return;
@@ -113,7 +113,7 @@ class SignalRules {
         *cycle.line_delay + (std::int64_t{cycle.ack_edge} - 1) * *cycle.period;
     const Picoseconds seen = std::max(changes.latest - delay, delay - changes.earliest);
     const Picoseconds limit = *cycle.period / jitter_share;
-    tallies_.at_most(Rule::line_delay_jitter, seen, limit, limit / oscillator_share, number);
+    tallies_.at_most(Rule::line_delay_jitter, seen, limit, limit / oscillator_divisor, number);
   }
 
   // How far the changes of SLO are from the sampling points, in shares of a period.
@@ -140,7 +140,7 @@ class SignalRules {
     least_delay_ = std::min(least_delay_.value_or(delay), delay);
     const Picoseconds limit = *cycle.period / 2;
     tallies_.at_most(Rule::line_delay_drift, most_delay_ - *least_delay_, limit,
-                     limit / oscillator_share, number);
+                     limit / oscillator_divisor, number);
   }
 
   void judge_cable(std::uint64_t number, const Cycle& cycle) {
@@ -148,7 +148,7 @@ class SignalRules {
     // A clock just above the clock of the table counts as that clock.
     const std::int64_t periods = std::max<std::int64_t>(1, std::int64_t{cycle.rising_edges} - 1);
     const Picoseconds doubt =
-        *cycle.period / (oscillator_share / 2) + tallies_.resolution() / periods;
+        *cycle.period / (oscillator_divisor / 2) + tallies_.resolution() / periods;
     const Hertz clock = rate_of(*cycle.period + doubt);
     const auto longest = cable_max_compensated(clock);
     if (!longest) return;

@@ -1,3 +1,5 @@
+// The threads that read a capture in pieces: each fetches a piece (one thread at a time), expands it
+// (all at once) and settles it (in the order of the pieces).
 #include "flow/cycle_flow.hpp"
 
 #include <algorithm>
@@ -13,62 +15,11 @@
 
 namespace biss::flow {
 
-namespace {
-
-// Threads take turns in the order of the numbers that they wait for, from 0 on. Each number has one
-// thread.
-class Turns {
+class CycleFlow::Workers {
  public:
-  // Waits for the turn of this number. False after end(): this turn never comes.
-  bool wait(std::uint64_t number) {
-    std::uint64_t now = next_.load(std::memory_order_acquire);
-    for (int i = 0; now != number && now != over && i < most_yields; ++i) {
-      std::this_thread::yield();
-      now = next_.load(std::memory_order_acquire);
-    }
-    while (now != number && now != over) {
-      next_.wait(now, std::memory_order_acquire);
-      now = next_.load(std::memory_order_acquire);
-    }
-    return now == number;
-  }
+  Workers(CycleFlow& flow, const std::function<bool()>& go_on) : flow_(flow), go_on_(go_on) {}
 
-  // Passes the turn to the next number. \pre it is the turn of this thread; the same for end()
-  void pass() {
-    next_.fetch_add(1, std::memory_order_release);
-    next_.notify_all();
-  }
-  void end() {
-    next_.store(over, std::memory_order_release);
-    next_.notify_all();
-  }
-
- private:
-  static constexpr std::uint64_t over = std::numeric_limits<std::uint64_t>::max();
-  // The previous thread usually passes its turn soon; sleeping would take longer.
-  static constexpr int most_yields = 100;
-
-  // The number whose turn it is, or `over`.
-  std::atomic<std::uint64_t> next_{0};
-};
-
-class Flow {
- public:
-  Flow(capture::PairSource& source, const decode::CleanCycleFinder& finder, const FlowSetup& setup,
-       decode::Decoder& decoder)
-      : source_(source), finder_(finder), setup_(setup), join_(finder, decoder) {}
-
-  // In this thread.
-  void run_here() {
-    Piece piece(finder_);
-    while (piece.fetch(source_)) {
-      piece.expand(setup_.lines);
-      if (!settle(piece)) return;
-    }
-  }
-
-  // In this thread and threads - 1 others, or as many as the system gives.
-  void run_on_all(unsigned threads) {
+  void run(unsigned threads) {
     std::deque<Piece> pieces;
     while (pieces.size() < threads) pieces.emplace_back(flow_.finder_);
     {
@@ -87,6 +38,43 @@ class Flow {
   }
 
  private:
+  // Threads take turns in the order of the numbers that they wait for, from 0 on. Each number has
+  // one thread.
+  class Turns {
+   public:
+    // Waits for the turn of this number. False after end(): this turn never comes.
+    bool wait(std::uint64_t number) {
+      std::uint64_t now = next_.load(std::memory_order_acquire);
+      for (int i = 0; now != number && now != over && i < most_yields; ++i) {
+        std::this_thread::yield();
+        now = next_.load(std::memory_order_acquire);
+      }
+      while (now != number && now != over) {
+        next_.wait(now, std::memory_order_acquire);
+        now = next_.load(std::memory_order_acquire);
+      }
+      return now == number;
+    }
+
+    // Passes the turn to the next number. \pre it is the turn of this thread; the same for end()
+    void pass() {
+      next_.fetch_add(1, std::memory_order_release);
+      next_.notify_all();
+    }
+    void end() {
+      next_.store(over, std::memory_order_release);
+      next_.notify_all();
+    }
+
+   private:
+    static constexpr std::uint64_t over = std::numeric_limits<std::uint64_t>::max();
+    // The previous thread usually passes its turn soon; sleeping would take longer.
+    static constexpr int most_yields = 100;
+
+    // The number whose turn it is, or `over`.
+    std::atomic<std::uint64_t> next_{0};
+  };
+
   // One of the threads: each piece stays in its caches from the file to the decoder.
   void work(Piece& piece, std::size_t others) {
     std::uint64_t number = 0;
@@ -94,7 +82,10 @@ class Flow {
       while (fetch(piece, number)) {
         piece.expand(flow_.lines_, others);
         if (!turns_.wait(number)) return;
-        if (!flow_.settle(piece) || (go_on_ && !go_on_())) return turns_.end();
+        if (!flow_.settle(piece) || (go_on_ && !go_on_())) {
+          turns_.end();
+          return;
+        }
         turns_.pass();
       }
     } catch (...) {
@@ -111,26 +102,19 @@ class Flow {
     if (fetched_all_) return false;
     number = fetched_++;
     fetched_all_ = true;  // stays if fetch() throws: the source cannot be read further
-    fetched_all_ = !piece.fetch(source_);
+    fetched_all_ = !piece.fetch(flow_.source_);
     return !fetched_all_;
   }
 
-  // False if no further piece is to be decoded: after a read error, or if go_on() ends the reading.
-  bool settle(Piece& piece) {
-    piece.settle(source_, setup_.lines, join_, setup_.watch);
-    return !source_.error() && (!setup_.go_on || setup_.go_on());
-  }
+  CycleFlow& flow_;
+  const std::function<bool()>& go_on_;
 
-  capture::PairSource& source_;
-  const decode::CleanCycleFinder& finder_;
-  const FlowSetup& setup_;
-
-  // For fetch(): it guards the two members after it and the reading from source_.
+  // For fetch(): it guards the two members after it and the reading from the source.
   std::mutex fetching_;
   std::uint64_t fetched_ = 0;
   bool fetched_all_ = false;
 
-  // The turns for settle(). The thread whose turn it is uses the two members after it.
+  // The turns for settle().
   Turns turns_;
   std::exception_ptr failure_;
 };

@@ -26,7 +26,8 @@ void Piece::settle(capture::PairSource& source, const decode::Lines& lines, deco
 }
 
 decode::PairRun Piece::run_of(const decode::Lines& lines) const {
-  return {piece_->ma.run(lines.ma_inverted), piece_->slo.run(lines.slo_inverted)};
+  return {{piece_->ma.times, piece_->ma.first_high != lines.ma_inverted},
+          {piece_->slo.times, piece_->slo.first_high != lines.slo_inverted}};
 }
 
 }  // namespace biss::flow

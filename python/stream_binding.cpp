@@ -288,19 +288,18 @@ class StreamObject {
     if (status != verbs::ExitStatus::done) return status;
     verbs::DecodedCapture& capture = run_->capture();
     if (const auto& format = capture.format()) format_ = format_text(*format).view();
-    const auto put = [this](std::uint64_t number, const decode::Cycle& cycle) {
-      put_row(number, cycle);
-      return true;
-    };
     if (fields_) {
       edges_.emplace(capture.reader(), capture.lines().lines,
-                     [this, &capture, put](const decode::CycleEdges& edges) {
+                     [this, &capture](const decode::CycleEdges& edges) {
                        const std::size_t before = rows_.size();
-                       capture.follow(edges.number, edges.cycle, put);
+                       put_row(edges.number, edges.cycle);
                        if (rows_.size() != before) rows_.back().fields = fields_of(edges, capture);
                      });
     } else {
-      capture.begin_steps(put);
+      capture.begin_steps([this](std::uint64_t number, const decode::Cycle& cycle) {
+        put_row(number, cycle);
+        return true;
+      });
     }
     return verbs::ExitStatus::done;
   }

@@ -20,7 +20,6 @@
 #include "report/text.hpp"
 #include "verbs/common/capture_input.hpp"
 #include "verbs/common/host.hpp"
-#include "verbs/common/verbs.hpp"
 #include "verbs/decode/decode_run.hpp"
 
 namespace biss::python {

@@ -72,7 +72,8 @@ class Variable {
   /// Appends the value if it differs from the previous row.
   void put(std::string& out, const Cell& cell) {
     next_.clear();
-    append_value(next_, cell.kind() == kind_ || cell.kind() == Kind::absent ? cell : Cell());
+    static const Cell no_value;
+    append_value(next_, cell.kind() == kind_ ? cell : no_value);
     if (next_ == last_) return;
     out += next_;
     if (kind_ != Kind::flag) out += ' ';

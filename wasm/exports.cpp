@@ -27,7 +27,6 @@
 #include "verbs/common/host.hpp"
 #include "verbs/common/output.hpp"
 #include "verbs/common/verb.hpp"
-#include "verbs/common/verbs.hpp"
 #include "verbs/decode/decode_run.hpp"
 #include "verbs/registers/access_rows.hpp"
 #include "wasm/cycle_json.hpp"

@@ -213,7 +213,7 @@ std::string man_page(const DeclaredVerb& command, std::string_view version) {
   for (const DeclaredOption& option : command.options) append_manual(out, option);
   out += ".SH VERBS\n";
   for (const DeclaredVerb& verb : command.verbs) append_manual(out, verb, "biss " + verb.text.name);
-  out += rest;
+  out += page_end;
   return out;
 }
 
