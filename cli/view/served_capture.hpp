@@ -7,7 +7,6 @@
 #include <cstdint>
 #include <ctime>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
@@ -40,9 +39,8 @@ class ServedCapture {
   /// \param closely compare the whole served part if the file has changed; otherwise only its ends
   tl::expected<std::uint64_t, std::string> look(bool closely);
 
-  /// Reads at `offset`, at most to the size that look() gave last.
-  /// \return the number of bytes; 0 if reading fails
-  std::size_t read(std::uint64_t offset, std::span<char> bytes) const;
+  /// The bytes at `offset`; fewer if the file ends before or reading fails.
+  std::string text_at(std::uint64_t offset, std::size_t size) const;
 
  private:
   std::string wrong_identity() const;
@@ -51,7 +49,6 @@ class ServedCapture {
   std::string refuse_to_follow(std::string_view why) const;
   std::string wrong_lines(std::uint64_t available);
   std::uint64_t whole_size(std::uint64_t available) const;
-  std::string text_at(std::uint64_t offset, std::size_t size) const;
   std::uint32_t checksum(std::uint32_t before, std::uint64_t begin, std::uint64_t end) const;
   void remember(std::uint64_t size);
 
