@@ -27,10 +27,7 @@ Option add_parsed(Verb verb, const std::string& name, const std::string& descrip
 }  // namespace
 
 Option add_output_option(Verb verb, std::string& path, const std::string& help) {
-  return verb.scope(Scope::command)
-      .add_option("-o,--output", path, help)
-      .type_name("FILE")
-      .file(FileUse::write);
+  return verb.scope(Scope::command).add_option("-o,--output", path, help).file(FileUse::write);
 }
 
 void let_output_choose(Verb verb, const std::vector<std::string>& names,

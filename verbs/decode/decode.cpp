@@ -78,7 +78,8 @@ void add_decode(Command& command) {
                                  "A log in place of a capture: a frame a line, in digits, a time "
                                  "such as 12.5us or a number in front of it allowed; # begins a "
                                  "comment, - is standard input")
-                     .file(FileUse::read);
+                     .file(FileUse::read)
+                     .type_name("TEXT");
   for (const char* const name : {"FILE",         "--ma",           "--slo",
                                  "--invert-ma",  "--invert-slo",   "--each",
                                  "--resolution", "--ack-max",      "--ack-clocks",
