@@ -1,9 +1,11 @@
-#include "archive/date.hpp"
+#include "archive/entry.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <chrono>
+
+#include "report/text.hpp"
 
 namespace biss::archive {
 
@@ -19,11 +21,7 @@ std::size_t digits_at(std::string_view text) {
 }
 
 // \pre all are digits
-unsigned number_of(std::string_view digits) {
-  unsigned number = 0;
-  for (const char digit : digits) number = 10 * number + static_cast<unsigned>(digit - '0');
-  return number;
-}
+unsigned number_of(std::string_view digits) { return *report::number_in<unsigned>(digits); }
 
 std::optional<Day> day_of_parts(unsigned year, unsigned month, unsigned day) {
   const year_month_day date{std::chrono::year(static_cast<int>(year)), std::chrono::month(month),

@@ -1,4 +1,4 @@
-#include "archive/date.hpp"
+#include "archive/entry.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "archive/drift.hpp"
+#include "archive/summary.hpp"
 
 #include <gtest/gtest.h>
 

@@ -2,18 +2,91 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
+#include <utility>
 #include <vector>
 
-#include "archive/date.hpp"
-#include "archive/figures.hpp"
-#include "archive/histogram.hpp"
+#include "decode/distribution.hpp"
+#include "decode/statistics.hpp"
 
 namespace biss::archive {
+
+/// Days since 1970-01-01.
+using Day = std::int32_t;
+
+/// The last date in a path, of a folder or of the file: `2024-03-17`, `2024_03_17`, `2024.03.17`,
+/// `2024/03/17`, `20240317`, also followed by a time of six digits. Years 1990 to 2099.
+std::optional<Day> day_in(std::string_view path);
+
+/// \param time nanoseconds since 1970-01-01 00:00 UTC
+Day day_of(std::int64_t time);
+
+/// `2024-03-17`.
+std::string day_text(Day day);
+/// Reads the text of day_text(); nothing if it is not a date.
+std::optional<Day> day_from(std::string_view text);
+
+/// Non-negative values. Minimum and maximum are exact, the others within 0.1 %. The sum of two
+/// histograms is the histogram of the values of both, in any order.
+class Histogram {
+ public:
+  /// The smallest possible value of a bucket, and how many values it has.
+  using Bucket = std::pair<std::int64_t, std::uint64_t>;
+
+  Histogram() = default;
+  explicit Histogram(const decode::Distribution& values);
+
+  bool operator==(const Histogram&) const = default;
+  void add(const Histogram& other);
+
+  std::uint64_t count() const { return count_; }
+  /// \pre count() > 0
+  std::int64_t min() const { return min_; }
+  std::int64_t max() const { return max_; }
+  /// The lower median. \pre count() > 0
+  std::int64_t median() const;
+
+  const std::map<std::int64_t, std::uint64_t>& buckets() const { return buckets_; }
+  /// The histogram of these buckets, as read from a file.
+  /// \return false, and nothing changes, if the buckets are not valid: out of order or empty,
+  ///   limits outside of the first and the last bucket, more than 2^64 values
+  [[nodiscard]] bool assign(const std::vector<Bucket>& buckets, std::int64_t min, std::int64_t max);
+
+ private:
+  std::map<std::int64_t, std::uint64_t> buckets_;
+  std::uint64_t count_ = 0;
+  std::int64_t min_ = 0;
+  std::int64_t max_ = 0;
+};
+
+using decode::Counts;
+
+/// The quantities that are measured in the cycles of a capture. Times are in picoseconds.
+enum class Quantity : std::uint8_t { period, interval, line_delay, ack, ack_clocks, duty };
+
+inline constexpr std::size_t quantity_count = 6;
+
+/// Users and scripts see the names; docs/archive.md explains each.
+constexpr std::string_view name_of(Quantity quantity) {
+  constexpr std::array<std::string_view, quantity_count> names{
+      "period_ps", "interval_ps", "line_delay_ps", "ack_ps", "ack_clocks", "duty_per_mille"};
+  return names[static_cast<std::size_t>(quantity)];
+}
+
+/// A measured quantity in one capture.
+struct Range {
+  std::int64_t min = 0;
+  /// As decode::Distribution::median().
+  std::int64_t median = 0;
+  std::int64_t max = 0;
+  bool operator==(const Range&) const = default;
+};
 
 /// A pair of MA and SLO in a capture.
 struct LinkEntry {

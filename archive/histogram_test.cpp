@@ -1,4 +1,4 @@
-#include "archive/histogram.hpp"
+#include "archive/entry.hpp"
 
 #include <gtest/gtest.h>
 
@@ -54,7 +54,7 @@ TEST(Histogram, SumOfParts_IsThatOfAllValuesInAnyOrder) {
 TEST(Histogram, BucketsThatNoValuesHave_AreRefused) {
   Histogram histogram(distribution({5, 7, 2'000}));
   const Histogram before = histogram;
-  EXPECT_TRUE(Histogram().assign(before.buckets(), 5, 2'000));
+  EXPECT_TRUE(Histogram().assign({{5, 1}, {7, 1}, {2'000, 1}}, 5, 2'000));
   EXPECT_FALSE(histogram.assign({{7, 1}, {5, 1}}, 5, 7));
   EXPECT_FALSE(histogram.assign({{5, 1}, {5, 1}}, 5, 5));
   EXPECT_FALSE(histogram.assign({{5, 0}}, 5, 5));

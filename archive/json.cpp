@@ -1,5 +1,9 @@
 #include "archive/json.hpp"
 
+#include <exception>
+
+#include "archive/hash.hpp"
+
 namespace biss::archive {
 
 using decode::CycleStatus;
@@ -48,8 +52,8 @@ Json json_of(std::uint64_t value) {
 
 void to_json(Json& json, const Histogram& histogram) {
   Json buckets = Json::array();
-  for (const Histogram::Bucket& bucket : histogram.buckets()) {
-    buckets.push_back(Json::array({time_json(bucket.begin), json_of(bucket.count)}));
+  for (const auto& [begin, count] : histogram.buckets()) {
+    buckets.push_back(Json::array({time_json(begin), json_of(count)}));
   }
   json = {{"count", json_of(histogram.count())}};
   if (histogram.count() != 0) {
@@ -60,8 +64,8 @@ void to_json(Json& json, const Histogram& histogram) {
   json["buckets"] = std::move(buckets);
 }
 
-void to_json(Json& json, const Counts& counts) {
-  json = {{"cycles", json_of(counts.cycles)},
+Json json_of(const Counts& counts) {
+  return {{"cycles", json_of(counts.cycles)},
           {"faults", json_of(counts.faults())},
           {"status", named_counts<CycleStatus>(counts.by_status)},
           {"errors", json_of(counts.errors)},
@@ -78,7 +82,7 @@ void to_json(Json& json, const LinkEntry& link) {
           {"format", text_or_null(link.format)},
           {"encoders", link.encoders}};
   if (!link.other_format.empty()) json["other_format"] = link.other_format;
-  json.update(Json(link.counts));
+  json.update(json_of(link.counts));
   for (std::size_t i = 0; i < quantity_count; ++i) {
     const auto& range = link.ranges[i];
     if (!range) continue;
@@ -107,12 +111,14 @@ std::string text_from(const Json& json) { return json.is_null() ? "" : json.get<
 std::uint64_t number_from(const Json& json, std::string_view name, std::uint64_t most) {
   std::optional<std::uint64_t> number;
   if (json.is_number_unsigned()) number = json.get<std::uint64_t>();
-  if (json.is_string()) number = whole_number<std::uint64_t>(json.get_ref<const std::string&>());
+  if (json.is_string())
+    number = report::number_in<std::uint64_t>(json.get_ref<const std::string&>());
   if (number && *number <= most) return *number;
   wrong_json(fmt::format("'{}' is {}, not a whole number from 0 to {}", name, shown(json), most));
 }
 
-void from_json(const Json& json, Counts& counts) {
+Counts counts_from(const Json& json) {
+  Counts counts;
   counts.cycles = member_number(json, "cycles");
   read_named_counts<CycleStatus>(json.at("status"), counts.by_status);
   counts.errors = member_number(json, "errors", counts.cycles);
@@ -130,17 +136,18 @@ void from_json(const Json& json, Counts& counts) {
   for (const std::uint64_t count : counts.by_limit) {
     if (count > counts.limited) wrong_json("'limits' has more cycles than 'limited'");
   }
+  return counts;
 }
 
 void from_json(const Json& json, Histogram& histogram) {
   std::vector<Histogram::Bucket> buckets;
   for (const Json& bucket : json.at("buckets")) {
-    buckets.push_back({time_from(bucket.at(0), "buckets"), number_from(bucket.at(1), "buckets")});
+    buckets.emplace_back(time_from(bucket.at(0), "buckets"), number_from(bucket.at(1), "buckets"));
   }
   const bool any = !buckets.empty();
   const std::int64_t min = any ? time_from(json.at("min"), "min") : 0;
   const std::int64_t max = any ? time_from(json.at("max"), "max") : 0;
-  if (!histogram.assign(std::move(buckets), min, max)) wrong_json("'buckets' are not a histogram");
+  if (!histogram.assign(buckets, min, max)) wrong_json("'buckets' are no histogram");
   if (histogram.count() != member_number(json, "count")) {
     wrong_json("'count' does not match the 'buckets'");
   }
@@ -152,7 +159,7 @@ void from_json(const Json& json, LinkEntry& link) {
   link.format = text_from(json.at("format"));
   json.at("encoders").get_to(link.encoders);
   link.other_format = json.value("other_format", "");
-  json.get_to(link.counts);
+  link.counts = counts_from(json);
   for (std::size_t i = 0; i < quantity_count; ++i) {
     const std::string_view name = name_of(static_cast<Quantity>(i));
     if (!json.contains(name)) continue;
@@ -192,6 +199,38 @@ void from_json(const Json& json, FileEntry& entry) {
   }
   json.at("links").get_to(entry.links);
   if (!entry.links.empty() && !entry.day) wrong_json("'date' is missing");
+}
+
+// ---- A line of the journal: a checksum, then the entry.
+
+std::string journal_line(const StampedEntry& stamped) {
+  // Times before 1970 are negative, so the time is text.
+  const Json json{{"bytes", json_of(stamped.stamp.bytes)},
+                  {"time_ns", fmt::format("{}", stamped.stamp.time)},
+                  {"entry", stamped.entry}};
+  const std::string text = text_of(json);
+  return fmt::format("{:016x} {}", hash_of(text), text);
+}
+
+tl::expected<StampedEntry, std::string> read_journal_line(std::string_view line) {
+  constexpr std::size_t before_text = 17;
+  if (line.size() < before_text) return tl::unexpected(std::string("it ends early"));
+  const std::string_view text = line.substr(before_text);
+  if (line.substr(0, before_text) != fmt::format("{:016x} ", hash_of(text))) {
+    return tl::unexpected(std::string("its checksum is wrong"));
+  }
+  try {
+    const Json json = Json::parse(text);
+    const auto time = report::number_in<std::int64_t>(json.at("time_ns").get<std::string>());
+    if (!time) wrong_json("'time_ns' is no time");
+    StampedEntry stamped{{member_number(json, "bytes"), *time}, json.at("entry").get<FileEntry>()};
+    for (const LinkEntry& link : stamped.entry.links) {
+      if (link.histograms.empty()) wrong_json("'histograms' is missing");
+    }
+    return stamped;
+  } catch (const std::exception& error) {
+    return tl::unexpected(std::string(error.what()));
+  }
 }
 
 }  // namespace biss::archive

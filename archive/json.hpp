@@ -4,7 +4,6 @@
 
 #include <fmt/format.h>
 
-#include <charconv>
 #include <cstdint>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -12,9 +11,9 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
-#include <system_error>
 
 #include "archive/entry.hpp"
+#include "report/text.hpp"
 
 namespace biss::archive {
 
@@ -24,7 +23,7 @@ using Json = nlohmann::ordered_json;
 /// Above 2^53 a string, as JSON numbers are doubles elsewhere.
 Json json_of(std::uint64_t value);
 void to_json(Json& json, const Histogram& histogram);
-void to_json(Json& json, const Counts& counts);
+Json json_of(const Counts& counts);
 /// Includes the histograms if the link has any.
 void to_json(Json& json, const LinkEntry& link);
 void to_json(Json& json, const FileEntry& entry);
@@ -36,15 +35,6 @@ inline Json text_or_null(const std::string& text) {
 
 /// One line, like all texts of this room. \pre its texts are valid UTF-8
 inline std::string text_of(const Json& json) { return json.dump(); }
-
-/// The whole text as a number; nothing if it is not a number.
-template <class Number>
-std::optional<Number> whole_number(std::string_view digits, int base = 10) {
-  Number number = 0;
-  const char* const end = digits.data() + digits.size();
-  const auto [rest, error] = std::from_chars(digits.data(), end, number, base);
-  return error == std::errc() && rest == end ? std::optional(number) : std::nullopt;
-}
 
 [[noreturn]] inline void wrong_json(const std::string& what) { throw std::runtime_error(what); }
 
@@ -58,7 +48,7 @@ inline std::uint64_t member_number(const Json& object, std::string_view name,
   return number_from(object.at(name), name, most);
 }
 void from_json(const Json& json, Histogram& histogram);
-void from_json(const Json& json, Counts& counts);
+Counts counts_from(const Json& json);
 void from_json(const Json& json, LinkEntry& link);
 void from_json(const Json& json, FileEntry& entry);
 

@@ -30,12 +30,9 @@ FileStamp stamp_of(const Status& status) {
 }
 
 // The path without links; empty if the path leads nowhere.
-std::string real_path(const std::string& path, std::error_code& cause) {
-  return std::filesystem::canonical(path, cause).string();
-}
 std::string real_path(const std::string& path) {
   std::error_code none;
-  return real_path(path, none);
+  return std::filesystem::canonical(path, none).string();
 }
 
 std::string below(const std::string& folder, const std::string& name) {
@@ -77,17 +74,6 @@ class Places {
 
 std::string name_of_path(const std::string& path) {
   return path.substr(path.rfind('/') + 1);  // npos + 1 is 0
-}
-
-// The names in a folder, sorted; all of them unless reading fails.
-std::vector<std::string> names_in(const std::string& folder, std::error_code& cause) {
-  std::vector<std::string> names;
-  for (std::filesystem::directory_iterator at(folder, cause), end; !cause && at != end;
-       at.increment(cause)) {
-    names.push_back(at->path().filename());
-  }
-  std::sort(names.begin(), names.end());
-  return names;
 }
 
 // Whether this program wrote the file, even an unfinished one.
@@ -196,6 +182,16 @@ class Walk {
 
 }  // namespace
 
+std::vector<std::string> names_in(const std::string& folder, std::error_code& cause) {
+  std::vector<std::string> names;
+  for (std::filesystem::directory_iterator at(folder, cause), end; !cause && at != end;
+       at.increment(cause)) {
+    names.push_back(at->path().filename());
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
 bool read_stamp(const std::string& path, FileStamp& stamp) {
   Status status{};
   if (::stat(path.c_str(), &status) != 0) return false;
@@ -208,14 +204,14 @@ tl::expected<std::vector<ListedFile>, std::string> list_files(
   std::vector<std::pair<std::string, std::string>> roots;
   std::error_code cause;
   for (const std::string& path : paths) {
-    std::string real = real_path(path, cause);
+    std::string real = std::filesystem::canonical(path, cause).string();
     if (cause) return tl::unexpected(fmt::format("{}: {}", path, cause.message()));
     roots.emplace_back(plain_path(path), std::move(real));
   }
   std::vector<ListedFile> gone;
   for (const std::string& path : listed) {
     std::string plain = plain_path(path);
-    std::string real = real_path(path, cause);
+    std::string real = std::filesystem::canonical(path, cause).string();
     if (cause) {
       gone.push_back({plain, {}, "cannot_open", fmt::format("{}: {}", plain, cause.message())});
     } else {

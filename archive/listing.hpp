@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <system_error>
 #include <tl/expected.hpp>
 #include <vector>
 
@@ -32,6 +33,9 @@ struct ListedFile {
 /// \return the files, or one line: which of `paths` does not exist
 tl::expected<std::vector<ListedFile>, std::string> list_files(
     const std::vector<std::string>& paths, const std::vector<std::string>& listed = {});
+
+/// The names in a folder, sorted; all of them unless there is a cause.
+std::vector<std::string> names_in(const std::string& folder, std::error_code& cause);
 
 /// Reads the stamp of a file; false if the file is gone.
 bool read_stamp(const std::string& path, FileStamp& stamp);

@@ -7,13 +7,14 @@
 #include <cstdint>
 #include <istream>
 #include <map>
+#include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <tl/expected.hpp>
 #include <utility>
 #include <vector>
 
-#include "archive/drift.hpp"
 #include "archive/entry.hpp"
 #include "report/sink.hpp"
 
@@ -114,6 +115,42 @@ bool write_summary(const Summary& summary, report::TextSink& sink);
 /// Reads the text of write_summary(). Sums are compared with the files, and files with the list.
 /// \return the summary, or the cause why the text is not a summary
 tl::expected<Summary, std::string> read_summary(std::istream& text);
+
+// ---- How a quantity changes over the days of an archive.
+
+/// The value of a quantity in one capture.
+struct DatedValue {
+  Day day = 0;
+  std::int64_t value = 0;
+};
+
+/// The slope of the line of least squares through the values, in units a year of 365 days, rounded.
+/// Nothing if all values are of one day. The result is exact, so it is the same on every machine.
+/// Values above 2^53 count as 2^53.
+std::optional<std::int64_t> change_per_year(std::span<const DatedValue> values);
+
+/// A link of a capture, and the file it is in, which has a day.
+struct PlacedLink {
+  const FileEntry* file = nullptr;
+  const LinkEntry* link = nullptr;
+};
+
+/// The medians of a quantity, a value for each capture that has it.
+std::vector<DatedValue> medians_of(std::span<const PlacedLink> captures, Quantity quantity);
+/// Faults in a million cycles, a value for each capture with cycles.
+std::vector<DatedValue> fault_rates_of(std::span<const PlacedLink> captures);
+
+/// The captures of one day.
+struct DayFigures {
+  Day day = 0;
+  std::uint64_t captures = 0;
+  Counts counts;
+  /// By Quantity: the lower median of the medians of the captures.
+  std::array<std::optional<std::int64_t>, quantity_count> medians;
+};
+
+/// In the order of the days.
+std::vector<DayFigures> days_of(std::span<const PlacedLink> captures);
 
 /// The links of each group, in the order of the files.
 std::map<GroupKey, std::vector<PlacedLink>> captures_of(const Summary& summary);

@@ -55,7 +55,8 @@ Parts read_parts(const Json& json) {
 
 void read_group(const Json& json, Summary& summary) {
   GroupKey key{json.at("folder"), json.at("ma"), json.at("slo"), text_from(json.at("format"))};
-  Group group{.captures = member_number(json, "captures"), .counts = json, .histograms = {}};
+  Group group{
+      .captures = member_number(json, "captures"), .counts = counts_from(json), .histograms = {}};
   for (std::size_t i = 0; i < quantity_count; ++i) {
     json.at(name_of(static_cast<Quantity>(i))).get_to(group.histograms[i]);
   }
@@ -119,8 +120,8 @@ Summary summary_from(std::istream& text) {
   }
   summary.setup = {json.at("program"), json.at("settings")};
   const Json& list = json.at("list");
-  const auto hash = whole_number<std::uint64_t>(list.at("hash").get<std::string>(), 16);
-  if (!hash) wrong_json("'hash' is not a hexadecimal number");
+  const auto hash = report::number_in<std::uint64_t>(list.at("hash").get<std::string>(), 16);
+  if (!hash) wrong_json("'hash' is no hexadecimal number");
   summary.list = {member_number(list, "files"), *hash};
   summary.parts = read_parts(json.at("shards"));
   compare_sums(summary);

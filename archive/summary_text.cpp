@@ -68,7 +68,7 @@ Json totals_json(const Totals& totals, std::size_t files) {
         json_of(totals.by_reading[static_cast<std::size_t>(reading)]);
   }
   json["links"] = json_of(totals.links);
-  json.update(Json(totals.counts));
+  json.update(json_of(totals.counts));
   return json;
 }
 
@@ -112,7 +112,7 @@ Json group_json(const GroupKey& key, const Group& group, const std::vector<Place
             {"format", text_or_null(key.format)},
             {"encoders", encoders_of(captures)},
             {"captures", json_of(group.captures)}};
-  json.update(Json(group.counts));
+  json.update(json_of(group.counts));
   for (std::size_t i = 0; i < quantity_count; ++i) {
     json[std::string(name_of(static_cast<Quantity>(i)))] = group.histograms[i];
   }
@@ -153,7 +153,7 @@ bool write_summary(const Summary& summary, report::TextSink& sink) {
       Json json{{"format", text_or_null(format)},
                 {"encoders", of_format.encoders},
                 {"captures", json_of(of_format.captures)}};
-      json.update(Json(of_format.counts));
+      json.update(json_of(of_format.counts));
       add(json);
     }
   });

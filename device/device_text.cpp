@@ -81,33 +81,54 @@ std::string read_duration(std::string_view option, std::string_view text, Picose
   return {};
 }
 
-std::string read_timeout(std::string_view text, Timeout& timeout) {
+// Each reads the options that it names, if they are given; else the timing stays as it is.
+std::string read_timeout(const FormatArguments& arguments, DeviceTiming& timing) {
+  const std::string_view text = arguments.timeout;
+  if (text.empty()) return {};
   const std::size_t colon = std::min(text.find(':'), text.size());
   const std::string_view rule = text.substr(0, colon);
   const bool has_time = colon != text.size();
   if (rule == "adaptive") {
-    timeout = {TimeoutRule::adaptive, {}};
+    timing.timeout = {TimeoutRule::adaptive, {}};
   } else if (rule == "static" && has_time) {
-    timeout = {TimeoutRule::fixed, {}};
+    timing.timeout = {TimeoutRule::fixed, {}};
   } else if (rule == "cycle" && has_time) {
-    timeout = {TimeoutRule::cycle, {}};
+    timing.timeout = {TimeoutRule::cycle, {}};
   } else {
     return fmt::format(
         "--timeout \"{}\": no such rule; write adaptive, static:20us or cycle:31.25us",
         shortened(text, 40));
   }
-  return has_time ? read_duration("--timeout", text.substr(colon + 1), timeout.time)
-                  : std::string();
+  return has_time ? read_duration("--timeout", text.substr(colon + 1), timing.timeout.time) : "";
 }
 
-std::string read_release(const std::string& text, Timeout& timeout) {
-  const auto halves = parse_count(text, UINT8_MAX);
+std::string read_release(const FormatArguments& arguments, DeviceTiming& timing) {
+  if (arguments.release.empty()) return {};
+  const auto halves = parse_count(arguments.release, UINT8_MAX);
   if (!halves.ok() || *halves < biss_release_half_periods_min) {
     return fmt::format("--release '{}': must be a number from {} to {}, in half periods of MA",
-                       shortened(text, 40), biss_release_half_periods_min, UINT8_MAX);
+                       shortened(arguments.release, 40), biss_release_half_periods_min, UINT8_MAX);
   }
-  timeout.release_half_periods = static_cast<std::uint8_t>(*halves);
+  timing.timeout.release_half_periods = static_cast<std::uint8_t>(*halves);
   return {};
+}
+
+std::string read_clock_max(const FormatArguments& arguments, DeviceTiming& timing) {
+  const std::string& text = arguments.clock_max;
+  if (text.empty()) return {};
+  const auto rate = parse_rate(text);
+  if (!rate.ok()) return option_error("--clock-max", Quantity::rate, text, rate.error());
+  if (*rate < timing.clock_min) {
+    return fmt::format("--clock-max '{}': below the device's lowest clock of {}", text,
+                       text_of(timing.clock_min));
+  }
+  timing.clock_max = *rate;
+  return {};
+}
+
+std::string read_cycle_min(const FormatArguments& arguments, DeviceTiming& timing) {
+  if (arguments.cycle_min.empty()) return {};
+  return read_duration("--cycle-min", arguments.cycle_min, timing.cycle_min);
 }
 
 std::string read_ack(const FormatArguments& arguments, DeviceTiming& timing) {
@@ -163,30 +184,8 @@ tl::expected<Device, std::string> choose_device(const FormatArguments& arguments
 
 tl::expected<DeviceTiming, std::string> override_timing(const FormatArguments& arguments,
                                                         DeviceTiming timing) {
-  std::string error = read_ack(arguments, timing);
-  if (!error.empty()) return wrong(error);
-  if (!arguments.timeout.empty()) {
-    error = read_timeout(arguments.timeout, timing.timeout);
-    if (!error.empty()) return wrong(error);
-  }
-  if (!arguments.release.empty()) {
-    error = read_release(arguments.release, timing.timeout);
-    if (!error.empty()) return wrong(error);
-  }
-  if (!arguments.clock_max.empty()) {
-    const auto rate = parse_rate(arguments.clock_max);
-    if (!rate.ok()) {
-      return wrong(option_error("--clock-max", Quantity::rate, arguments.clock_max, rate.error()));
-    }
-    if (*rate < timing.clock_min) {
-      return wrong(fmt::format("--clock-max '{}': below the device's lowest clock of {}",
-                               arguments.clock_max, text_of(timing.clock_min)));
-    }
-    timing.clock_max = *rate;
-  }
-  if (!arguments.cycle_min.empty()) {
-    error = read_duration("--cycle-min", arguments.cycle_min, timing.cycle_min);
-    if (!error.empty()) return wrong(error);
+  for (const auto read : {read_ack, read_timeout, read_release, read_clock_max, read_cycle_min}) {
+    if (std::string error = read(arguments, timing); !error.empty()) return wrong(std::move(error));
   }
   return timing;
 }

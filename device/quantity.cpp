@@ -40,24 +40,21 @@ constexpr std::array voltage_units = {Unit{"nV", 0}, Unit{"uV", 3}, Unit{"mV", 6
 
 constexpr auto second = static_cast<std::uint64_t>(picoseconds_per_second);
 constexpr std::string_view time_names = "ps, ns, us, ms or s";
-constexpr Scale rate_scale = {rate_units, 1, UINT32_MAX, "Hz, kHz, MHz or GHz",
-                              "1 Hz to 4.294967295 GHz in steps of 1 Hz"};
-constexpr Scale duration_scale = {duration_units, 0, 1000 * second, time_names,
-                                  "0 to 1000 s in steps of 1 ps"};
-constexpr Scale time_scale = {duration_units, 0, 100 * 24 * 3600 * second, time_names,
-                              "-8640000 s to 8640000 s (100 days) in steps of 1 ps"};
-constexpr Scale length_scale = {length_units, 0, 10'000'000, "mm, cm, m or km",
-                                "0 to 10 km in steps of 1 mm"};
-constexpr Scale duty_scale = {duty_units, 1, 999, "%", "0.1 % to 99.9 % in steps of 0.1 %"};
-constexpr Scale deviation_scale = {deviation_units, 0, 100'000, "ppm or %",
-                                   "-10 % to 10 % in steps of 1 ppm"};
-
-constexpr Scale voltage_scale = {voltage_units, 0, 1'000'000'000'000'000, "nV, uV, mV, V or kV",
-                                 "-1000 kV to 1000 kV in steps of 1 nV"};
 
 // In the order of Quantity; a count has no unit.
-constexpr Scale scales[] = {rate_scale, duration_scale,  time_scale,    length_scale,
-                            duty_scale, deviation_scale, voltage_scale, {}};
+constexpr Scale scales[] = {
+    {rate_units, 1, UINT32_MAX, "Hz, kHz, MHz or GHz", "1 Hz to 4.294967295 GHz in steps of 1 Hz"},
+    {duration_units, 0, 1000 * second, time_names, "0 to 1000 s in steps of 1 ps"},
+    {duration_units, 0, 100 * 24 * 3600 * second, time_names,
+     "-8640000 s to 8640000 s (100 days) in steps of 1 ps"},
+    {length_units, 0, 10'000'000, "mm, cm, m or km", "0 to 10 km in steps of 1 mm"},
+    {duty_units, 1, 999, "%", "0.1 % to 99.9 % in steps of 0.1 %"},
+    {deviation_units, 0, 100'000, "ppm or %", "-10 % to 10 % in steps of 1 ppm"},
+    {voltage_units, 0, 1'000'000'000'000'000, "nV, uV, mV, V or kV",
+     "-1000 kV to 1000 kV in steps of 1 nV"},
+    {}};
+
+const Scale& scale_of(Quantity quantity) { return scales[static_cast<std::size_t>(quantity)]; }
 
 using Parsed = Result<std::uint64_t, QuantityError>;
 
@@ -177,7 +174,7 @@ std::string other_case(const Scale& scale, std::string_view name) {
 
 std::string cause_text(Quantity quantity, std::string_view text, QuantityError error,
                        std::uint64_t largest) {
-  const Scale& scale = scales[static_cast<std::size_t>(quantity)];
+  const Scale& scale = scale_of(quantity);
   const std::string range =
       quantity == Quantity::count ? fmt::format("0 to {}", largest) : std::string(scale.range);
   switch (error.cause) {
@@ -230,31 +227,31 @@ int hex_value(char c) {
 }  // namespace
 
 Result<Hertz, QuantityError> parse_rate(std::string_view text) {
-  return made<Hertz>(parse(text, rate_scale));
+  return made<Hertz>(parse(text, scale_of(Quantity::rate)));
 }
 
 Result<Picoseconds, QuantityError> parse_duration(std::string_view text) {
-  return made<Picoseconds>(parse(text, duration_scale));
+  return made<Picoseconds>(parse(text, scale_of(Quantity::duration)));
 }
 
 Result<Picoseconds, QuantityError> parse_time(std::string_view text) {
-  return made<Picoseconds>(parse_signed(text, time_scale));
+  return made<Picoseconds>(parse_signed(text, scale_of(Quantity::time)));
 }
 
 Result<Millimetres, QuantityError> parse_length(std::string_view text) {
-  return made<Millimetres>(parse(text, length_scale));
+  return made<Millimetres>(parse(text, scale_of(Quantity::length)));
 }
 
 Result<std::uint32_t, QuantityError> parse_duty(std::string_view text) {
-  return made<std::uint32_t>(parse(text, duty_scale));
+  return made<std::uint32_t>(parse(text, scale_of(Quantity::duty)));
 }
 
 Result<std::int32_t, QuantityError> parse_deviation(std::string_view text) {
-  return made<std::int32_t>(parse_signed(text, deviation_scale));
+  return made<std::int32_t>(parse_signed(text, scale_of(Quantity::deviation)));
 }
 
 Result<Nanovolts, QuantityError> parse_voltage(std::string_view text) {
-  return made<Nanovolts>(parse_signed(text, voltage_scale));
+  return made<Nanovolts>(parse_signed(text, scale_of(Quantity::voltage)));
 }
 
 Result<std::uint64_t, QuantityError> parse_count(std::string_view text, std::uint64_t largest) {
@@ -290,17 +287,17 @@ std::string quantity_error_text(Quantity quantity, std::string_view text, Quanti
 }
 
 std::string text_of(Hertz rate, unsigned max_places) {
-  return format({rate.count, false}, rate_scale, max_places);
+  return format({rate.count, false}, scale_of(Quantity::rate), max_places);
 }
 
 std::string text_of(Picoseconds duration, unsigned max_places) {
   if (duration == Picoseconds{}) return "0 s";
-  return format(report::magnitude_of(duration.count), duration_scale, max_places);
+  return format(report::magnitude_of(duration.count), scale_of(Quantity::duration), max_places);
 }
 
 std::string text_of(Millimetres length, unsigned max_places) {
   if (length == Millimetres{}) return "0 m";
-  return format(report::magnitude_of(length.count), length_scale, max_places);
+  return format(report::magnitude_of(length.count), scale_of(Quantity::length), max_places);
 }
 
 }  // namespace biss

@@ -1,8 +1,8 @@
-#include "draw/axis.hpp"
-
+// The axis of time of a drawing.
 #include <algorithm>
 
 #include "decode/times.hpp"
+#include "draw/layout.hpp"
 
 namespace biss::draw {
 

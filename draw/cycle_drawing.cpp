@@ -18,18 +18,19 @@ using wire::Level;
 // SLO is drawn for this many periods after the last edge of MA and of SLO's bits.
 constexpr std::int64_t periods_after = 2;
 
-// The bits of data and CRC in the order of the line.
-std::vector<DrawnBit> payload_bits(const FrameFormat& format) {
-  std::vector<DrawnBit> bits;
+// Names the bits after CDS: data and CRC in the order of the line, and STOP.
+void name_payload(std::span<DrawnBit> bits, const FrameFormat& format) {
+  std::size_t next = 0;
   for (std::size_t k = 0; k < format.channel_count; ++k) {
     const ChannelFormat& channel = format.channel_list[k];
     const std::string suffix = k == 0 ? "" : '.' + std::to_string(k + 1);
     const auto add = [&](std::string_view field, const std::string& number,
                          const std::optional<LineField>& data_field) {
-      DrawnBit& bit = bits.emplace_back();
+      if (next == bits.size()) return;
+      DrawnBit& bit = bits[next];
       bit.name = std::string(field) + number + suffix;
       bit.field = std::string(field) + suffix;
-      bit.payload_bit = bits.size() - 1;
+      bit.payload_bit = next++;
       bit.channel = k;
       bit.data_field = data_field;
     };
@@ -42,7 +43,7 @@ std::vector<DrawnBit> payload_bits(const FrameFormat& format) {
     });
     for (unsigned bit = channel.crc.width_bits; bit-- > 0;) add("crc", std::to_string(bit), {});
   }
-  return bits;
+  if (next < bits.size()) bits[next].name = "STOP";
 }
 
 // How the CRC changes when one bit of the channel is inverted, data first.
@@ -173,38 +174,26 @@ class Drawer {
 
   // ACK lasts until the first 1 after it.
   void name_bits() {
-    const std::vector<DrawnBit> payload =
-        format_ ? payload_bits(*format_) : std::vector<DrawnBit>();
     const BitView raw = drawing_.cycle.raw.view();
-    std::optional<std::size_t> start;
-    for (DrawnBit& bit : drawing_.bits) {
-      if (!bit.sampled_at) {
-        if (bit.clock == 0) bit.name = "LAT";
-        continue;
-      }
-      if (!start && bit.clock >= 2 && bit.level == true && !raw.empty()) start = bit.clock;
-      if (!start) {
-        bit.name = bit.clock == 0 ? "LAT" : "ACK";
-        continue;
-      }
-      const std::size_t at = bit.clock - *start;
-      // The reader's bits count.
-      if (at < raw.size_bits()) bit.level = raw[at];
-      if (at <= 1) {
-        bit.name = at == 0 ? "START" : "CDS";
-      } else if (!format_) {
-        bit.name = "bit";
-        bit.field = "bits";
-      } else if (at - 2 < payload.size()) {
-        const DrawnBit& known = payload[at - 2];
-        bit.name = known.name;
-        bit.field = known.field;
-        bit.payload_bit = known.payload_bit;
-        bit.channel = known.channel;
-        bit.data_field = known.data_field;
-      } else if (at - 2 == payload.size()) {
-        bit.name = "STOP";
-      }
+    if (!drawing_.bits.empty()) drawing_.bits.front().name = "LAT";
+    const auto bits =
+        std::span(drawing_.bits).first(std::min(drawing_.bits.size(), sampled_.size()));
+    std::size_t start = 2;
+    while (start < bits.size() && (bits[start].level != true || raw.empty())) ++start;
+    for (std::size_t i = 1; i < std::min(start, bits.size()); ++i) bits[i].name = "ACK";
+    if (start >= bits.size()) return;
+    // The reader's bits count.
+    for (std::size_t i = 0; start + i < bits.size() && i < raw.size_bits(); ++i) {
+      bits[start + i].level = raw[i];
+    }
+    bits[start].name = "START";
+    if (start + 1 == bits.size()) return;
+    bits[start + 1].name = "CDS";
+    const auto payload = bits.subspan(start + 2);
+    if (format_) return name_payload(payload, *format_);
+    for (DrawnBit& bit : payload) {
+      bit.name = "bit";
+      bit.field = "bits";
     }
   }
 

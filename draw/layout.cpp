@@ -19,12 +19,6 @@ using decode::LevelChange;
 using decode::shifted;
 using wire::Level;
 
-// Consecutive bits of one field.
-struct FieldBits {
-  std::size_t first = 0;
-  std::size_t count = 0;
-};
-
 class Planner {
  public:
   Planner(const CycleDrawing& drawing, const std::optional<FrameFormat>& format, TimeText time_text)
@@ -129,10 +123,12 @@ class Planner {
       const DrawnBit& bit = drawing_.bits[i];
       if (!bit.sampled_at || bit.clock < 2) continue;
       if (!bit.field.empty()) {
-        FieldBits field{i, 1};
-        while (continues(field)) ++field.count;
-        add_field(field);
-        i += field.count - 1;
+        const std::size_t first = i;
+        while (i + 1 < drawing_.bits.size() && drawing_.bits[i + 1].sampled_at &&
+               drawing_.bits[i + 1].field == bit.field) {
+          ++i;
+        }
+        add_field(std::span(drawing_.bits).subspan(first, i + 1 - first));
       } else if (bit.name == "START") {
         add_bit(bit, bit.name, false);
       } else if (bit.name == "CDS") {
@@ -150,84 +146,65 @@ class Planner {
     add(std::move(part));
   }
 
-  bool continues(const FieldBits& field) const {
-    const std::size_t next = field.first + field.count;
-    return next < drawing_.bits.size() && drawing_.bits[next].sampled_at &&
-           drawing_.bits[next].field == drawing_.bits[field.first].field;
-  }
-
   static std::string level_text(const DrawnBit& bit) {
     return !bit.level ? "=x" : *bit.level ? "=1" : "=0";
   }
 
-  void add_field(const FieldBits& field) {
-    const DrawnBit& first = drawing_.bits[field.first];
-    const DrawnBit& last = drawing_.bits[field.first + field.count - 1];
-    const PartKind kind = first.payload_bit && !first.data_field ? PartKind::crc
-                          : is_flag(first)                       ? PartKind::flag
-                                                                 : PartKind::data;
-    Part part{.kind = kind, .text = {}, .from = begin_of(first), .to = end_of(last)};
+  void add_field(std::span<const DrawnBit> bits) {
+    const DrawnBit& first = bits.front();
+    Part part{.kind = first.payload_bit && !first.data_field ? PartKind::crc
+                      : is_flag(first)                       ? PartKind::flag
+                                                             : PartKind::data,
+              .text = first.field,
+              .from = begin_of(first),
+              .to = end_of(bits.back())};
     part.name = first.field;
-    if (!first.payload_bit) {
-      part.text = fmt::format("{} bits", field.count);
+    if (first.payload_bit) {
+      put_value(part, bits);
     } else {
-      const Value value = value_of(field);
-      part.text = first.field + value.text;
-      part.wrong = value.wrong;
-      if (!value.brief.empty()) part.brief = first.field + value.brief;
-      part.value = value.number;
-      part.expected = value.expected;
+      part.text = fmt::format("{} bits", bits.size());
     }
     add(std::move(part));
   }
 
-  struct Value {
-    std::string text;
-    bool wrong = false;
-    std::string brief{};
-    std::optional<std::uint64_t> number{};
-    std::optional<std::uint64_t> expected{};
-  };
-
   static bool is_flag(const DrawnBit& bit) { return bit.data_field && bit.data_field->is_flag(); }
 
-  Value value_of(const FieldBits& field) const {
-    const DrawnBit& first = drawing_.bits[field.first];
+  // Adds the value of these bits to a part that has the name of their field.
+  void put_value(Part& part, std::span<const DrawnBit> bits) const {
+    const DrawnBit& first = bits.front();
     const ChannelFormat& channel = format_->channel_list[first.channel];
-    const auto& data_field = first.data_field;
+    const auto& field = first.data_field;
     if (is_flag(first)) {
-      const bool active_high = data_field->kind == FieldKind::error ? channel.error.active_high
-                                                                    : channel.warning.active_high;
-      return {
-          level_text(first), first.level == active_high && is(CycleStatus::ok), {}, first.level};
+      const bool active_high =
+          field->kind == FieldKind::error ? channel.error.active_high : channel.warning.active_high;
+      part.text += level_text(first);
+      part.wrong = first.level == active_high && is(CycleStatus::ok);
+      part.value = first.level;
+      return;
     }
-    const bool padding = data_field && data_field->kind == FieldKind::padding;
-    const std::size_t wanted = data_field ? data_field->place.bits : channel.crc.width_bits;
-    if (field.count < wanted && !padding) {
-      return {fmt::format(" ({} of {} bits)", field.count, wanted)};
+    const bool padding = field && field->kind == FieldKind::padding;
+    const std::size_t wanted = field ? field->place.bits : channel.crc.width_bits;
+    if (bits.size() < wanted && !padding) {
+      part.text += fmt::format(" ({} of {} bits)", bits.size(), wanted);
+      return;
     }
-    std::uint64_t bits = 0;
-    for (std::size_t i = 0; i < field.count; ++i) {
-      bits = bits << 1U | (drawing_.bits[field.first + i].level == true ? 1U : 0U);
+    std::uint64_t value = 0;
+    for (const DrawnBit& bit : bits) value = value << 1U | (bit.level == true ? 1U : 0U);
+    if (field && !padding && drawing_.cycle.frame) {
+      // The value of the frame, which the reader has checked.
+      value = field->value(channel, drawing_.cycle.frame->channel_list[first.channel], value);
+      part.text += fmt::format("={}", value);
+    } else {
+      part.text += fmt::format("=0x{:X}", value);
     }
-    if (!data_field) return crc_value(bits, first.channel);
-    if (!drawing_.cycle.frame || padding) {
-      return {fmt::format("=0x{:X}", bits), false, {}, bits};
-    }
-    // The value of the frame, which the reader has checked.
-    const Channel& read = drawing_.cycle.frame->channel_list[first.channel];
-    const std::uint64_t value = data_field->value(channel, read, bits);
-    return {fmt::format("={}", value), false, {}, value};
-  }
-
-  Value crc_value(std::uint64_t bits, std::size_t k) const {
-    std::string text = fmt::format("=0x{:X}", bits);
+    part.value = value;
     for (const DrawnCheck& check : drawing_.checks) {
-      if (check.channel != k || check.right()) continue;
-      return {text + fmt::format(", expected 0x{:X}", check.expected), true, text, bits,
-              check.expected};
+      if (field || check.channel != first.channel || check.right()) continue;
+      part.brief = part.text;
+      part.text += fmt::format(", expected 0x{:X}", check.expected);
+      part.wrong = true;
+      part.expected = check.expected;
     }
-    return {text, false, {}, bits};
   }
 
   void add_timeout() {

@@ -158,9 +158,10 @@ class HexOffsetsReader : public HexReader<HexOffsetsReader> {
     if (repeating_) {
       if (const auto error = repeat_up_to(*offset, row)) return error;
     }
-    const bool colon = digits < row.size() && row[digits] == ':';
-    const auto error = colon ? take_xxd(row.substr(digits + 1)) : take_hexdump(row.substr(digits));
-    if (error) return error;
+    const bool xxd = digits < row.size() && row[digits] == ':';
+    const std::string_view rest =
+        xxd ? bytes_of_xxd(row.substr(digits + 1)) : row.substr(digits, row.find('|') - digits);
+    if (const auto error = take_words(rest, xxd)) return error;
     next_ = *offset;
     return put_row(row);
   }
@@ -174,26 +175,22 @@ class HexOffsetsReader : public HexReader<HexOffsetsReader> {
   // xxd -c 256 is the widest there is.
   static constexpr std::size_t max_row_bytes = 256;
 
-  // Groups of any size up to two blanks, after which the characters follow.
-  std::optional<DumpError> take_xxd(std::string_view rest) {
-    while (!rest.empty() && is_blank(rest.front())) rest.remove_prefix(1);
-    rest = rest.substr(0, rest.find("  "));
+  // xxd prints groups of any size up to two blanks, after which the characters follow.
+  static std::string_view bytes_of_xxd(std::string_view rest) {
+    rest = rest.substr(std::min(rest.find_first_not_of(" \t\r"), rest.size()));
+    return rest.substr(0, rest.find("  "));
+  }
+
+  std::optional<DumpError> take_words(std::string_view rest, bool groups) {
     bytes_.clear();
     for (auto word = next_word(rest); !word.empty(); word = next_word(rest)) {
-      if (word.size() % 2 != 0) return malformed(word, "groups of an even number of digits");
+      if (groups ? word.size() % 2 != 0 : word.size() != 2) {
+        return malformed(word, groups ? "groups of an even number of digits"
+                                      : "single bytes, as hexdump -C prints them");
+      }
       for (std::size_t i = 0; i < word.size(); i += 2) {
         if (const auto error = take_byte(word.substr(i, 2))) return error;
       }
-    }
-    return std::nullopt;
-  }
-
-  std::optional<DumpError> take_hexdump(std::string_view rest) {
-    rest = rest.substr(0, rest.find('|'));
-    bytes_.clear();
-    for (auto word = next_word(rest); !word.empty(); word = next_word(rest)) {
-      if (word.size() != 2) return malformed(word, "single bytes, as hexdump -C prints them");
-      if (const auto error = take_byte(word)) return error;
     }
     return std::nullopt;
   }

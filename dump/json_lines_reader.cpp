@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
+#include <vector>
 
 #include "biss/control/session.hpp"
 #include "dump/accessed_registers.hpp"
@@ -19,15 +20,14 @@ constexpr std::array not_taken{ControlError::bad_request,   ControlError::no_ans
                                ControlError::no_such_slave, ControlError::refused,
                                ControlError::not_addressed, ControlError::refused_or_not_addressed};
 
-struct Bytes {
-  std::array<std::uint8_t, last_address + 1> values{};
-  std::size_t size = 0;
-  bool add(std::uint32_t value) {
-    if (value > 0xFF || size == values.size()) return false;
-    values[size++] = static_cast<std::uint8_t>(value);
-    return true;
-  }
-};
+using Bytes = std::vector<std::uint8_t>;
+
+// False if it is no byte, or there are more bytes than registers.
+bool add_byte(Bytes& bytes, std::optional<std::uint32_t> value) {
+  if (value.value_or(UINT32_MAX) > 0xFF || bytes.size() > last_address) return false;
+  bytes.push_back(static_cast<std::uint8_t>(*value));
+  return true;
+}
 
 std::optional<std::uint32_t> number_of(const Json& value) {
   if (value.is_number_unsigned()) {
@@ -44,8 +44,7 @@ bool add_pairs(Bytes& bytes, std::string_view text) {
   for (auto word = next_word(text); !word.empty(); word = next_word(text)) {
     if (word.size() % 2 != 0) return false;
     for (std::size_t i = 0; i < word.size(); i += 2) {
-      const auto byte = hex_byte(word.substr(i, 2));
-      if (!byte || !bytes.add(*byte)) return false;
+      if (!add_byte(bytes, hex_byte(word.substr(i, 2)))) return false;
     }
   }
   return true;
@@ -55,14 +54,12 @@ std::optional<Bytes> bytes_of(const Json& value) {
   Bytes bytes;
   if (value.is_array()) {
     for (const Json& each : value) {
-      const auto byte = number_of(each);
-      if (!byte || !bytes.add(*byte)) return std::nullopt;
+      if (!add_byte(bytes, number_of(each))) return std::nullopt;
     }
   } else if (value.is_string()) {
     if (!add_pairs(bytes, value.get_ref<const std::string&>())) return std::nullopt;
-  } else {
-    const auto byte = value.is_number_unsigned() ? number_of(value) : std::nullopt;
-    if (!byte || !bytes.add(*byte)) return std::nullopt;
+  } else if (!add_byte(bytes, value.is_number_unsigned() ? number_of(value) : std::nullopt)) {
+    return std::nullopt;
   }
   return bytes;
 }
@@ -122,14 +119,14 @@ class JsonLinesReader {
     }
     const auto bytes = bytes_of(object.value("data", Json()));
     if (!bytes) return malformed(row, "data: bytes as hexadecimal digits");
-    if (*address + bytes->size > last_address + 1U) {
+    if (*address + bytes->size() > last_address + 1U) {
       return lines_.error_at(row, DumpCause::outside);
     }
     if (!slave_) slave_ = static_cast<std::uint8_t>(*id & 0xFFU);
     if (*id != slave_) return lines_.error_at(row, DumpCause::several_slaves, "accesses to one ID");
-    for (std::size_t i = 0; i < bytes->size; ++i) {
+    for (std::size_t i = 0; i < bytes->size(); ++i) {
       registers_.take(access == "write" ? Access::written : Access::read,
-                      *address + static_cast<unsigned>(i), bytes->values[i]);
+                      *address + static_cast<unsigned>(i), (*bytes)[i]);
       any_ = true;
     }
     return std::nullopt;

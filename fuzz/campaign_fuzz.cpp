@@ -18,7 +18,7 @@ void check_row(const CampaignState& state, std::size_t n) {
   }
   require(row.counts.total(Acceptance::wrong) <= row.counts.total(Acceptance::monitor));
   for (const std::uint64_t index : row.counts.missed) {
-    require(row.done.contains(row.blocks.block_of(index)));
+    require(contains(row.done, row.blocks.block_of(index)));
   }
 }
 

@@ -25,7 +25,7 @@ Json json_of(const FaultChoice& fault, const ExperimentRow<CampaignCounts>& row)
     }
   }
   Json blocks = Json::array();
-  for (const BlockSet::Run& run : row.done.runs()) blocks.push_back({run.first, run.end});
+  for (const auto& run : row.done) blocks.push_back({run.lower(), run.upper()});
   Json fitted = Json::array();
   for (const auto& [bin, events] : row.counts.fitted) {
     const std::string_view what = acceptance_names[static_cast<std::size_t>(bin.what)];
@@ -149,7 +149,7 @@ void read_missed(CampaignCounts& counts, const Json& object, const BlockSet& don
   for (const Json& value : missed) {
     const std::uint64_t index = number(value, "missed", blocks.size);
     const bool ascends = counts.missed.empty() || index > counts.missed.back();
-    require(ascends && done.contains(blocks.block_of(index)),
+    require(ascends && contains(done, blocks.block_of(index)),
             "'missed' has frame {}, out of order or not in 'blocks'", index);
     counts.missed.push_back(index);
   }
@@ -159,9 +159,9 @@ void read_row(ExperimentRow<CampaignCounts>& row, const FaultChoice& fault, cons
   row.done = read_blocks(object, row.blocks);
   row.counts.frames = number(object, "frames");
   std::uint64_t frames = 0;
-  for (const BlockSet::Run& run : row.done.runs()) {
-    frames +=
-        std::min(row.blocks.size, row.blocks.first_of(run.end)) - row.blocks.first_of(run.first);
+  for (const auto& run : row.done) {
+    frames += std::min(row.blocks.size, row.blocks.first_of(run.upper())) -
+              row.blocks.first_of(run.lower());
   }
   require(row.counts.frames == frames, "'frames' is {}, the blocks have {}", row.counts.frames,
           frames);
@@ -235,11 +235,11 @@ std::uint64_t CampaignState::frames_planned() const {
 bool CampaignState::merge(const CampaignState& other) {
   if (plan != other.plan) return false;
   for (std::size_t n = 0; n < rows.size(); ++n) {
-    if (rows[n].done.intersects(other.rows[n].done)) return false;
+    if (intersects(rows[n].done, other.rows[n].done)) return false;
   }
   for (std::size_t n = 0; n < rows.size(); ++n) {
     rows[n].counts.add(other.rows[n].counts);
-    rows[n].done.add(other.rows[n].done);
+    rows[n].done += other.rows[n].done;
   }
   return true;
 }

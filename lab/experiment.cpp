@@ -5,7 +5,6 @@
 #include <atomic>
 #include <exception>
 #include <future>
-#include <iterator>
 #include <thread>
 
 #include "sim/random.hpp"
@@ -57,42 +56,6 @@ std::uint64_t row_seed(std::uint64_t seed, std::string_view name) {
     hash = (hash ^ static_cast<std::uint8_t>(letter)) * 0x100000001B3U;
   }
   return sim::scrambled(seed) ^ hash;
-}
-
-bool BlockSet::intersects(Run run) const {
-  const auto after = std::partition_point(runs_.begin(), runs_.end(),
-                                          [run](const Run& each) { return each.first < run.end; });
-  return after != runs_.begin() && run.first < std::prev(after)->end;
-}
-
-bool BlockSet::intersects(const BlockSet& other) const {
-  return std::any_of(other.runs_.begin(), other.runs_.end(),
-                     [this](const Run& run) { return intersects(run); });
-}
-
-void BlockSet::add(Run run) {
-  auto after = std::partition_point(runs_.begin(), runs_.end(),
-                                    [run](const Run& each) { return each.end < run.first; });
-  // A run that ends at the beginning of this one, or begins at its end, becomes part of it.
-  if (after != runs_.end() && after->end == run.first) {
-    run.first = after->first;
-    after = runs_.erase(after);
-  }
-  if (after != runs_.end() && after->first == run.end) {
-    after->first = run.first;
-  } else {
-    runs_.insert(after, run);
-  }
-}
-
-void BlockSet::add(const BlockSet& other) {
-  for (const Run& run : other.runs_) add(run);
-}
-
-std::uint64_t BlockSet::size() const {
-  std::uint64_t sum = 0;
-  for (const Run& run : runs_) sum += run.end - run.first;
-  return sum;
 }
 
 void keep_lowest(std::vector<std::uint64_t>& list, std::uint64_t index, std::size_t most) {

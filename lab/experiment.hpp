@@ -4,6 +4,7 @@
 #pragma once
 
 #include <atomic>
+#include <boost/icl/interval_set.hpp>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -11,6 +12,8 @@
 #include <mutex>
 #include <string_view>
 #include <vector>
+
+#include "lab/shard.hpp"
 
 namespace biss::lab {
 
@@ -56,32 +59,9 @@ struct TrialBlocks {
   constexpr std::uint64_t block_of(std::uint64_t trial) const { return trial / block_size; }
 };
 
-/// A set of block numbers. Its memory grows with the gaps between them, not with their values.
-class BlockSet {
- public:
-  /// Consecutive numbers: first…end - 1.
-  struct Run {
-    std::uint64_t first = 0;
-    std::uint64_t end = 0;
-    bool operator==(const Run&) const = default;
-  };
-
-  bool operator==(const BlockSet&) const = default;
-  bool contains(std::uint64_t block) const { return intersects({block, block + 1}); }
-  bool intersects(Run run) const;
-  bool intersects(const BlockSet& other) const;
-  /// \pre the set contains none of these blocks
-  void add(Run run);
-  void add(std::uint64_t block) { add({block, block + 1}); }
-  void add(const BlockSet& other);
-  /// In ascending order, with a gap between two runs.
-  const std::vector<Run>& runs() const { return runs_; }
-  /// The number of blocks.
-  std::uint64_t size() const;
-
- private:
-  std::vector<Run> runs_;
-};
+/// A set of block numbers, kept as intervals.
+using BlockSet = boost::icl::interval_set<std::uint64_t, std::less,
+                                          boost::icl::right_open_interval<std::uint64_t>>;
 
 /// Adds an index to an ascending list that keeps the lowest `most` indices, each once.
 void keep_lowest(std::vector<std::uint64_t>& list, std::uint64_t index, std::size_t most);
@@ -96,14 +76,6 @@ struct ExperimentRow {
 
   bool operator==(const ExperimentRow&) const = default;
   bool complete() const { return done.size() == blocks.count(); }
-};
-
-inline constexpr std::uint64_t max_shards = std::uint64_t{1} << 20U;
-
-/// Every count-th block, from block number - 1 on. \pre 1 <= number <= count <= max_shards
-struct Shard {
-  std::uint64_t number = 1;
-  std::uint64_t count = 1;
 };
 
 struct ExperimentRun {
@@ -140,7 +112,7 @@ bool run_experiment(std::vector<ExperimentRow<Counts>>& rows, const ExperimentRu
   run_workers(run.threads, [&] {
     std::unique_lock lock(mutex);
     while (row < rows.size() &&
-           (next >= rows[row].blocks.count() || rows[row].done.contains(next))) {
+           (next >= rows[row].blocks.count() || contains(rows[row].done, next))) {
       const bool ends = next >= rows[row].blocks.count();
       if (ends) ++row;
       next = ends ? run.shard.number - 1 : next + run.shard.count;

@@ -81,26 +81,5 @@ TEST(Experiment, SaveThatFails_EndsIt) {
   EXPECT_FALSE(rows[0].complete());
 }
 
-TEST(BlockSet, BlocksInAnyOrder_BecomeRuns) {
-  BlockSet set;
-  for (const std::uint64_t block : {5U, 1U, 3U, 7U, 4U, 2U}) set.add(block);
-  EXPECT_EQ(set.runs(), (std::vector<BlockSet::Run>{{1, 6}, {7, 8}}));
-  EXPECT_EQ(set.size(), 6U);
-  for (std::uint64_t block = 0; block < 10; ++block) {
-    EXPECT_EQ(set.contains(block), block != 0 && block != 6 && block < 8) << block;
-  }
-}
-
-TEST(BlockSet, SetsThatDoNotIntersect_AreJoined) {
-  BlockSet odd;
-  BlockSet even;
-  for (std::uint64_t block = 0; block < 10; ++block) (block % 2 == 0 ? even : odd).add(block);
-  EXPECT_FALSE(odd.intersects(even));
-  EXPECT_TRUE(odd.intersects(odd));
-  odd.add(even);
-  EXPECT_EQ(odd.runs(), (std::vector<BlockSet::Run>{{0, 10}}));
-  EXPECT_TRUE(odd.intersects(even));
-}
-
 }  // namespace experiment_test
 }  // namespace biss::lab

@@ -19,57 +19,42 @@ struct MaskPair {
   constexpr auto operator<=>(const MaskPair&) const = default;
 };
 
-// How v + a and v + b differ from v in their bits, from the last bit on, for evenly distributed v.
-// Only the carries have to be kept.
-class Sums {
- public:
-  Sums(int a, int b, unsigned bits, long double share) : a_(a), b_(b), states_{{{}, share}} {
-    for (unsigned i = 0; i < bits; ++i) step(i);
-  }
+// The wrong bits so far, and the carries that the next bits need.
+struct SumState {
+  MaskPair masks;
+  bool carry_a = false;
+  bool carry_b = false;
 
-  void add_to(std::map<MaskPair, long double>& shares) const {
-    for (const auto& [state, share] : states_) shares[state.masks] += share;
-  }
+  auto operator<=>(const SumState&) const = default;
+};
 
- private:
-  struct State {
-    MaskPair masks;
-    bool carry_a = false;
-    bool carry_b = false;
+// Adds bit `i` of a term to that bit of a number, and marks in `mask` whether it changes. Two's
+// complement: the upper bits of a negative term are 1.
+void add_bit(bool v, int term, unsigned i, bool& carry, std::uint64_t& mask) {
+  const int sum =
+      int{v} + static_cast<int>((std::int64_t{term} >> std::min(i, 62U)) & 1) + int{carry};
+  carry = sum > 1;
+  mask |= std::uint64_t{(sum % 2 != 0) != v} << i;
+}
 
-    auto operator<=>(const State&) const = default;
-  };
-
-  // Two's complement: the upper bits of a negative number are 1.
-  static bool bit_of(int number, unsigned i) {
-    return ((static_cast<std::int64_t>(number) >> std::min(i, 62U)) & 1) != 0;
-  }
-
-  static bool add(bool v, bool term, bool& carry, unsigned i, std::uint64_t& mask) {
-    const int sum = int{v} + int{term} + int{carry};
-    carry = sum > 1;
-    const bool changed = (sum % 2 != 0) != v;
-    mask |= std::uint64_t{changed} << i;
-    return changed;
-  }
-
-  void step(unsigned i) {
-    std::map<State, long double> next;
-    for (const auto& [state, share] : states_) {
+// Adds how v + a and v + b differ from v in their bits, from the last bit on, for evenly distributed
+// v.
+void add_sums(std::map<MaskPair, long double>& shares, int a, int b, unsigned bits) {
+  std::map<SumState, long double> states{{{}, 1}};
+  for (unsigned i = 0; i < bits; ++i) {
+    std::map<SumState, long double> next;
+    for (const auto& [state, share] : states) {
       for (const bool v : {false, true}) {
-        State after = state;
-        add(v, bit_of(a_, i), after.carry_a, i, after.masks.control);
-        add(v, bit_of(b_, i), after.carry_b, i, after.masks.safety);
+        SumState after = state;
+        add_bit(v, a, i, after.carry_a, after.masks.control);
+        add_bit(v, b, i, after.carry_b, after.masks.safety);
         next[after] += share / 2;
       }
     }
-    states_ = std::move(next);
+    states = std::move(next);
   }
-
-  int a_;
-  int b_;
-  std::map<State, long double> states_;
-};
+  for (const auto& [state, share] : states) shares[state.masks] += share;
+}
 
 // The wrong bits of both words with which the two values pass, and the control word's value is
 // within `error` of the true one.
@@ -78,7 +63,7 @@ std::map<MaskPair, long double> masks_within(int error, unsigned bits, unsigned 
   const int most = static_cast<int>(tolerance);
   for (int control = -error; control <= error; ++control) {
     for (int difference = -most; difference <= most; ++difference) {
-      Sums(control, control + difference, bits, 1).add_to(pairs);
+      add_sums(pairs, control, control + difference, bits);
     }
   }
   return pairs;

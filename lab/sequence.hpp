@@ -126,8 +126,6 @@ struct SequenceCounts {
 
   bool operator==(const SequenceCounts&) const = default;
 
-  /// Events with this first verdict.
-  std::uint64_t detected_as(SafetyVerdict verdict) const { return verdicts[index_of(verdict)]; }
   /// Events that were not accepted and had a verdict.
   std::uint64_t detected() const;
   void add_odd(std::uint64_t index) { keep_lowest(odd, index, odd_kept); }

@@ -84,7 +84,7 @@ TEST(Sequence, CounterOfTheOtherRange_IsNamedAndNeverALoss) {
   const auto results = results_of(plan);
   expect_passed(results);
   for (const SequenceResult& each : results) {
-    EXPECT_EQ(each.counts.detected_as(SafetyVerdict::counter_mode), 500U);
+    EXPECT_EQ(each.counts.verdicts[index_of(SafetyVerdict::counter_mode)], 500U);
     EXPECT_EQ(each.counts.detected(), 500U);
   }
 }
@@ -129,11 +129,12 @@ TEST(Sequence, LossWithinALongWatchdog_IsSeenByTheCounter) {
   expect_passed(results);
   const SequenceCounts& not_called = results[2].counts;
   EXPECT_EQ(results[2].row.variant_name(), "not_called");
-  EXPECT_GT(not_called.detected_as(SafetyVerdict::counter_skipped), 0U);
-  EXPECT_GT(not_called.detected_as(SafetyVerdict::counter_foreign), 0U);
-  EXPECT_GT(not_called.detected_as(SafetyVerdict::watchdog), 0U);
+  EXPECT_GT(not_called.verdicts[index_of(SafetyVerdict::counter_skipped)], 0U);
+  EXPECT_GT(not_called.verdicts[index_of(SafetyVerdict::counter_foreign)], 0U);
+  EXPECT_GT(not_called.verdicts[index_of(SafetyVerdict::watchdog)], 0U);
   EXPECT_LE(not_called.worst_cycles, 40U);
-  EXPECT_EQ(results[3].counts.detected_as(SafetyVerdict::watchdog), results[3].counts.events);
+  EXPECT_EQ(results[3].counts.verdicts[index_of(SafetyVerdict::watchdog)],
+            results[3].counts.events);
 }
 
 // With a budget, across restarts of the encoder: see count_constant().
@@ -179,7 +180,7 @@ TEST(Sequence, InsertedFrame_IsAlwaysEarlyWhereTheSetupLooks) {
     expect_passed(results);
     EXPECT_EQ(results[1].row.variant_name(), "foreign");
     EXPECT_EQ(results[1].counts.accepted == 0, gap_ns == 16'000);
-    EXPECT_EQ(results[1].counts.detected_as(SafetyVerdict::early) == 1000, gap_ns == 16'000);
+    EXPECT_EQ(results[1].counts.verdicts[index_of(SafetyVerdict::early)] == 1000, gap_ns == 16'000);
   }
 }
 

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <array>
+#include <charconv>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <system_error>
 
 #include "biss/base/bits.hpp"
 #include "biss/base/units.hpp"
@@ -31,6 +34,15 @@ void append_number(std::string& out, Number value) {
 /// Nanoseconds with up to three digits after the point, exact, no trailing zeros: `112`, `-0.5`.
 char* put_nanoseconds(char* at, Picoseconds time);
 void append_nanoseconds(std::string& out, Picoseconds time);
+
+/// The whole text as a number; nothing if it is not a number.
+template <class Number, class... Base>
+std::optional<Number> number_in(std::string_view text, Base... base) {
+  Number number{};
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data(), end, number, base...);
+  return error == std::errc() && rest == end ? std::optional(number) : std::nullopt;
+}
 
 /// A sign and a magnitude, so that all of uint64 and int64 fit.
 struct Magnitude {

@@ -6,10 +6,10 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <stdexcept>
-#include <system_error>
 #include <utility>
+
+#include "report/text.hpp"
 
 namespace biss::cli {
 
@@ -34,32 +34,23 @@ bool same_token(std::string_view given, std::string_view token) {
          CRYPTO_memcmp(given.data(), token.data(), token.size()) == 0;
 }
 
-struct AskedRange {
-  std::optional<std::uint64_t> first;
-  std::optional<std::uint64_t> last;
-};
-
-std::optional<std::uint64_t> number_of(std::string_view text) {
-  std::uint64_t number = 0;
-  const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), number);
-  if (problem != std::errc{} || end != text.data() + text.size()) return std::nullopt;
-  return number;
-}
-
-// One range of bytes. Any other text is ignored, as RFC 9110 allows.
-std::optional<AskedRange> range_of(std::string_view text) {
+// The part of the capture that a header `Range` names. Nothing for any other text than one range of
+// bytes, which is ignored, as RFC 9110 allows. An empty part: the range begins after the end.
+std::optional<ByteRange> range_of(std::string_view text, std::uint64_t size) {
   constexpr std::string_view unit = "bytes=";
-  if (!text.starts_with(unit)) return std::nullopt;
-  text.remove_prefix(unit.size());
   const std::size_t dash = text.find('-');
-  if (dash == std::string_view::npos) return std::nullopt;
-  const std::string_view before = text.substr(0, dash);
+  if (!text.starts_with(unit) || dash == std::string_view::npos) return std::nullopt;
+  const std::string_view before = text.substr(unit.size(), dash - unit.size());
   const std::string_view after = text.substr(dash + 1);
-  const AskedRange range{number_of(before), number_of(after)};
-  if (before.empty() ? !range.last : !range.first) return std::nullopt;
-  if (!after.empty() && !range.last) return std::nullopt;
-  if (range.first && range.last && *range.first > *range.last) return std::nullopt;
-  return range;
+  const auto first = report::number_in<std::uint64_t>(before);
+  const auto last = report::number_in<std::uint64_t>(after);
+  if ((!first && !before.empty()) || (!last && !after.empty())) return std::nullopt;
+  if (!first && !last) return std::nullopt;
+  // The last bytes.
+  if (!first) return ByteRange{size - std::min(size, *last), std::min(size, *last)};
+  if (last.value_or(*first) < *first) return std::nullopt;
+  if (*first >= size) return ByteRange{size, 0};
+  return ByteRange{*first, std::min(size - 1, last.value_or(size - 1)) - *first + 1};
 }
 
 }  // namespace
@@ -123,20 +114,17 @@ PageAnswer ServedPage::give(std::string_view path, std::string_view range) {
 
 PageAnswer ServedPage::give_capture(std::uint64_t size, std::string_view range) const {
   PageAnswer answer{200, {}, "application/octet-stream", ByteRange{0, size}};
-  const auto asked = range_of(range);
+  const auto asked = range_of(range, size);
   if (!asked) return answer;
-  // The last bytes, or from the first one on.
-  const std::uint64_t begin = asked->first ? *asked->first : size - std::min(size, *asked->last);
-  const std::uint64_t end =
-      asked->first && asked->last && *asked->last < size ? *asked->last + 1 : size;
-  if (begin >= end) {
+  if (asked->size == 0) {
     answer = {416, "The capture ends before.\n"};
     answer.content_range = fmt::format("bytes */{}", size);
     return answer;
   }
   answer.status = 206;
-  answer.part = ByteRange{begin, end - begin};
-  answer.content_range = fmt::format("bytes {}-{}/{}", begin, end - 1, size);
+  answer.part = asked;
+  answer.content_range =
+      fmt::format("bytes {}-{}/{}", asked->begin, asked->begin + asked->size - 1, size);
   return answer;
 }
 

@@ -188,7 +188,6 @@ std::uint32_t ServedCapture::checksum(std::uint32_t before, std::uint64_t begin,
   return before;
 }
 
-// The text is shorter if the file is.
 std::string ServedCapture::text_at(std::uint64_t offset, std::size_t size) const {
   std::string text(size, '\0');
   std::size_t got = 0;
@@ -201,17 +200,6 @@ std::string ServedCapture::text_at(std::uint64_t offset, std::size_t size) const
   }
   text.resize(got);
   return text;
-}
-
-std::size_t ServedCapture::read(std::uint64_t offset, std::span<char> bytes) const {
-  if (offset >= size_) return 0;
-  const std::size_t size =
-      static_cast<std::size_t>(std::min<std::uint64_t>(bytes.size(), size_ - offset));
-  for (;;) {
-    const ssize_t got = ::pread(descriptor_, bytes.data(), size, static_cast<off_t>(offset));
-    if (got < 0 && errno == EINTR) continue;
-    return got < 0 ? 0 : static_cast<std::size_t>(got);
-  }
 }
 
 }  // namespace biss::cli

@@ -5,7 +5,6 @@
 #include <cstdint>
 #include <ctime>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <tl/expected.hpp>
@@ -35,9 +34,8 @@ class ServedCapture {
   /// \param closely compare the whole served part if the file has changed; otherwise only its ends
   tl::expected<std::uint64_t, std::string> look(bool closely);
 
-  /// Reads at `offset`, at most to the size that look() gave last.
-  /// \return the number of bytes; 0 if none can be read
-  std::size_t read(std::uint64_t offset, std::span<char> bytes) const;
+  /// The bytes at `offset`; fewer if the file ends before or reading fails.
+  std::string text_at(std::uint64_t offset, std::size_t size) const;
 
  private:
   // These return one line of text for the user if the file can no longer be served, else nothing.
@@ -48,7 +46,6 @@ class ServedCapture {
   // The line of text for this reason.
   std::string refuse_to_follow(std::string_view why) const;
   std::uint64_t whole_size(std::uint64_t available) const;
-  std::string text_at(std::uint64_t offset, std::size_t size) const;
   std::uint32_t checksum(std::uint32_t before, std::uint64_t begin, std::uint64_t end) const;
   // Serves the file up to `size`.
   void extend_to(std::uint64_t size);

@@ -149,13 +149,12 @@ class Connection : public std::enable_shared_from_this<Connection> {
 
   void write_body() {
     if (body_.empty() && left_ > 0) {
-      body_.resize(static_cast<std::size_t>(std::min<std::uint64_t>(left_, block_bytes)));
-      const std::size_t got = capture_.read(place_, body_);
-      // The length has been sent already, so an early end is the only sign of the failure.
-      if (got == 0) return close();
-      body_.resize(got);
-      place_ += got;
-      left_ -= got;
+      body_ = capture_.text_at(
+          place_, static_cast<std::size_t>(std::min<std::uint64_t>(left_, block_bytes)));
+      // The length has been sent: an end before it is the only sign left.
+      if (body_.empty()) return close();
+      place_ += body_.size();
+      left_ -= body_.size();
     }
     if (body_.empty()) return finish();
     stream_.expires_after(write_time);

@@ -25,10 +25,8 @@ namespace biss::verbs {
 namespace {
 
 struct ArchiveOptions {
-  CaptureArguments capture;
+  ArchiveTask task;
   std::string list;
-  lab::Shard shard;
-  unsigned threads = 0;
   SummaryOptions summary;
   std::vector<std::string> parts;
   std::optional<Verb> read;
@@ -117,7 +115,7 @@ std::string replaced_file(const std::string& output, const std::vector<archive::
 }
 
 ExitStatus run_read(const ArchiveOptions& options, Host& host) {
-  const std::vector<std::string>& paths = options.capture.files;
+  const std::vector<std::string>& paths = options.task.capture.files;
   std::vector<std::string> listed;
   if (!options.list.empty()) {
     auto lines = read_list(options.list);
@@ -135,7 +133,7 @@ ExitStatus run_read(const ArchiveOptions& options, Host& host) {
                      "standard input is not a folder; for a file of that name give ./-");
   }
   // The options are wrong for each file, or for none.
-  CaptureArguments checked = options.capture;
+  CaptureArguments checked = options.task.capture;
   checked.files = {"any"};
   if (const ExitStatus status = DecodedCapture(host).open(checked); status != ExitStatus::done) {
     return status;
@@ -146,12 +144,10 @@ ExitStatus run_read(const ArchiveOptions& options, Host& host) {
       !replaced.empty()) {
     return host.fail(ExitStatus::usage, replaced);
   }
-  const ArchiveTask task{.capture = options.capture,
-                         // Figures of different programs do not add up.
-                         .setup = {program_text(), settings_of(*options.read)},
-                         .shard = options.shard,
-                         .threads = options.threads,
-                         .journal = journal_of(options.summary.output)};
+  ArchiveTask task = options.task;
+  // Figures of different programs do not add up.
+  task.setup = {program_text(), settings_of(*options.read)};
+  task.journal = journal_of(options.summary.output);
   archive::Summary summary;
   const ExitStatus status = read_archive(task, *files, summary, host);
   return status == ExitStatus::done ? show_summary(summary, options.summary, host) : status;
@@ -198,17 +194,13 @@ void add_archive(Command& command) {
       [options](Host& host) {
         return options->merge->parsed() ? run_merge(*options, host) : run_read(*options, host);
       });
-  verb.add_option("DIR", options->capture.files,
-                  "Folders with captures of any format, and the folders in them; also single files")
-      .file(FileUse::read);
-  add_reading_options(verb, options->capture);
+  add_folder_options(verb, options->task.capture);
   const Verb own = verb.scope(Scope::command);
   own.add_option("--files-from", options->list,
                  "Also read the files and folders that this file names, one a line")
-      .type_name("FILE")
       .file(FileUse::read);
-  add_shard_option(verb, options->shard, "Read only every N-th file, from the K-th on");
-  add_count_option(own, "--threads", into(options->threads),
+  add_shard_option(verb, options->task.shard, "Read only every N-th file, from the K-th on");
+  add_count_option(own, "--threads", into(options->task.threads),
                    "Worker threads; by default one per core. The summary does not depend on it",
                    1024);
   add_output_option(

@@ -38,6 +38,18 @@ struct ArchiveTask {
 ExitStatus read_archive(const ArchiveTask& task, const std::vector<archive::ListedFile>& files,
                         archive::Summary& summary, Host& host);
 
+/// Reads the file as `biss decode --each` would, or returns the cause of a failure. Prints nothing;
+/// any thread.
+/// \param arguments of all files; its `files` and `threads` are not used
+/// \param threads for this file; the entry does not depend on them
+archive::FileEntry read_listed_file(const archive::ListedFile& file,
+                                    const CaptureArguments& arguments, unsigned threads,
+                                    Host& host);
+
+/// The same file will have the same entry as long as its stamp does not change: no cause that
+/// depends on the machine and the moment.
+bool is_lasting(const archive::FileEntry& entry);
+
 /// Writes the JSON, prints the table of the worst files on standard output, unless the JSON goes
 /// there, and the sums on stderr.
 /// \return `data_failed` if shards are missing, or no file has a request cycle

@@ -2,8 +2,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <mutex>
+#include <optional>
 #include <thread>
 #include <unordered_map>
 #include <utility>
@@ -11,7 +11,6 @@
 #include "lab/experiment.hpp"
 #include "verbs/archive/archive.hpp"
 #include "verbs/archive/journal.hpp"
-#include "verbs/archive/read_file.hpp"
 #include "verbs/common/terminal.hpp"
 
 namespace biss::verbs {
@@ -28,7 +27,7 @@ std::string volume_text(std::uint64_t bytes) {
 class ArchiveRun {
  public:
   ArchiveRun(const ArchiveTask& task, archive::Summary& summary, Host& host)
-      : task_(task), summary_(summary), host_(host), journal_(host), progress_(host) {}
+      : task_(task), summary_(summary), host_(host), journal_(host) {}
 
   ExitStatus run(const std::vector<ListedFile>& files) {
     summary_.setup = task_.setup;
@@ -87,7 +86,7 @@ class ArchiveRun {
   ExitStatus read_rest() {
     const auto files = files_by_size();
     before_ = now_;
-    began_ = std::chrono::steady_clock::now();
+    progress_.emplace(host_);
     const unsigned threads =
         task_.threads != 0 ? task_.threads : std::max(1U, std::thread::hardware_concurrency());
     std::size_t next = 0;
@@ -123,10 +122,7 @@ class ArchiveRun {
       status_ = std::max(status_, journal_.append(stamped));
     }
     take(std::move(stamped.entry), file);
-    if (progress_.due()) {
-      const std::chrono::duration<double> took = std::chrono::steady_clock::now() - began_;
-      progress_.show(progress_text(now_, before_, took.count()));
-    }
+    if (progress_->due()) progress_->show(progress_text(now_, before_, progress_->seconds()));
   }
 
   const ArchiveTask& task_;
@@ -138,8 +134,7 @@ class ArchiveRun {
   ArchiveProgress now_;
   // When reading began.
   ArchiveProgress before_;
-  std::chrono::steady_clock::time_point began_;
-  Progress progress_;
+  std::optional<Progress> progress_;
   std::mutex mutex_;
   ExitStatus status_ = ExitStatus::done;
 };

@@ -1,4 +1,4 @@
-#include "verbs/archive/read_file.hpp"
+#include "verbs/archive/archive.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -22,7 +22,6 @@ namespace {
 
 using archive::FileEntry;
 using archive::LinkEntry;
-using archive::Quantity;
 using archive::Reading;
 using identify::Protocol;
 
@@ -59,13 +58,25 @@ bool measure(DecodedCapture& capture, LinkEntry& link) {
     statistics.add(cycle, limits.judge(cycle));
     return true;
   });
-  link.counts = archive::counts_of(statistics);
+  link.counts = statistics.counts();
+  // By Quantity.
+  using decode::Statistics;
+  constexpr std::array by_quantity{&Statistics::period,     &Statistics::interval,
+                                   &Statistics::line_delay, &Statistics::ack,
+                                   &Statistics::ack_clocks, &Statistics::duty};
+  static_assert(by_quantity.size() == archive::quantity_count);
   for (std::size_t i = 0; i < archive::quantity_count; ++i) {
-    const auto& values = archive::distribution_of(statistics, static_cast<Quantity>(i));
+    const decode::Distribution& values = (statistics.*by_quantity[i])();
     if (values.count() != 0) link.ranges[i] = {values.min(), values.median(), values.max()};
     link.histograms.emplace_back(values);
   }
   return read;
+}
+
+void end_early(FileEntry& entry, std::string_view cause, const std::string& message) {
+  entry.reading = entry.links.empty() ? Reading::none : Reading::part;
+  entry.cause = cause;
+  entry.message = archive::utf8_text(message);
 }
 
 class FileReader {
@@ -120,9 +131,7 @@ class FileReader {
   }
 
   void end(std::string_view cause, const std::string& message) {
-    entry_.reading = entry_.links.empty() ? Reading::none : Reading::part;
-    entry_.cause = cause;
-    entry_.message = archive::utf8_text(message);
+    end_early(entry_, cause, message);
   }
 
   std::string_view cause() const {
@@ -137,13 +146,6 @@ class FileReader {
   DecodedCapture capture_{host_};
   std::string no_request_;
 };
-
-void fail_entry(FileEntry& entry, const char* cause, const std::string& path, const char* why) {
-  entry.links.clear();
-  entry.reading = Reading::none;
-  entry.cause = cause;
-  entry.message = archive::utf8_text(fmt::format("{}: {}", path, why));
-}
 
 }  // namespace
 
@@ -160,20 +162,22 @@ FileEntry read_listed_file(const archive::ListedFile& file, const CaptureArgumen
     return entry;
   }
   if (!entry.day) entry.day = archive::day_of(file.stamp.time);
+  const auto fail = [&](const char* cause, const char* why) {
+    entry.links.clear();
+    end_early(entry, cause, fmt::format("{}: {}", file.path, why));
+  };
   // One file must not end the run of all others.
   try {
     FileReader(arguments, threads, entry, host).read(file.path);
   } catch (const std::bad_alloc&) {
-    fail_entry(entry, out_of_memory, file.path, "out of memory");
+    fail(out_of_memory, "out of memory");
   } catch (const std::exception& error) {
-    fail_entry(entry, "read_failed", file.path, error.what());
+    fail("read_failed", error.what());
   }
   archive::FileStamp after;
   if (archive::read_stamp(file.path, after) && after != file.stamp) {
-    entry.reading = entry.links.empty() ? Reading::none : Reading::part;
-    entry.cause = changed;
-    entry.message = archive::utf8_text(
-        fmt::format("{}: the file changed while it was read; read it again", file.path));
+    end_early(entry, changed,
+              fmt::format("{}: the file changed while it was read; read it again", file.path));
   }
   return entry;
 }

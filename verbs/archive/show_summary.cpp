@@ -10,8 +10,8 @@
 #include "report/summary.hpp"
 #include "rows/columns.hpp"
 #include "verbs/archive/archive.hpp"
+#include "verbs/common/fields.hpp"
 #include "verbs/common/host.hpp"
-#include "verbs/common/output.hpp"
 
 namespace biss::verbs {
 
@@ -22,88 +22,60 @@ using archive::FileEntry;
 using archive::LinkEntry;
 using archive::Quantity;
 using archive::Reading;
-using report::Cell;
-using report::Kind;
 
-std::vector<report::Column> worst_columns() {
-  return {{.name = "file"},
-          {.name = "ma", .heading = "MA"},
-          {.name = "slo", .heading = "SLO"},
-          {.name = "format"},
-          {.name = "cycles", .kind = Kind::unsigned_integer},
-          {.name = "faults", .kind = Kind::unsigned_integer},
-          {.name = "cause", .role = report::Role::status},
-          {.name = "errors", .kind = Kind::unsigned_integer},
-          {.name = "warnings", .kind = Kind::unsigned_integer},
-          {.name = "limits", .kind = Kind::unsigned_integer},
-          {.name = "marginal", .kind = Kind::unsigned_integer},
-          rows::line_delay_column(),
-          rows::ack_column(),
-          rows::clock_column(),
-          {.name = "date"}};
-}
-
-std::optional<std::int64_t> median_of(const LinkEntry& link, Quantity quantity) {
+std::optional<Picoseconds> median_of(const LinkEntry& link, Quantity quantity) {
   const auto& range = link.ranges[static_cast<std::size_t>(quantity)];
-  return range ? std::optional(range->median) : std::nullopt;
-}
-
-Cell time_cell(const std::optional<std::int64_t>& time) {
-  return time ? Cell(picoseconds(*time)) : Cell();
+  return range ? std::optional(picoseconds(range->median)) : std::nullopt;
 }
 
 // Why the file was not read; if it was read, the most frequent fault, or that no fault can be seen.
 std::string_view cause_of(const FileEntry& file, const LinkEntry* link) {
-  if (!file.cause.empty()) return file.cause;
+  if (link == nullptr || !file.cause.empty()) return file.cause;
   const auto foremost = link->counts.foremost_fault();
   const bool unchecked = link->counts.count(decode::CycleStatus::unchecked) != 0;
   return name_of(foremost == decode::CycleStatus::ok && unchecked ? decode::CycleStatus::unchecked
                                                                   : foremost);
 }
 
-bool put_row(report::TableWriter& writer, const FileEntry& file, const LinkEntry* link) {
-  const std::string date = file.day ? archive::day_text(*file.day) : "";
-  std::vector<Cell> cells(15);
-  cells[0] = file.path;
-  cells[6] = cause_of(file, link);
-  if (file.day) cells[14] = date;
-  if (link != nullptr) {
-    const Counts& counts = link->counts;
-    cells[1] = link->ma;
-    cells[2] = link->slo;
-    if (!link->format.empty()) cells[3] = link->format;
-    cells[4] = counts.cycles;
-    cells[5] = counts.faults();
-    cells[7] = counts.errors;
-    cells[8] = counts.warnings;
-    cells[9] = counts.limited;
-    if (counts.margin_judged != 0) cells[10] = counts.marginal;
-    cells[11] = time_cell(median_of(*link, Quantity::line_delay));
-    cells[12] = time_cell(median_of(*link, Quantity::ack));
-    if (const auto period = median_of(*link, Quantity::period); period && *period != 0) {
-      cells[13] = rate_of(picoseconds(*period));
-    }
+FieldRow fields_of(const FileEntry& file, const LinkEntry* found) {
+  static const LinkEntry none;
+  const LinkEntry& link = found != nullptr ? *found : none;
+  const Counts& counts = link.counts;
+  const auto if_found = [found](auto value) {
+    return found != nullptr ? std::optional(value) : std::nullopt;
+  };
+  std::optional<Hertz> clock;
+  if (const auto period = median_of(link, Quantity::period); period && period->count != 0) {
+    clock = rate_of(*period);
   }
-  return writer.row(cells);
+  return {{"file", file.path},
+          {"ma", if_found(link.ma), {.heading = "MA"}},
+          {"slo", if_found(link.slo), {.heading = "SLO"}},
+          {"format", unless_empty(link.format)},
+          {"cycles", if_found(counts.cycles)},
+          {"faults", if_found(counts.faults())},
+          {"cause", cause_of(file, found), {.role = report::Role::status}},
+          {"errors", if_found(counts.errors)},
+          {"warnings", if_found(counts.warnings)},
+          {"limits", if_found(counts.limited)},
+          {"marginal", counts.margin_judged != 0 ? std::optional(counts.marginal) : std::nullopt},
+          {"line_delay_ns", median_of(link, Quantity::line_delay), rows::line_delay_column()},
+          {"ack_ns", median_of(link, Quantity::ack), rows::ack_column()},
+          {"clock_hz", clock, rows::clock_column()},
+          {"date", file.day ? std::optional(archive::day_text(*file.day)) : std::nullopt}};
 }
 
 // \pre the files are in the order of is_worse()
 ExitStatus write_table(const archive::Summary& summary, const SummaryOptions& options, Host& host) {
-  Output output(host);
-  if (!output.open("-")) return output.status();
-  const auto columns = worst_columns();
-  const auto writer =
-      report::make_table_writer(options.to, columns, output, output.table_options());
-  std::uint64_t rows = 0;
-  for (const FileEntry& file : summary.files) {
-    if (rows == options.worst) break;
-    ++rows;
-    bool written = true;
-    if (file.links.empty()) written = put_row(*writer, file, nullptr);
-    for (const LinkEntry& link : file.links) written = written && put_row(*writer, file, &link);
-    if (!written || output.reader_left()) break;
+  std::vector<FieldRow> rows;
+  for (std::size_t i = 0; i < summary.files.size() && i < options.worst; ++i) {
+    const FileEntry& file = summary.files[i];
+    if (file.links.empty()) rows.push_back(fields_of(file, nullptr));
+    for (const LinkEntry& link : file.links) rows.push_back(fields_of(file, &link));
   }
-  return writer->finish() && output.finish() ? ExitStatus::done : output.status();
+  return write_output(host, "-", [&](Output& output) {
+    return write_rows(fields_of({}, nullptr), rows, options.to, output, output.table_options());
+  });
 }
 
 std::string with_comma(const std::string& list, std::uint64_t count, std::string_view name) {
@@ -160,18 +132,13 @@ std::string sums_text(const archive::Summary& summary, const archive::Totals& su
   return text.text();
 }
 
-ExitStatus write_json(const archive::Summary& summary, const std::string& path, Host& host) {
-  Output output(host);
-  if (!output.open(path)) return output.status();
-  return write_summary(summary, output) && output.finish() ? ExitStatus::done : output.status();
-}
-
 }  // namespace
 
 ExitStatus show_summary(archive::Summary& summary, const SummaryOptions& options, Host& host) {
   std::sort(summary.files.begin(), summary.files.end(), archive::is_worse);
   if (!options.output.empty()) {
-    const ExitStatus status = write_json(summary, options.output, host);
+    const ExitStatus status = write_output(
+        host, options.output, [&](Output& output) { return write_summary(summary, output); });
     if (status != ExitStatus::done) return status;
   }
   if (options.output != "-") {

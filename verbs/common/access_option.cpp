@@ -4,14 +4,12 @@
 
 #include <algorithm>
 #include <array>
-#include <filesystem>
-#include <fstream>
-#include <iostream>
 #include <optional>
 #include <string_view>
 
 #include "device/quantity.hpp"
 #include "dump/text.hpp"
+#include "verbs/common/text_file.hpp"
 
 namespace biss::verbs {
 
@@ -132,43 +130,6 @@ std::string read_parts(std::string_view text, ControlAccess& access) {
 
 using Accesses = std::vector<ControlAccess>;
 
-tl::unexpected<VerbError> unreadable(std::string text) {
-  return tl::make_unexpected(VerbError{ExitStatus::io, std::move(text)});
-}
-
-tl::expected<void, VerbError> read_stream(const std::string& path, std::istream& stream,
-                                          Accesses& accesses) {
-  const auto wrong = [&path](std::uint64_t line, const std::string& what) {
-    return unreadable(fmt::format("{}: line {}: {}", path, line, what));
-  };
-  dump::LineSource lines(stream, {});
-  while (lines.next()) {
-    const std::string_view line = lines.line();
-    const std::string_view text = dump::trimmed(line.substr(0, line.find('#')));
-    if (text.empty()) continue;
-    if (accesses.size() == max_accesses) {
-      return wrong(lines.number(), fmt::format("more than {} accesses", max_accesses));
-    }
-    auto access = read_access(std::string(text));
-    if (!access) return wrong(lines.number(), access.error());
-    accesses.push_back(std::move(*access));
-  }
-  if (!lines.error()) return {};
-  return wrong(lines.error()->line, lines.error()->cause == dump::DumpCause::line_too_long
-                                        ? fmt::format("longer than {} bytes", dump::max_line_bytes)
-                                        : "cannot be read");
-}
-
-tl::expected<void, VerbError> read_file(const std::string& path, Accesses& accesses) {
-  if (path == "-") return read_stream("standard input", std::cin, accesses);
-  std::error_code ignored;
-  std::ifstream file(path);
-  if (file && !std::filesystem::is_directory(path, ignored)) {
-    return read_stream(path, file, accesses);
-  }
-  return unreadable(fmt::format("--access: cannot open '{}'", path));
-}
-
 }  // namespace
 
 const char* name_of(ControlCommand command) {
@@ -188,9 +149,16 @@ tl::expected<Accesses, VerbError> read_accesses(const std::vector<std::string>& 
   Accesses accesses;
   for (const std::string& text : texts) {
     if (const std::string path = file_of_accesses(text); !path.empty()) {
-      if (auto read = read_file(path, accesses); !read) {
-        return tl::make_unexpected(read.error());
-      }
+      const auto read = read_lines("--access", path, [&](std::string_view line) {
+        if (accesses.size() == max_accesses) {
+          return fmt::format("more than {} accesses", max_accesses);
+        }
+        auto access = read_access(std::string(line));
+        if (!access) return access.error();
+        accesses.push_back(std::move(*access));
+        return std::string();
+      });
+      if (!read) return tl::make_unexpected(read.error());
     } else {
       auto access = read_access(text);
       if (!access) return tl::make_unexpected(VerbError{ExitStatus::usage, access.error()});

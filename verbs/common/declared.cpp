@@ -155,6 +155,7 @@ Option Option::one_of(const std::vector<std::string>& values) {
 Option Option::file(FileUse use, std::string (*path_of)(const std::string& value)) {
   option_->file = use;
   option_->path_of = path_of;
+  if (path_of == nullptr && !option_->is_argument()) option_->value = "FILE";
   return *this;
 }
 

@@ -33,6 +33,17 @@ void add_timing_options(Verb verb, FormatArguments& arguments) {
   option("--cycle-min", arguments.cycle_min, "TIME", "Shortest time from request to request");
 }
 
+std::string missing_field(const FrameFormat& format, FieldKind kind) {
+  bool found = false;
+  for (const ChannelFormat& channel : format.channels()) {
+    for_each_field(channel, [&](const LineField& field) { found = found || field.kind == kind; });
+  }
+  if (found) return {};
+  return kind == FieldKind::error     ? "the format has no error bit (nE or E)"
+         : kind == FieldKind::warning ? "the format has no warning bit (nW or W)"
+                                      : "the format has no counter (lcN)";
+}
+
 std::string wrong_slaves(std::uint64_t slaves, const FrameFormat& format) {
   if (slaves >= 1 && slaves <= format.channel_count) return {};
   return fmt::format(

@@ -11,10 +11,7 @@
 namespace biss::verbs {
 
 Option add_output_option(Verb verb, std::string& path, const std::string& help) {
-  return verb.scope(Scope::command)
-      .add_option("-o,--output", path, help)
-      .type_name("FILE")
-      .file(FileUse::write);
+  return verb.scope(Scope::command).add_option("-o,--output", path, help).file(FileUse::write);
 }
 
 void let_output_choose(Verb verb, const std::vector<std::string>& names,

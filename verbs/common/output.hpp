@@ -96,6 +96,14 @@ class Output final : public report::TextSink, private report::FileSink {
   bool reader_left_ = false;
 };
 
+/// Opens the target, calls write(output), which returns false on failure, and finishes.
+/// \return `done`, or `io` after a message
+template <class Write>
+ExitStatus write_output(Host& host, const std::string& path, const Write& write) {
+  Output output(host);
+  return output.open(path) && write(output) && output.finish() ? ExitStatus::done : output.status();
+}
+
 /// Columns of the terminal that the text without a file goes to; 0 if it goes to none.
 std::size_t output_columns(Host& host);
 

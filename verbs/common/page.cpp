@@ -50,7 +50,6 @@ Option add_page_option(Verb verb, std::string& path) {
       .add_option("--page", path,
                   "Page of biss (make view builds it); by default the page that is installed "
                   "with the command, or the page of the build tree")
-      .type_name("FILE")
       .file(FileUse::read);
 }
 

@@ -1,22 +1,21 @@
 #include "verbs/common/shard_option.hpp"
 
-#include <charconv>
+#include <algorithm>
 #include <optional>
+
+#include "report/text.hpp"
 
 namespace biss::verbs {
 
 namespace {
 
-std::optional<lab::Shard> parse_shard(const std::string& text) {
-  lab::Shard shard;
-  const char* end = text.data() + text.size();
-  const auto number = std::from_chars(text.data(), end, shard.number);
-  if (number.ec != std::errc() || number.ptr == end || *number.ptr != '/') return std::nullopt;
-  const auto count = std::from_chars(number.ptr + 1, end, shard.count);
-  if (count.ec != std::errc() || count.ptr != end) return std::nullopt;
-  if (shard.number == 0 || shard.number > shard.count) return std::nullopt;
-  if (shard.count > lab::max_shards) return std::nullopt;
-  return shard;
+std::optional<lab::Shard> parse_shard(std::string_view text) {
+  const std::size_t slash = std::min(text.find('/'), text.size());
+  const auto number = report::number_in<std::uint64_t>(text.substr(0, slash));
+  const auto count =
+      report::number_in<std::uint64_t>(text.substr(std::min(slash + 1, text.size())));
+  if (number.value_or(0) == 0 || *number > count.value_or(0)) return std::nullopt;
+  return *count <= lab::max_shards ? std::optional(lab::Shard{*number, *count}) : std::nullopt;
 }
 
 }  // namespace

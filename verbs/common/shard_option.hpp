@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "lab/experiment.hpp"
+#include "lab/shard.hpp"
 #include "verbs/common/verb.hpp"
 
 namespace biss::verbs {

@@ -6,7 +6,13 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
 #include <memory>
+#include <system_error>
+
+#include "dump/text.hpp"
 
 namespace biss::verbs {
 
@@ -35,6 +41,34 @@ tl::expected<std::string, std::string> read_text_file(const std::string& path) {
           fmt::format("it is larger than {} MiB", max_text_file_bytes >> 20U));
     }
   }
+}
+
+tl::expected<void, VerbError> read_lines(
+    std::string_view option, const std::string& path,
+    const std::function<std::string(std::string_view line)>& take) {
+  const bool is_stdin = path == "-";
+  std::ifstream file;
+  if (!is_stdin) file.open(path);
+  std::error_code ignored;
+  if (!is_stdin && (!file || std::filesystem::is_directory(path, ignored))) {
+    return tl::make_unexpected(
+        VerbError{ExitStatus::io, fmt::format("{}: cannot open '{}'", option, path)});
+  }
+  dump::LineSource lines(is_stdin ? std::cin : file, {});
+  const auto wrong = [&](std::uint64_t line, std::string_view what) {
+    return tl::make_unexpected(
+        VerbError{ExitStatus::io,
+                  fmt::format("{}: line {}: {}", is_stdin ? "standard input" : path, line, what)});
+  };
+  while (lines.next()) {
+    const std::string_view line = dump::without_comment(lines.line());
+    const std::string why = line.empty() ? "" : take(line);
+    if (!why.empty()) return wrong(lines.number(), why);
+  }
+  if (!lines.error()) return {};
+  return wrong(lines.error()->line, lines.error()->cause == dump::DumpCause::line_too_long
+                                        ? fmt::format("longer than {} bytes", dump::max_line_bytes)
+                                        : "cannot be read");
 }
 
 }  // namespace biss::verbs

@@ -93,6 +93,7 @@ class Option {
   Option one_of(const std::vector<std::string>& values);
   /// The value names a file that the verb opens; the command refuses two that are the same, see
   /// file_conflict(). `path_of` takes the path from the value, and nothing if the value has none.
+  /// Without it the help calls the value FILE.
   Option file(FileUse use, std::string (*path_of)(const std::string& value) = nullptr);
   /// The scope of the handle unless it is given; an argument is for this verb alone.
   Option scope(Scope scope);

@@ -1,53 +1,76 @@
-#include "verbs/crc/crc.hpp"
-
+// `biss crc`: the frame for a position, or the frame in a buffer, bit by bit.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <bit>
 #include <memory>
+#include <optional>
+#include <string>
 #include <tl/expected.hpp>
 #include <utility>
 #include <vector>
 
+#include "biss/frame/codec.hpp"
+#include "biss/frame/decode.hpp"
 #include "biss/frame/line_order.hpp"
+#include "biss/master/spi_read.hpp"
+#include "biss/timing/cycle.hpp"
+#include "device/words.hpp"
+#include "report/summary.hpp"
+#include "verbs/common/fields.hpp"
+#include "verbs/common/format_option.hpp"
+#include "verbs/common/verb.hpp"
+#include "verbs/common/word.hpp"
 
 namespace biss::verbs {
 namespace {
 
+struct CrcOptions {
+  FormatArguments arguments;
+  std::vector<std::string> positions;
+  bool error = false;
+  bool warning = false;
+  std::optional<std::uint64_t> life_counter;
+  /// The text of --read.
+  std::string buffer;
+  WordReading reading;
+  std::optional<Hertz> clock;
+  report::Format to = report::Format::table;
+  std::string output;
+};
+
+// A frame from START on, as on the line.
+struct FrameWords {
+  struct ChannelWord {
+    std::uint64_t data = 0;
+    std::uint16_t crc = 0;
+  };
+  std::optional<bool> cds = false;  // empty: neither START nor CDS was received
+  std::array<ChannelWord, max_channels> channels{};
+  std::optional<bool> stop = false;  // empty: not received
+};
+
+// The frame found in a buffer.
+struct Received {
+  std::optional<FrameStart> start;
+  std::optional<FrameWords> line;  // empty if the bits end before the last bit of the CRC
+  std::optional<FrameFault> fault;
+};
+
 // A row of the human-readable table: bits of the frame that belong together.
 struct Part {
   std::string name;
-  std::size_t channel = 0;  // from 1; 0: belongs to no channel
-  std::uint64_t word = 0;   // as on the line
+  std::optional<std::size_t> channel;  // from 1
+  std::uint64_t word = 0;              // as on the line
   unsigned bits = 0;
   std::string value;
   std::string meaning;
 };
 
-// From the right, so that the groups are the hexadecimal digits.
-std::string in_fours(std::uint64_t word, unsigned bits) {
-  std::string out;
-  for (unsigned i = bits; i-- > 0;) {
-    out.push_back(((word >> i) & 1U) != 0 ? '1' : '0');
-    if (i % 4 == 0 && i != 0) out.push_back(' ');
-  }
-  return out;
-}
-
 std::string both(std::uint64_t value) {
   return value < 10 ? fmt::format("{}", value) : fmt::format("{} = 0x{:X}", value, value);
-}
-
-Part flag_part(std::string name, const FlagField& flag, bool low_active, std::string_view what) {
-  const std::uint64_t bit = flag.placed(low_active) >> flag.shift;
-  if (flag.active_high) name.erase(0, 1);
-  return {std::move(name),
-          0,
-          bit,
-          1,
-          fmt::format("{}", bit),
-          low_active ? fmt::format("no {}", what) : std::string(what)};
 }
 
 std::string crc_text(std::uint16_t crc, unsigned bits) {
@@ -55,69 +78,70 @@ std::string crc_text(std::uint16_t crc, unsigned bits) {
 }
 
 std::string crc_meaning(const ChannelFormat& channel) {
-  std::string out = fmt::format("0x{:X}", channel.crc.polynomial);
-  if (channel.crc.start != 0) out += fmt::format(", start 0x{:X}", channel.crc.start);
   const CrcSpec& crc = channel.crc;
   const int flags = crc.without_flags ? std::popcount(channel.flags_mask()) : 0;
-  return out + fmt::format(", {}{}, over {} bits{}{}", crc.inverted ? "inverted" : "not inverted",
-                           crc.reversed ? ", lowest bit first" : "",
-                           channel.data_bits - flags + (crc.with_cds ? 1 : 0),
-                           crc.with_cds ? " with CDS" : "",
-                           crc.without_flags ? " without nE and nW" : "");
+  return fmt::format(
+      "0x{:X}{}, {}{}, over {} bits{}{}", crc.polynomial,
+      crc.start != 0 ? fmt::format(", start 0x{:X}", crc.start) : "",
+      crc.inverted ? "inverted" : "not inverted", crc.reversed ? ", lowest bit first" : "",
+      channel.data_bits - flags + (crc.with_cds ? 1 : 0), crc.with_cds ? " with CDS" : "",
+      crc.without_flags ? " without nE and nW" : "");
 }
 
-std::vector<Part> parts_of(const ChannelFormat& format, std::uint64_t data) {
+// One field of a channel's data.
+Part part_of(const ChannelFormat& format, const LineField& field, std::uint64_t data) {
+  // In the order of FieldKind.
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 7> texts{
+      {{"position", "the whole position"},
+       {"multiturn", "whole turns"},
+       {"singleturn", "within a turn"},
+       {"counter", "sign of life"},
+       {"", "error"},
+       {"", "warning"},
+       {"padding", "not judged"}}};
+  const auto& [name, meaning] = texts[static_cast<std::size_t>(field.kind)];
   const Channel channel = unpack(format, data);
-  std::vector<Part> parts;
-  for_each_field(format, [&](const LineField& field) {
-    if (field.kind == FieldKind::error) {
-      parts.push_back(flag_part("nE", format.error, channel.nE, "error"));
-      return;
-    }
-    if (field.kind == FieldKind::warning) {
-      parts.push_back(flag_part("nW", format.warning, channel.nW, "warning"));
-      return;
-    }
-    // In the order of FieldKind.
-    constexpr std::array<std::pair<const char*, const char*>, 7> texts{
-        {{"position", "the whole position"},
-         {"multiturn", "whole turns"},
-         {"singleturn", "within a turn"},
-         {"counter", "sign of life"},
-         {"", ""},
-         {"", ""},
-         {"padding", "not judged"}}};
-    const auto& [name, meaning] = texts[static_cast<std::size_t>(field.kind)];
-    const bool plain = field.kind == FieldKind::position && !format.coded();
-    parts.push_back({name, 0, field.place.of(data), field.place.bits,
-                     both(field.value(format, channel, data)),
-                     plain ? "most significant bit first"
-                           : fmt::format("{}{}{}", meaning, field.gray ? ", Gray code" : "",
-                                         field.lsb ? ", least significant bit first" : "")});
-  });
-  return parts;
+  const std::uint64_t word = field.place.of(data);
+  Part part{
+      std::string(name),   {}, word, field.place.bits, both(field.value(format, channel, data)),
+      std::string(meaning)};
+  if (field.is_flag()) {
+    const bool good = field.kind == FieldKind::error ? channel.nE : channel.nW;
+    part.name = field.name;
+    if (good) part.meaning = fmt::format("no {}", meaning);
+  } else if (field.kind == FieldKind::position && !format.coded()) {
+    part.meaning = "most significant bit first";
+  } else {
+    part.meaning += field.gray ? ", Gray code" : "";
+    part.meaning += field.lsb ? ", least significant bit first" : "";
+  }
+  return part;
 }
 
-std::vector<Part> all_parts(const FrameFormat& format, const FrameWords& line,
-                            const PlainCodec& codec) {
+std::vector<Part> parts_of(const FrameFormat& format, const FrameWords& line,
+                           const PlainCodec& codec) {
   std::vector<Part> parts;
   if (line.cds) {
     const bool wrong_cds = format.cds0 && *line.cds;
-    parts = {{"START", 0, 1, 1, "1", "the first 1 after ACK"},
-             {"CDS", 0, *line.cds, 1, *line.cds ? "1" : "0",
+    parts = {{"START", {}, 1, 1, "1", "the first 1 after ACK"},
+             {"CDS",
+              {},
+              *line.cds,
+              1,
+              both(*line.cds),
               wrong_cds     ? "wrong: always 0"
               : format.cds0 ? "always 0"
                             : "control data"}};
   }
   for (std::size_t k = 0; k < format.channel_count; ++k) {
     const ChannelFormat& channel = format.channel_list[k];
-    for (Part& part : parts_of(channel, line.channels[k].data)) {
-      part.channel = k + 1;
-      parts.push_back(std::move(part));
-    }
+    const auto [data, crc] = line.channels[k];
+    for_each_field(channel, [&](const LineField& field) {
+      parts.push_back(part_of(channel, field, line.channels[k].data));
+      parts.back().channel = k + 1;
+    });
     if (!channel.crc.present()) continue;
-    const std::uint16_t crc = line.channels[k].crc;
-    const std::uint16_t computed = codec.crc(k, line.channels[k].data, line.cds.value_or(false));
+    const std::uint16_t computed = codec.crc(k, data, line.cds.value_or(false));
     const unsigned bits = channel.crc.width_bits;
     std::string meaning = crc_meaning(channel);
     if (crc != computed) {
@@ -127,27 +151,38 @@ std::vector<Part> all_parts(const FrameFormat& format, const FrameWords& line,
   }
   if (line.stop) {
     parts.push_back(
-        {"STOP", 0, *line.stop, 1, *line.stop ? "1" : "0",
+        {"STOP",
+         {},
+         *line.stop,
+         1,
+         both(*line.stop),
          *line.stop ? "wrong: 0 until the timeout has passed" : "until the timeout has passed"});
   }
   return parts;
 }
 
+std::string binary(std::uint64_t word, unsigned bits) {
+  return bits == 0 ? "" : fmt::format("{:0{}b}", word, bits);
+}
+
+// From the right, so that the groups are the hexadecimal digits.
+std::string in_fours(std::uint64_t word, unsigned bits) {
+  std::string out = binary(word, bits);
+  for (unsigned i = 4; i < bits; i += 4) out.insert(bits - i, 1, ' ');
+  return out;
+}
+
 // START to the last CRC bit, as text.
 std::string line_bits(const FrameFormat& format, const FrameWords& line) {
   std::string out = !line.cds ? "" : *line.cds ? "11" : "10";
-  const auto add = [&out](std::uint64_t word, unsigned bits) {
-    for (unsigned i = bits; i-- > 0;) out.push_back(((word >> i) & 1U) != 0 ? '1' : '0');
-  };
   for (std::size_t k = 0; k < format.channel_count; ++k) {
-    add(line.channels[k].data, format.channel_list[k].data_bits);
-    add(line.channels[k].crc, format.channel_list[k].crc.width_bits);
+    out += binary(line.channels[k].data, format.channel_list[k].data_bits);
+    out += binary(line.channels[k].crc, format.channel_list[k].crc.width_bits);
   }
   return out;
 }
 
-}  // namespace
-
+// ` of channel 2`; empty if the format has one channel.
 std::string channel_word(const FrameFormat& format, std::size_t k) {
   return format.channel_count == 1 ? "" : fmt::format(" of channel {}", k + 1);
 }
@@ -162,6 +197,7 @@ FrameWords frame_words(const FrameFormat& format, const Frame& frame, const Plai
   return line;
 }
 
+// \pre the bits reach to the last one of the CRC
 FrameWords frame_words(const FrameFormat& format, const BitView& bits, const FrameStart& start) {
   FrameWords line;
   std::size_t at = start.start_bit + 1;
@@ -179,103 +215,71 @@ FrameWords frame_words(const FrameFormat& format, const BitView& bits, const Fra
   return line;
 }
 
-bool write_table(const FrameFormat& format, const FrameWords& line, const PlainCodec& codec,
-                 report::TextSink& sink, const report::TableOptions& table_options) {
-  using report::Kind;
-  const bool several = format.channel_count > 1;
-  std::vector<report::Column> columns;
-  if (several) columns.push_back({.name = "channel", .kind = Kind::unsigned_integer});
-  columns.push_back({.name = "field"});
-  columns.push_back({.name = "from", .kind = Kind::unsigned_integer});
-  columns.push_back({.name = "bits", .kind = Kind::unsigned_integer});
-  columns.push_back({.name = "value"});
-  columns.push_back({.name = "line", .heading = "on the line"});
-  columns.push_back({.name = "meaning"});
-  const auto table = report::make_table_writer(report::Format::table, columns, sink, table_options);
+// The frame bit by bit.
+bool write_parts(const FrameFormat& format, const FrameWords& line, const PlainCodec& codec,
+                 Output& output) {
+  std::vector<FieldRow> rows;
   unsigned from = 0;
-  for (const Part& part : all_parts(format, line, codec)) {
-    const std::string bits = in_fours(part.word, part.bits);
-    std::vector<report::Cell> cells;
-    if (several) cells.push_back(part.channel == 0 ? report::Cell() : report::Cell(part.channel));
-    cells.insert(cells.end(), {part.name, from, part.bits, part.value, bits, part.meaning});
-    if (!table->row(cells)) return false;
+  for (const Part& part : parts_of(format, line, codec)) {
+    FieldRow& row = rows.emplace_back();
+    if (format.channel_count > 1) row.emplace_back("channel", part.channel);
+    row.insert(row.end(), {{"field", part.name},
+                           {"from", from},
+                           {"bits", part.bits},
+                           {"value", part.value},
+                           {"line", in_fours(part.word, part.bits), {.heading = "on the line"}},
+                           {"meaning", part.meaning}});
     from += part.bits;
   }
-  return table->finish();
+  return write_rows(rows, report::Format::table, output);
 }
 
+// The frame as JSON; without a line its values are null. `received` adds keys.
 bool write_object(const FrameFormat& format, const std::optional<FrameWords>& line,
-                  const PlainCodec& codec, const Received* received, report::TextSink& sink) {
-  using report::Kind;
-  const std::string bits = line ? line_bits(format, *line) : std::string();
-  std::vector<report::Column> columns;
-  std::vector<report::Cell> cells;
-  const auto add = [&](std::string_view name, std::size_t k, Kind kind, report::Cell cell) {
-    const std::string suffix = k == 0 ? "" : fmt::format("{}", k + 1);
-    columns.push_back({.name = fmt::format("{}{}", name, suffix), .kind = kind});
-    cells.push_back(cell);
-  };
+                  const PlainCodec& codec, const Received* received, Output& output) {
+  FieldRow row;
   for (std::size_t k = 0; k < format.channel_count; ++k) {
     const ChannelFormat& channel = format.channel_list[k];
-    const FrameWords::ChannelWord word = line ? line->channels[k] : FrameWords::ChannelWord{};
-    const Channel values = unpack(channel, word.data);
-    const auto when = [&line](bool present, auto value) {
-      return line && present ? report::Cell(value) : report::Cell();
+    const auto [data, crc] = line ? line->channels[k] : FrameWords::ChannelWord{};
+    const Channel values = unpack(channel, data);
+    const auto add = [&](std::string_view name, bool present, auto value) {
+      row.emplace_back(fmt::format("{}{}", name, k == 0 ? "" : fmt::format("{}", k + 1)),
+                       line && present ? std::optional(value) : std::nullopt);
     };
     const bool counts = channel.life_counter.present();
-    add("position", k, Kind::unsigned_integer, when(channel.position_bits() != 0, values.position));
-    add("nE", k, Kind::flag, when(channel.error.present, values.nE));
-    add("nW", k, Kind::flag, when(channel.warning.present, values.nW));
+    add("position", channel.position_bits() != 0, values.position);
+    add("nE", channel.error.present, values.nE);
+    add("nW", channel.warning.present, values.nW);
     // The contract fixes the first keys up to `bits`; the counter of the first channel follows it.
-    if (k != 0 && counts) add("lc", k, Kind::unsigned_integer, when(true, values.life_counter));
-    add("crc", k, Kind::unsigned_integer, when(channel.crc.present(), word.crc));
-    if (k == 0) add("bits", k, Kind::text, when(true, std::string_view(bits)));
-    if (k == 0 && counts) add("lc", k, Kind::unsigned_integer, when(true, values.life_counter));
+    if (k != 0 && counts) add("lc", true, values.life_counter);
+    add("crc", channel.crc.present(), crc);
+    if (k == 0) add("bits", true, line ? line_bits(format, *line) : std::string());
+    if (k == 0 && counts) add("lc", true, values.life_counter);
     if (received == nullptr) continue;
-    const bool checked = line && channel.crc.present();
-    add("crc_computed", k, Kind::unsigned_integer,
-        checked ? report::Cell(codec.crc(k, word.data, line->cds.value_or(false)))
-                : report::Cell());
+    const bool cds = line && line->cds.value_or(false);
+    add("crc_computed", channel.crc.present(),
+        channel.crc.present() ? codec.crc(k, data, cds) : std::uint16_t{0});
   }
   if (received != nullptr) {
     const auto& start = received->start;
-    const auto& fault = received->fault;
-    add("lead_clocks", 0, Kind::unsigned_integer,
-        start ? report::Cell(start->lead_clocks) : report::Cell());
-    add("ack_clocks", 0, Kind::unsigned_integer,
-        start ? report::Cell(start->ack_clocks) : report::Cell());
-    add("status", 0, Kind::text, fault ? name_of(fault->cause) : std::string_view("ok"));
+    const auto clocks = [&](auto member) {
+      return start ? std::optional(std::uint64_t{(*start).*member}) : std::nullopt;
+    };
+    row.emplace_back("lead_clocks", clocks(&FrameStart::lead_clocks));
+    row.emplace_back("ack_clocks", clocks(&FrameStart::ack_clocks));
+    row.emplace_back("status", received->fault ? name_of(received->fault->cause) : "ok");
   }
-  const auto table = report::make_table_writer(report::Format::jsonl, columns, sink);
-  return table->row(cells) && table->finish();
+  return write_rows({row}, report::Format::jsonl, output);
 }
 
-namespace {
-
-struct CrcOptions {
-  FormatArguments arguments;
-  std::vector<std::string> positions;
-  BufferOptions buffer;
-  bool error = false;
-  bool warning = false;
-  std::optional<std::uint64_t> life_counter;
-};
-
-// The options apply to every channel with this bit. Returns one line if no channel has it, else
-// nothing.
+// The options apply to every channel with this bit; at least one channel must have it.
 std::string check_flags(const CrcOptions& options, const FrameFormat& format) {
-  const auto any = [&format](auto has) {
-    return std::any_of(format.channels().begin(), format.channels().end(), has);
-  };
-  if (options.error && !any([](const ChannelFormat& c) { return c.error.present; })) {
-    return "--error: the format has no error bit (nE or E)";
-  }
-  if (options.warning && !any([](const ChannelFormat& c) { return c.warning.present; })) {
-    return "--warning: the format has no warning bit (nW or W)";
-  }
-  if (options.life_counter &&
-      !any([](const ChannelFormat& c) { return c.life_counter.present(); })) {
-    return "--lc: the format has no counter (lcN)";
+  for (const auto& [given, option, kind] :
+       {std::tuple(options.error, "--error", FieldKind::error),
+        std::tuple(options.warning, "--warning", FieldKind::warning),
+        std::tuple(options.life_counter.has_value(), "--lc", FieldKind::life_counter)}) {
+    const std::string missing = missing_field(format, kind);
+    if (given && !missing.empty()) return fmt::format("{}: {}", option, missing);
   }
   return {};
 }
@@ -330,29 +334,147 @@ tl::expected<Frame, std::string> chosen_frame(const CrcOptions& options,
   return frame;
 }
 
+using WordsByDigits = std::vector<std::pair<Digits, std::vector<Word>>>;
+
+// The word in the text, by each kind of digits that it may have.
+tl::expected<WordsByDigits, std::string> words_of(const CrcOptions& options,
+                                                  const FrameFormat& format) {
+  const std::string& chosen = options.reading.digits;
+  WordsByDigits words;
+  std::vector<std::string> good;
+  for (const Digits digits : digits_in_order(options.buffer)) {
+    auto word = parse_word(options.buffer, digits);
+    if (!word || (!chosen.empty() && digits != chosen)) continue;
+    if (!words.empty() && words.front().second.front() == *word) continue;
+    if (is_good(*word, options.reading, format)) good.push_back(fmt::format("--digits {}", digits));
+    words.push_back({digits, {std::move(*word)}});
+  }
+  if (words.empty()) {
+    return tl::unexpected(
+        fmt::format("--read: '{}': expected bytes of two hexadecimal digits, bits, "
+                    "or a list of decimal bytes",
+                    options.buffer.substr(0, 40)));
+  }
+  if (good.size() > 1) {
+    return tl::unexpected(fmt::format("--read: the text is a good frame with {}; give one of them",
+                                      fmt::join(good, " and with ")));
+  }
+  return words;
+}
+
+Received receive(const CrcOptions& options, const Word& word, const Device& device) {
+  const FrameCodec<> codec(device.format);
+  const BitView bits = word.view();
+  Received received;
+  FrameBounds widest;
+  const auto take = [&received](const auto& frame) {
+    if (!frame.ok()) received.fault = frame.error();
+  };
+  if (options.clock) {
+    // All received bits are read: the command only shows them.
+    const SpiSetup spi{
+        .period = period_of(*options.clock), .no_error_flag = true, .unchecked = true};
+    DeviceTiming timing = device.timing;
+    timing.clock_max = std::max(timing.clock_max, *options.clock);
+    const SpiReader reader(codec, spi, timing);
+    widest.late_max_clocks = reader.bounds().late_max_clocks;
+    take(reader.read(word.bytes, word.size_bits));
+  } else {
+    take(decode_frame(bits, codec, widest));
+  }
+  const auto start = find_start(bits, widest);
+  if (!start.ok()) return received;
+  received.start = *start;
+  const std::size_t end = start->start_bit + 2 + device.format.payload_bits();
+  if (end <= bits.size_bits()) received.line = frame_words(device.format, bits, *start);
+  if (options.reading.has_ack()) return received;
+  // The word does not have these bits.
+  received.start.reset();
+  if (received.line && options.reading.payload) {
+    received.line->cds.reset();
+    received.line->stop.reset();
+  }
+  return received;
+}
+
+std::string summary_of(const CrcOptions& options, const FrameFormat& format,
+                       const Received& received, const std::string& fitting) {
+  report::Summary out;
+  if (received.fault) {
+    const FrameFault fault = *received.fault;
+    const bool at_channel = fault.cause == FrameError::crc;
+    out.entry("status",
+              fmt::format("{}{}", name_of(fault.cause),
+                          at_channel ? channel_word(format, fault.channel) : ""),
+              fitting.empty() ? words_of(status_of(fault.cause)).reason : "");
+  } else {
+    out.entry("status", "ok");
+  }
+  if (received.start) {
+    const unsigned ones = received.start->lead_clocks;
+    std::string delay;
+    if (options.clock && ones >= 2) {
+      const Picoseconds period = period_of(*options.clock);
+      delay = fmt::format("line delay {} to {} in SPI mode 3", text_of(period * (ones - 2)),
+                          text_of(period * (ones - 1)));
+    }
+    out.entry("leading ones", fmt::format("{}", ones), delay);
+    const unsigned zeros = received.start->ack_clocks;
+    out.entry("ACK", fmt::format("{} clock{}", zeros, zeros == 1 ? "" : "s"));
+  }
+  if (!fitting.empty()) out.entry("try", fitting);
+  return out.text();
+}
+
+// Prints the frame in the buffer, or why there is none and which options read it.
+ExitStatus show_buffer(const CrcOptions& options, const Device& device, Host& host) {
+  if (options.clock && !accepts_clock(device.timing, *options.clock)) {
+    return host.fail(ExitStatus::usage, fmt::format("--clock: the encoder does not accept {}",
+                                                    text_of(*options.clock)));
+  }
+  if (options.clock && !options.reading.has_ack()) {
+    return host.fail(ExitStatus::usage, "--clock: the word has no ACK; leave the option out");
+  }
+  const FrameFormat& format = device.format;
+  const auto words = words_of(options, format);
+  if (!words) return host.fail(ExitStatus::usage, words.error());
+  const PlainCodec codec(format);
+  const Word word = arrange(words->front().second.front(), options.reading, format);
+  const Received received = receive(options, word, device);
+  const bool is_table = options.to == report::Format::table;
+  const ExitStatus status = write_output(host, options.output, [&](Output& output) {
+    if (!is_table) return write_object(format, received.line, codec, &received, output);
+    return !received.line || write_parts(format, *received.line, codec, output);
+  });
+  if (status != ExitStatus::done) return status;
+  const std::string fitting =
+      received.fault ? fitting_options(*words, options.reading, format) : std::string();
+  if (is_table || !fitting.empty()) {
+    host.print_summary((is_table && received.line ? "\n" : "") +
+                       summary_of(options, format, received, fitting));
+  }
+  return received.fault ? ExitStatus::data_failed : ExitStatus::done;
+}
+
 ExitStatus run_crc(const CrcOptions& options, Host& host) {
   const auto choice = choose_device(options.arguments);
   if (!choice) return host.fail(ExitStatus::usage, choice.error());
-  if (choice->format.needs_previous()) {
+  const FrameFormat& format = choice->format;
+  if (format.needs_previous()) {
     return host.fail(ExitStatus::usage,
                      "-f: with :previous the CRC of a frame is in the next one; decode "
                      "a capture, or leave :previous out");
   }
-  const BufferOptions& buffer = options.buffer;
-  if (!buffer.text.empty()) return show_buffer(buffer, *choice, host);
-  if (buffer.clock) return host.fail(ExitStatus::usage, "--clock: needs --read");
-  const FrameFormat& format = choice->format;
+  if (!options.buffer.empty()) return show_buffer(options, *choice, host);
+  if (options.clock) return host.fail(ExitStatus::usage, "--clock: needs --read");
   const auto frame = chosen_frame(options, format);
   if (!frame) return host.fail(ExitStatus::usage, frame.error());
   const PlainCodec codec(format);
   const FrameWords line = frame_words(format, *frame, codec);
-  Output output(host);
-  if (!output.open(buffer.output)) return output.status();
-  const bool written = buffer.to == report::Format::table
-                           ? write_table(format, line, codec, output, output.table_options())
-                           : write_object(format, line, codec, nullptr, output);
-  if (!written || !output.finish()) return output.status();
-  return ExitStatus::done;
+  return write_output(host, options.output, [&](Output& output) {
+    return options.to == report::Format::table ? write_parts(format, line, codec, output)
+                                               : write_object(format, line, codec, nullptr, output);
+  });
 }
 
 }  // namespace
@@ -376,7 +498,7 @@ void add_crc(Command& command) {
   const Option counter = add_count_option(verb, "--lc", into(options->life_counter),
                                           "Value of the sign-of-life counter; 0 by default");
   const Option read =
-      verb.add_option("--read", options->buffer.text,
+      verb.add_option("--read", options->buffer,
                       "Show the frame in the bits that an SPI peripheral received: SLO once per "
                       "clock, in digits as in debuggers, dumps and source code")
           .type_name("BYTES")
@@ -384,11 +506,11 @@ void add_crc(Command& command) {
           .excludes(error)
           .excludes(warning)
           .excludes(counter);
-  add_rate_option(verb, "--clock", into(options->buffer.clock),
+  add_rate_option(verb, "--clock", into(options->clock),
                   "Clock of --read, to check leading ones and ACK too");
-  add_to_option(verb, options->buffer.to, {report::Format::table, report::Format::jsonl});
-  add_output_option(verb, options->buffer.output);
-  add_word_options(verb, options->buffer.reading, read);
+  add_to_option(verb, options->to, {report::Format::table, report::Format::jsonl});
+  add_output_option(verb, options->output);
+  add_word_options(verb, options->reading, read);
 }
 
 }  // namespace biss::verbs

@@ -7,21 +7,25 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <tl/expected.hpp>
+#include <utility>
 #include <vector>
 
 #include "decode/cycle_edges.hpp"
 #include "device/quantity.hpp"
+#include "draw/cycle_drawing.hpp"
 #include "draw/svg.hpp"
 #include "draw/text.hpp"
+#include "sim/line.hpp"
 #include "verbs/common/decoded_capture.hpp"
 #include "verbs/common/host.hpp"
 #include "verbs/common/identified.hpp"
 #include "verbs/common/output.hpp"
 #include "verbs/common/terminal.hpp"
 #include "verbs/common/verb.hpp"
-#include "verbs/draw/simulated.hpp"
 #include "verbs/explain/drawing.hpp"
 #include "verbs/simulate/fault_option.hpp"
+#include "verbs/simulate/setup.hpp"
 
 namespace biss::verbs {
 
@@ -48,6 +52,114 @@ constexpr std::size_t text_width_usual = 80;
 
 std::string drawn_time(Picoseconds time) { return text_of(time, 3); }
 
+// A cycle, and the faults that were injected into it.
+struct SimulatedDrawing {
+  draw::CycleDrawing drawing;
+  std::string faults;
+};
+
+struct SimulatedCycles {
+  FrameFormat format;
+  std::vector<SimulatedDrawing> cycles;
+};
+
+// More than enough for every fault; a longer line is drawn from a capture.
+constexpr std::uint64_t simulated_cycles_max = 10'000;
+
+tl::unexpected<VerbError> wrong_usage(std::string text) {
+  return tl::unexpected(VerbError{ExitStatus::usage, std::move(text)});
+}
+
+std::uint64_t first_fault(const sim::LineSetup& setup) {
+  std::optional<std::uint64_t> first;
+  for (const sim::FaultRule& rule : setup.faults) {
+    if (rule.cycle) first = std::min(first.value_or(*rule.cycle), *rule.cycle);
+  }
+  return first.value_or(0);
+}
+
+// Faults of the requests that a drawn cycle begins with: it may begin with a pulse.
+std::string faults_of(const std::vector<sim::SimulatedCycle>& requests, Picoseconds time) {
+  const auto after =
+      std::find_if(requests.begin(), requests.end(),
+                   [&](const sim::SimulatedCycle& request) { return request.time > time; });
+  if (after == requests.begin()) return {};
+  const sim::SimulatedCycle& request = *std::prev(after);
+  const std::string placed = text_of(request.injected);
+  return placed.empty() ? sim::text_of(request.faults) : placed;
+}
+
+// Runs the line up to this many requests, and draws the cycles from `first` on.
+std::vector<SimulatedDrawing> run_line(const sim::LineSetup& setup, std::uint64_t first,
+                                       std::uint64_t requests) {
+  std::vector<SimulatedDrawing> drawn;
+  const decode::MarginSetup margin{.compensated = setup.compensate};
+  decode::CycleEdgeReader reader(
+      decode::CycleReader(setup.format, setup.timing, margin),
+      {.ma = sim::ma_line, .slo = sim::slo_line}, [&](const decode::CycleEdges& edges) {
+        if (edges.number < first || drawn.size() >= requests - first) return;
+        drawn.push_back(
+            {draw::draw_cycle(edges, setup.format, setup.timing, margin, draw::DrawnExtent::cycle),
+             {}});
+      });
+  const wire::Edge idle[] = {{{}, sim::ma_line, wire::Level::high},
+                             {{}, sim::slo_line, wire::Level::high}};
+  reader.push(idle);
+  sim::Line line(setup);
+  std::vector<sim::SimulatedCycle> kept;
+  for (std::uint64_t i = 0; i < requests; ++i) {
+    const sim::SimulatedCycle& cycle = line.next();
+    reader.push(cycle.edges);
+    if (i + 1 < first) continue;
+    kept.push_back(cycle);
+    kept.back().edges.clear();
+  }
+  reader.finish(line.end());
+  for (SimulatedDrawing& each : drawn) each.faults = faults_of(kept, each.drawing.cycle.time);
+  return drawn;
+}
+
+// Clocks from ACK to START, if START was found.
+std::optional<std::size_t> ack_of(const draw::CycleDrawing& drawing) {
+  for (const draw::DrawnBit& bit : drawing.bits) {
+    if (bit.name == "START") return bit.clock - 1;
+  }
+  return std::nullopt;
+}
+
+// From cycle --cycle on; by default from the first one that a fault is injected into by its number.
+tl::expected<SimulatedCycles, VerbError> draw_simulated(const DrawOptions& options,
+                                                        const LineOptions& line) {
+  auto setup = line_setup(line);
+  if (!setup) return wrong_usage(setup.error());
+  if (const std::string wrong = wrong_start(*setup); !wrong.empty()) return wrong_usage(wrong);
+  if (options.ack_clocks) {
+    const Picoseconds period = period_of(line.setup.clock);
+    setup->processing = static_cast<std::int64_t>(*options.ack_clocks) * period - period / 2;
+  }
+  const std::uint64_t begin = options.cycle.value_or(first_fault(*setup));
+  if (begin + options.count > simulated_cycles_max) {
+    return wrong_usage(fmt::format("--cycle: a simulated line has {} cycles here; draw a capture",
+                                   simulated_cycles_max));
+  }
+  const std::uint64_t requests = begin + options.count;
+  const std::string wrong = wrong_faults(setup->faults, sim::Line(*setup).nominal(), requests);
+  if (!wrong.empty()) return wrong_usage(wrong);
+  SimulatedCycles cycles{setup->format, run_line(*setup, begin, requests)};
+  if (cycles.cycles.empty()) {
+    return tl::unexpected(VerbError{
+        ExitStatus::data_failed,
+        fmt::format("no cycle {}: with these faults fewer cycles are on the line", begin)});
+  }
+  const auto ack = ack_of(cycles.cycles.front().drawing);
+  if (options.ack_clocks && setup->faults.empty() && ack && *ack != *options.ack_clocks) {
+    return wrong_usage(
+        fmt::format("--ack: this encoder answers after {} clock{} at {}, not after {}", *ack,
+                    *ack == 1 ? "" : "s", text_of(line.setup.clock), *options.ack_clocks));
+  }
+  return cycles;
+}
+
 class DrawRun {
  public:
   DrawRun(const DrawOptions& options, Host& host)
@@ -66,20 +178,16 @@ class DrawRun {
     const ExitStatus drawn = has_capture ? draw_captures() : draw_line();
     if (drawn != ExitStatus::done) return drawn;
     warn_of_marks();
-    Output output(host_);
-    if (!output.open(options_.output)) return output.status();
-    if (!output.write(svg_ ? draw::svg_text(panels_, svg_width()) : text())) {
-      return output.status();
-    }
-    return output.finish() ? ExitStatus::done : output.status();
+    return write_output(host_, options_.output, [&](Output& output) {
+      return output.write(svg_ ? draw::svg_text(panels_, svg_width()) : text());
+    });
   }
 
  private:
   // One line if the width is too small, else nothing.
   std::string wrong_width() const {
     const std::uint64_t least = svg_ ? draw::svg_width_min : text_width_min;
-    if (!options_.width) return {};
-    if (*options_.width >= least) return {};
+    if (options_.width.value_or(least) >= least) return {};
     return fmt::format("--width: at least {} {}", least, svg_ ? "pixels" : "columns");
   }
 
@@ -132,8 +240,7 @@ class DrawRun {
             fmt::format("{}: describes a capture; name one, or leave it out", option.name()));
       }
     }
-    auto simulated =
-        draw_simulated(std::move(line), options_.ack_clocks, options_.cycle, options_.count);
+    auto simulated = draw_simulated(options_, line);
     if (!simulated) return host_.fail(simulated.error());
     for (SimulatedDrawing& cycle : simulated->cycles) {
       add_panel(std::move(cycle.drawing), simulated->format, cycle.faults);
@@ -154,11 +261,10 @@ class DrawRun {
     arguments.identify = true;
     const ExitStatus opened = capture_.open(arguments);
     if (opened != ExitStatus::done) return opened;
-    if (!capture_.next()) return capture_.status();
-    do {
+    while (capture_.next()) {
       const ExitStatus drawn = draw_capture();
       if (drawn != ExitStatus::done) return drawn;
-    } while (capture_.next());
+    }
     return capture_.status();
   }
 
@@ -235,8 +341,8 @@ draw::Mark read_mark(const std::string& text) {
 void add_line_options(Verb verb, DrawOptions& options) {
   LineOptions& line = options.line;
   options.of_line = {
-      add_rate_option(verb, "--clock", into(line.clock), "Frequency of MA; 1 MHz by default"),
-      add_duty_option(verb, "--duty", into(line.duty_per_mille),
+      add_rate_option(verb, "--clock", into(line.setup.clock), "Frequency of MA; 1 MHz by default"),
+      add_duty_option(verb, "--duty", into(line.setup.duty_per_mille),
                       "Share of a period in which MA is high; 50% by default"),
       add_length_option(verb, "--cable", into(line.cable),
                         "Cable length; 10 ns of line delay per metre"),
@@ -256,9 +362,9 @@ void add_line_options(Verb verb, DrawOptions& options) {
        verb.add_flag("--no-compensation", line.no_compensation,
                      "The master does not compensate the line delay; the bits are drawn as decode "
                      "samples them"),
-       add_count_option(verb, "--position", into(line.position),
+       add_count_option(verb, "--position", into(line.setup.position),
                         "Position of the encoder; drawn from --seed by default"),
-       add_count_option(verb, "--seed", into(line.seed),
+       add_count_option(verb, "--seed", into(line.setup.seed),
                         "Random seed of the position, jitter and faults; 1 by default"),
        verb.add_option("--fault", line.faults, "Inject a fault, as in biss simulate: flip@0,bit=7")
            .type_name("KIND@CYCLE[,PLACE]")});

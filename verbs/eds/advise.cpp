@@ -1,6 +1,7 @@
 // biss eds advise: the frame that fits a new encoder.
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <memory>
 #include <optional>
@@ -13,10 +14,9 @@
 #include "biss/frame/format_text.hpp"
 #include "biss/timing/cable.hpp"
 #include "report/summary.hpp"
+#include "verbs/common/fields.hpp"
 #include "verbs/common/format_option.hpp"
-#include "verbs/common/verb.hpp"
 #include "verbs/eds/description.hpp"
-#include "verbs/eds/eds.hpp"
 #include "verbs/eds/rows.hpp"
 #include "verbs/eds/source.hpp"
 
@@ -121,23 +121,18 @@ std::string summary_of(const AdviceWish& wish, const Advice& advice, const Frame
 }
 
 bool write_object(const Advice& advice, const FrameFormat& format, Output& output) {
-  const FormatText text = format_text(format);
-  const auto unless_0 = [](auto value) {
-    return value == 0 ? report::Cell() : report::Cell(value);
-  };
-  JsonRow row;
-  row.add("format", text.view());
-  row.add("data_bits", advice.channel.data_bits);
-  row.add("bp_id", unless_0(advice.identifier));
-  row.add("cpoly", advice.channel.crc.polynomial >> 1U);
-  row.add("min_distance", advice.hamming_distance);
-  row.add("leading_zeros", advice.leading_zeros);
-  row.add("trailing_zeros", advice.trailing_zeros);
-  row.add("cycle_ns", advice.budget.total);
-  row.add("rate_max_hz", advice.budget.request_rate_max);
-  row.add("feasible", advice.feasible);
-  row.add("clock_needed_hz", unless_0(advice.clock_needed.count));
-  return row.write(output);
+  return write_rows({{{"format", format_text(format).view()},
+                      {"data_bits", advice.channel.data_bits},
+                      {"bp_id", unless_0(advice.identifier)},
+                      {"cpoly", advice.channel.crc.polynomial >> 1U},
+                      {"min_distance", advice.hamming_distance},
+                      {"leading_zeros", advice.leading_zeros},
+                      {"trailing_zeros", advice.trailing_zeros},
+                      {"cycle_ns", advice.budget.total},
+                      {"rate_max_hz", advice.budget.request_rate_max},
+                      {"feasible", advice.feasible},
+                      {"clock_needed_hz", unless_0(advice.clock_needed.count)}}},
+                    report::Format::jsonl, output);
 }
 
 // The BP3 part of the advised frame, to be completed and built.
@@ -194,13 +189,12 @@ ExitStatus run_advise(const AdviseOptions& options, Host& host) {
   FrameFormat format;
   format.channel_count = 1;
   format.channel_list[0] = advice->channel;
-  Output output(host);
-  if (!output.open(options.output)) return output.status();
-  const bool written = options.to == "table"   ? output.write(summary_of(wish, *advice, format))
-                       : options.to == "jsonl" ? write_object(*advice, format, output)
-                                               : output.write(description_of(*advice));
-  if (!written || !output.finish()) return output.status();
-  return advice->feasible ? ExitStatus::done : ExitStatus::data_failed;
+  const ExitStatus written = write_output(host, options.output, [&](Output& output) {
+    return options.to == "table"   ? output.write(summary_of(wish, *advice, format))
+           : options.to == "jsonl" ? write_object(*advice, format, output)
+                                   : output.write(description_of(*advice));
+  });
+  return advice->feasible ? written : std::max(written, ExitStatus::data_failed);
 }
 
 }  // namespace

@@ -9,8 +9,6 @@
 #include <vector>
 
 #include "dump/write.hpp"
-#include "verbs/common/verb.hpp"
-#include "verbs/eds/eds.hpp"
 #include "verbs/eds/rows.hpp"
 #include "verbs/eds/source.hpp"
 
@@ -93,13 +91,11 @@ ExitStatus run_build(const BuildOptions& options, Host& host) {
   if (!findings.empty() && !options.force) {
     return host.fail(ExitStatus::data_failed, "not written; --force writes it with these findings");
   }
-  Output output(host);
-  if (!output.open(options.output)) return output.status();
-  if (!output.write(write_as(format, dump, options.name, first)) || !output.finish()) {
-    return output.status();
-  }
-  if (banks_only) host.print_summary(text_of_banks(dump, first));
-  return ExitStatus::done;
+  const ExitStatus written = write_output(host, options.output, [&](Output& output) {
+    return output.write(write_as(format, dump, options.name, first));
+  });
+  if (written == ExitStatus::done && banks_only) host.print_summary(text_of_banks(dump, first));
+  return written;
 }
 
 }  // namespace

@@ -8,15 +8,14 @@
 #include <vector>
 
 #include "biss/eds/check.hpp"
-#include "verbs/common/verb.hpp"
-#include "verbs/eds/eds.hpp"
+#include "verbs/common/fields.hpp"
 #include "verbs/eds/rows.hpp"
 #include "verbs/eds/source.hpp"
 
 namespace biss::verbs {
 namespace {
 
-struct CheckArguments {
+struct SheetCheckOptions {
   EdsArguments arguments;
   EdsCheckOptions rules;
   bool strict = false;
@@ -35,36 +34,20 @@ void add_missing(std::vector<EdsFindingRow>& rows, const dump::DataSheet& sheet,
     const unsigned bank = common.channels[i].bank;
     const bool stated = bank != 0 && bank != 0xFF;
     if (sheet.profiles[i] || !stated || bank == sheet.common->bank) continue;
-    EdsFindingRow& row = rows.emplace_back();
-    row.part = name_of(EdsPart::common);
-    row.symbol = find_field(common_fields, fmt::format("BANK_{}", i))->symbol;
-    row.problem = "incomplete";
-    row.value = bank;
-    row.text =
-        fmt::format("the bank of channel {} is not in the dump, so the part is not judged", i);
+    rows.push_back({.part = name_of(EdsPart::common),
+                    .symbol = find_field(common_fields, fmt::format("BANK_{}", i))->symbol,
+                    .problem = "incomplete",
+                    .value = bank,
+                    .text = fmt::format(
+                        "the bank of channel {} is not in the dump, the part is not judged", i)});
   }
 }
 
-// Nothing at all for a table without rows.
-bool write_findings(const std::vector<EdsFindingRow>& rows, report::Format format, Output& output) {
-  using report::Kind;
-  if (rows.empty() && format == report::Format::table) return true;
-  const std::vector<report::Column> columns = {{.name = "part"},
-                                               {.name = "symbol"},
-                                               {.name = "problem"},
-                                               {.name = "value", .kind = Kind::unsigned_integer},
-                                               {.name = "channel", .kind = Kind::unsigned_integer},
-                                               {.name = "against"},
-                                               {.name = "expected", .kind = Kind::unsigned_integer},
-                                               {.name = "text"}};
-  const auto table = report::make_table_writer(format, columns, output, output.table_options());
-  for (const EdsFindingRow& row : rows) {
-    const report::Cell against = row.against.empty() ? report::Cell() : report::Cell(row.against);
-    const report::Cell cells[] = {row.part,    row.symbol, row.problem,  row.value,
-                                  row.channel, against,    row.expected, row.text};
-    if (!table->row(cells)) return false;
-  }
-  return table->finish();
+FieldRow finding_fields(const EdsFindingRow& row) {
+  return {{"part", row.part},         {"symbol", row.symbol},
+          {"problem", row.problem},   {"value", row.value},
+          {"channel", row.channel},   {"against", unless_empty(row.against)},
+          {"expected", row.expected}, {"text", row.text}};
 }
 
 // A remark, not a finding: the value can mean that the delay is not given.
@@ -82,7 +65,7 @@ void warn_of_power_on_delay(const EdsSource& source, Host& host) {
   }
 }
 
-ExitStatus run_check(const CheckArguments& options, Host& host) {
+ExitStatus run_check(const SheetCheckOptions& options, Host& host) {
   const auto source = load_eds_with_part(options.arguments, host);
   if (!source) return source.error();
   EdsCheckOptions rules = options.rules;
@@ -94,9 +77,10 @@ ExitStatus run_check(const CheckArguments& options, Host& host) {
   std::vector<EdsFindingRow> findings = eds_findings(source->sheet, rules);
   add_missing(findings, source->sheet, host);
   if (!options.strict) warn_of_power_on_delay(*source, host);
-  Output output(host);
-  if (!output.open(options.output)) return output.status();
-  if (!write_findings(findings, options.to, output) || !output.finish()) return output.status();
+  const ExitStatus written = write_output(host, options.output, [&](Output& output) {
+    return write_rows(findings, options.to, output, finding_fields);
+  });
+  if (written != ExitStatus::done) return written;
   if (options.to == report::Format::table) {
     host.print_summary(findings.empty() ? "nothing wrong found\n"
                                         : fmt::format("\n{} finding{}\n", findings.size(),
@@ -108,7 +92,7 @@ ExitStatus run_check(const CheckArguments& options, Host& host) {
 }  // namespace
 
 Run add_eds_check(Verb verb) {
-  const auto options = std::make_shared<CheckArguments>();
+  const auto options = std::make_shared<SheetCheckOptions>();
   add_eds_file(verb, options->arguments.file);
   add_eds_options(verb, options->arguments);
   verb.add_flag("--strict", options->strict,

@@ -12,8 +12,7 @@
 #include <vector>
 
 #include "biss/control/register_map.hpp"
-#include "verbs/common/verb.hpp"
-#include "verbs/eds/eds.hpp"
+#include "verbs/common/fields.hpp"
 #include "verbs/eds/rows.hpp"
 #include "verbs/eds/source.hpp"
 
@@ -35,18 +34,18 @@ struct RowOrder {
   auto operator<=>(const RowOrder&) const = default;
 };
 
-struct DiffSide {
+struct SheetValue {
   std::string part;
   std::string symbol;
   std::optional<std::uint64_t> value;
   std::string means;
 };
 
-using DiffSides = std::map<RowOrder, DiffSide>;
+using SheetValues = std::map<RowOrder, SheetValue>;
 
 /// A value, and the bytes that it is made of.
-struct Field {
-  DiffSide side;
+struct KnownField {
+  SheetValue side;
   std::span<const std::optional<std::uint8_t>> bytes;
 
   bool partly_known() const {
@@ -56,7 +55,7 @@ struct Field {
   }
 };
 
-using Fields = std::map<RowOrder, Field>;
+using Fields = std::map<RowOrder, KnownField>;
 
 void add_registers(Fields& fields, const dump::RegisterDump& dump) {
   for (const RegisterField& field : register_fields) {
@@ -65,7 +64,7 @@ void add_registers(Fields& fields, const dump::RegisterDump& dump) {
     const unsigned step = number ? field.bytes : 1U;
     for (unsigned at = field.address; at < field.address + unsigned{field.bytes}; at += step) {
       const auto value = dump.direct_number(at, step);
-      Field& added = fields[{0, 0, at}];
+      KnownField& added = fields[{0, 0, at}];
       added.side = {"registers", number ? std::string(field.name) : fmt::format("0x{:02X}", at),
                     value, step == 1 || !value ? "" : fmt::format("0x{:0{}X}", *value, 2 * step)};
       added.bytes = std::span(dump.direct()).subspan(at - dump::first_direct, step);
@@ -80,7 +79,7 @@ Fields fields_of(const EdsSource& source) {
   std::set<unsigned> listed;
   for (const EdsFieldRow& row : eds_fields(source.sheet)) {
     listed.insert(row.bank);
-    Field& added = fields[{row.channel ? 2U : 1U, row.channel.value_or(0), row.address}];
+    KnownField& added = fields[{row.channel ? 2U : 1U, row.channel.value_or(0), row.address}];
     added.side = {part_text(row.part, row.channel), row.symbol, row.value, row.means};
     added.bytes = std::span(source.dump.bank(row.bank)).subspan(row.address, row.bytes);
   }
@@ -98,8 +97,8 @@ Fields fields_of(const EdsSource& source) {
 }
 
 // A field that is only partly present in one of the two is compared byte by byte.
-DiffSides sides_of(const Fields& fields, const Fields& others) {
-  DiffSides sides;
+SheetValues values_of(const Fields& fields, const Fields& others) {
+  SheetValues sides;
   for (const auto& [place, field] : fields) {
     const auto other = others.find(place);
     if (!field.partly_known() && (other == others.end() || !other->second.partly_known())) {
@@ -122,13 +121,12 @@ bool comparable(const RowOrder& place, const dump::RegisterDump& other) {
 }
 
 struct Difference {
-  const DiffSide* a = nullptr;
-  const DiffSide* b = nullptr;
-  const DiffSide& any() const { return a != nullptr ? *a : *b; }
+  const SheetValue* a = nullptr;
+  const SheetValue* b = nullptr;
 };
 
-std::vector<Difference> differences(const EdsSource& first, const EdsSource& second, const DiffSides& a,
-                                    const DiffSides& b) {
+std::vector<Difference> differences(const EdsSource& first, const EdsSource& second,
+                                    const SheetValues& a, const SheetValues& b) {
   std::map<RowOrder, Difference> rows;
   for (const auto& [place, side] : a) rows[place].a = &side;
   for (const auto& [place, side] : b) rows[place].b = &side;
@@ -142,28 +140,17 @@ std::vector<Difference> differences(const EdsSource& first, const EdsSource& sec
   return found;
 }
 
-bool write_rows(const std::vector<Difference>& rows, report::Format format, Output& output) {
-  using report::Kind;
-  if (rows.empty() && format == report::Format::table) return true;
-  const std::vector<report::Column> columns = {{.name = "part"},
-                                               {.name = "symbol"},
-                                               {.name = "a", .kind = Kind::unsigned_integer},
-                                               {.name = "b", .kind = Kind::unsigned_integer},
-                                               {.name = "means_a", .heading = "a means"},
-                                               {.name = "means_b", .heading = "b means"}};
-  const auto table = report::make_table_writer(format, columns, output, output.table_options());
-  const auto value = [](const DiffSide* side) {
-    return side == nullptr ? report::Cell() : report::Cell(side->value);
-  };
-  const auto means = [](const DiffSide* side) {
-    return side == nullptr || side->means.empty() ? report::Cell() : report::Cell(side->means);
-  };
-  for (const Difference& row : rows) {
-    const report::Cell cells[] = {row.any().part, row.any().symbol, value(row.a),
-                                  value(row.b),   means(row.a),     means(row.b)};
-    if (!table->row(cells)) return false;
-  }
-  return table->finish();
+FieldRow difference_fields(const Difference& row) {
+  static const SheetValue none;
+  const SheetValue& a = row.a != nullptr ? *row.a : none;
+  const SheetValue& b = row.b != nullptr ? *row.b : none;
+  const SheetValue& any = row.a != nullptr ? a : b;
+  return {{"part", any.part},
+          {"symbol", any.symbol},
+          {"a", a.value},
+          {"b", b.value},
+          {"means_a", unless_empty(a.means), {.heading = "a means"}},
+          {"means_b", unless_empty(b.means), {.heading = "b means"}}};
 }
 
 ExitStatus run_diff(const DiffOptions& options, Host& host) {
@@ -178,13 +165,13 @@ ExitStatus run_diff(const DiffOptions& options, Host& host) {
   if (!second) return second.error();
   const Fields first_fields = fields_of(*first);
   const Fields second_fields = fields_of(*second);
-  const DiffSides a = sides_of(first_fields, second_fields);
-  const DiffSides b = sides_of(second_fields, first_fields);
+  const SheetValues a = values_of(first_fields, second_fields);
+  const SheetValues b = values_of(second_fields, first_fields);
   const auto rows = differences(*first, *second, a, b);
-  Output output(host);
-  if (!output.open(options.output)) return output.status();
-  if (!write_rows(rows, options.to, output) || !output.finish()) return output.status();
-  return rows.empty() ? ExitStatus::done : ExitStatus::data_failed;
+  const ExitStatus written = write_output(host, options.output, [&](Output& output) {
+    return write_rows(rows, options.to, output, difference_fields);
+  });
+  return rows.empty() ? written : std::max(written, ExitStatus::data_failed);
 }
 
 }  // namespace

@@ -1,7 +1,5 @@
 // biss eds: electronic data sheets.
-#include "verbs/eds/eds.hpp"
-
-#include "verbs/common/verb.hpp"
+#include "verbs/eds/source.hpp"
 
 namespace biss::verbs {
 

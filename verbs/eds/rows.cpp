@@ -17,14 +17,13 @@ using dump::FoundPart;
 void add_raw(std::vector<EdsFieldRow>& rows, const EdsPartRow& part) {
   for (unsigned i = 0; i < eds_bank_bytes; ++i) {
     const auto& byte = part.found->bytes[i];
-    EdsFieldRow& row = rows.emplace_back();
-    row.part = name_of(EdsPart::raw);
-    row.channel = part.channel;
-    row.bank = part.found->bank;
-    row.address = i;
-    row.symbol = fmt::format("0x{:02X}", i);
-    if (byte) row.value = *byte;
-    row.unused = byte.value_or(0) == 0;
+    rows.push_back({.part = name_of(EdsPart::raw),
+                    .channel = part.channel,
+                    .bank = part.found->bank,
+                    .address = i,
+                    .symbol = fmt::format("0x{:02X}", i),
+                    .value = byte,
+                    .unused = byte.value_or(0) == 0});
   }
 }
 
@@ -62,12 +61,11 @@ bool states_right_value(const EdsFinding& found) {
 void add_incomplete(std::vector<EdsFindingRow>& rows, const EdsPartRow& part) {
   for (const EdsField& field : fields_of(part.part)) {
     if (known_value(*part.found, field)) continue;
-    EdsFindingRow& row = rows.emplace_back();
-    row.part = name_of(part.part);
-    row.channel = part.channel;
-    row.symbol = field.symbol;
-    row.problem = "incomplete";
-    row.text = "bytes are missing from the dump, so the part is not judged";
+    rows.push_back({.part = name_of(part.part),
+                    .channel = part.channel,
+                    .symbol = field.symbol,
+                    .problem = "incomplete",
+                    .text = "bytes are missing from the dump, the part is not judged"});
     return;
   }
 }
@@ -114,17 +112,16 @@ bool is_unused(const EdsField& field, EdsPart part, const EdsBank& bank) {
 }
 
 EdsFindingRow finding_row(const EdsFinding& found) {
-  EdsFindingRow row;
-  row.part = name_of(found.part);
+  EdsFindingRow row{.part = name_of(found.part),
+                    .symbol = found.symbol,
+                    .problem = name_of(found.problem),
+                    .value = found.value,
+                    .against = found.against,
+                    .certain = states_right_value(found),
+                    .text = std::string(text_of(found.problem))};
   if (found.part != EdsPart::common) row.channel = found.channel;
-  row.symbol = found.symbol;
-  row.problem = name_of(found.problem);
-  row.value = found.value;
-  row.against = found.against;
-  row.certain = states_right_value(found);
   const bool contradicted = !found.against.empty() && found.problem != EdsProblem::lengths;
   if (row.certain || contradicted) row.expected = found.expected;
-  row.text = text_of(found.problem);
   return row;
 }
 

@@ -10,8 +10,6 @@
 #include "biss/eds/check.hpp"
 #include "biss/eds/field.hpp"
 #include "dump/data_sheet.hpp"
-#include "report/table.hpp"
-#include "verbs/common/output.hpp"
 
 namespace biss::verbs {
 
@@ -31,18 +29,18 @@ std::string part_text(std::string_view part, std::optional<unsigned> channel);
 
 struct EdsFieldRow {
   /// "common", "bp3", "raw".
-  std::string_view part;
+  std::string_view part{};
   /// The channel of a profile part.
-  std::optional<unsigned> channel;
+  std::optional<unsigned> channel{};
   unsigned bank = 0;
   unsigned address = 0;
   unsigned bytes = 1;
-  std::string symbol;
+  std::string symbol{};
   /// As stored; empty unless all of its bytes are known.
-  std::optional<std::uint32_t> value;
+  std::optional<std::uint32_t> value{};
   /// eds_meaning()
-  std::string means;
-  std::string_view meaning;
+  std::string means{};
+  std::string_view meaning{};
   /// is_unused()
   bool unused = false;
 };
@@ -51,21 +49,6 @@ struct EdsFieldRow {
 /// address as symbol.
 std::vector<EdsFieldRow> eds_fields(const dump::DataSheet& sheet);
 
-/// A row of columns that are not the same every time, as one JSON object.
-struct JsonRow {
-  std::vector<report::Column> columns;
-  std::vector<report::Cell> cells;
-
-  void add(std::string_view name, report::Cell cell) {
-    columns.push_back({.name = std::string(name), .kind = cell.kind()});
-    cells.push_back(cell);
-  }
-  bool write(Output& output) const {
-    const auto table = report::make_table_writer(report::Format::jsonl, columns, output);
-    return table->row(cells) && table->finish();
-  }
-};
-
 /// The value of a field; empty unless all of its bytes are known.
 std::optional<std::uint32_t> known_value(const dump::FoundPart& part, const EdsField& field);
 
@@ -73,17 +56,17 @@ std::optional<std::uint32_t> known_value(const dump::FoundPart& part, const EdsF
 bool is_unused(const EdsField& field, EdsPart part, const EdsBank& bank);
 
 struct EdsFindingRow {
-  std::string_view part;
-  std::optional<unsigned> channel;
-  std::string_view symbol;
+  std::string_view part{};
+  std::optional<unsigned> channel{};
+  std::string_view symbol{};
   /// name_of(EdsProblem), or `incomplete`: bytes of the bank are not in the dump.
-  std::string_view problem;
-  std::optional<std::uint32_t> value;
-  std::string_view against;
+  std::string_view problem{};
+  std::optional<std::uint32_t> value{};
+  std::string_view against{};
   /// The right value if `certain`, else the value of `against`.
-  std::optional<std::uint32_t> expected;
+  std::optional<std::uint32_t> expected{};
   bool certain = false;
-  std::string text;
+  std::string text{};
 };
 
 EdsFindingRow finding_row(const EdsFinding& finding);

@@ -1,5 +1,6 @@
 // biss eds show: the fields of a data sheet, and the frame that it describes.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <memory>
@@ -10,10 +11,9 @@
 #include "biss/eds/image.hpp"
 #include "biss/frame/format_text.hpp"
 #include "report/summary.hpp"
+#include "verbs/common/fields.hpp"
 #include "verbs/common/format_option.hpp"
-#include "verbs/common/verb.hpp"
 #include "verbs/eds/description.hpp"
-#include "verbs/eds/eds.hpp"
 #include "verbs/eds/rows.hpp"
 #include "verbs/eds/source.hpp"
 
@@ -30,71 +30,64 @@ struct ShowOptions {
 const std::vector<std::string> show_formats{"table", "csv", "jsonl", "description"};
 
 bool write_table(const EdsSource& source, const ShowOptions& options, Output& output) {
-  using report::Kind;
-  const std::vector<report::Column> columns = {
-      {.name = "part"},   {.name = "address"},
-      {.name = "symbol"}, {.name = "stored", .kind = Kind::unsigned_integer},
-      {.name = "means"},  {.name = "what"}};
-  const auto table =
-      report::make_table_writer(report::Format::table, columns, output, output.table_options());
-  for (const EdsFieldRow& field : eds_fields(source.sheet)) {
-    if (field.unused && field.value.value_or(0) == 0 && !options.all) continue;
-    const std::string part = part_text(field.part, field.channel);
-    const std::string address = fmt::format("0x{:02X}", field.address);
-    const report::Cell means = field.means.empty() ? report::Cell() : report::Cell(field.means);
-    const report::Cell cells[] = {part, address, field.symbol, field.value, means, field.meaning};
-    if (!table->row(cells)) return false;
-  }
-  return table->finish();
+  std::vector<EdsFieldRow> shown = eds_fields(source.sheet);
+  std::erase_if(shown, [&](const EdsFieldRow& field) {
+    return field.unused && field.value.value_or(0) == 0 && !options.all;
+  });
+  return write_rows(shown, report::Format::table, output, [](const EdsFieldRow& field) {
+    return FieldRow{{"part", part_text(field.part, field.channel)},
+                    {"address", fmt::format("0x{:02X}", field.address)},
+                    {"symbol", field.symbol},
+                    {"stored", field.value},
+                    {"means", unless_empty(field.means)},
+                    {"what", field.meaning}};
+  });
 }
 
-bool write_csv(const EdsSource& source, Output& output) {
-  using report::Kind;
-  const std::vector<report::Column> columns = {{.name = "part"},
-                                               {.name = "channel", .kind = Kind::unsigned_integer},
-                                               {.name = "bank", .kind = Kind::unsigned_integer},
-                                               {.name = "address", .kind = Kind::unsigned_integer},
-                                               {.name = "symbol"},
-                                               {.name = "value", .kind = Kind::unsigned_integer},
-                                               {.name = "means"}};
-  const auto table = report::make_table_writer(report::Format::csv, columns, output);
-  for (const EdsFieldRow& field : eds_fields(source.sheet)) {
-    const report::Cell cells[] = {field.part,   field.channel, field.bank, field.address,
-                                  field.symbol, field.value,   field.means};
-    if (!table->row(cells)) return false;
-  }
-  return table->finish();
+FieldRow csv_fields(const EdsFieldRow& field) {
+  return {{"part", field.part},       {"channel", field.channel}, {"bank", field.bank},
+          {"address", field.address}, {"symbol", field.symbol},   {"value", field.value},
+          {"means", field.means}};
 }
 
 // One object per part: the documents' symbols, then which part it is.
 bool write_object(const EdsPartRow& part, Output& output) {
-  JsonRow row;
-  row.add("part", name_of(part.part));
+  FieldRow row{{"part", name_of(part.part)}};
   for (const EdsField& field : fields_of(part.part)) {
     if (field.kind == EdsKind::reserved || field.kind == EdsKind::unnamed) continue;
-    row.add(field.symbol, known_value(*part.found, field));
+    row.emplace_back(std::string(field.symbol), known_value(*part.found, field));
   }
-  row.add("channel", part.channel);
-  row.add("bank", part.found->bank);
+  row.emplace_back("channel", part.channel);
+  row.emplace_back("bank", part.found->bank);
   std::string bytes;
   for (const auto& byte : part.found->bytes) {
     bytes += byte ? fmt::format("{:02X}", *byte) : std::string("--");
   }
-  row.add("bytes", bytes);
-  return row.write(output);
+  row.emplace_back("bytes", bytes);
+  return write_rows({row}, report::Format::jsonl, output);
 }
 
-bool write_objects(const EdsSource& source, Output& output) {
+dump::RegisterDump overridden_dump(const EdsSource& source) {
+  dump::RegisterDump dump = source.dump;
+  if (source.overrides.empty()) return dump;
+  for (const EdsPartRow& part : eds_parts(source.sheet)) {
+    if (part.found->whole) dump.set_bank(part.found->bank, part.found->filled);
+  }
+  return dump;
+}
+
+bool write_source(const EdsSource& source, const ShowOptions& options, Output& output) {
+  if (options.to == "table") return write_table(source, options, output);
+  if (options.to == "csv") {
+    return write_rows(eds_fields(source.sheet), report::Format::csv, output, csv_fields);
+  }
+  if (options.to == "description") {
+    return output.write(write_description(overridden_dump(source), source.sheet));
+  }
   const auto parts = eds_parts(source.sheet);
   return std::all_of(parts.begin(), parts.end(),
                      [&](const EdsPartRow& part) { return write_object(part, output); });
 }
-
-// Remarks that concern many fields: one line each for all symbols.
-struct Gathered {
-  std::string hypotheses;
-  std::string missing;
-};
 
 std::string remark_line(const EdsRemark& remark) {
   const std::string where =
@@ -111,11 +104,6 @@ std::string text_of_doubt(const EdsRemark& remark) {
   const std::string where =
       remark.channel == 0 ? "" : fmt::format(" of channel {}", remark.channel);
   return fmt::format("BP_ID{}: {}", where, doubt_of({static_cast<std::uint16_t>(remark.used)}));
-}
-
-void gather(std::string& list, std::string_view symbol) {
-  if (!list.empty()) list += ", ";
-  list += symbol;
 }
 
 void add_device(report::Summary& out, const EdsDevice& device) {
@@ -139,13 +127,13 @@ void add_device(report::Summary& out, const EdsDevice& device) {
 // Frame format, timing, and everything doubtful about them.
 std::string eds_summary(const EdsSource& source) {
   std::vector<std::string> lines;
-  Gathered gathered;
+  // Remarks that concern many fields: one line each for all symbols.
+  std::vector<std::string_view> hypotheses;
+  std::vector<std::string_view> missing;
   const auto take = [&](const EdsRemark& remark) {
-    if (remark.kind == EdsRemarkKind::hypothesis) return gather(gathered.hypotheses, remark.symbol);
+    if (remark.kind == EdsRemarkKind::hypothesis) return hypotheses.push_back(remark.symbol);
     const bool is_time = remark.part == EdsPart::common && find_scale(remark.symbol) != nullptr;
-    if (remark.kind == EdsRemarkKind::not_given && is_time) {
-      return gather(gathered.missing, remark.symbol);
-    }
+    if (remark.kind == EdsRemarkKind::not_given && is_time) return missing.push_back(remark.symbol);
     lines.push_back(remark.kind == EdsRemarkKind::doubtful ? text_of_doubt(remark)
                                                            : remark_line(remark));
   };
@@ -160,11 +148,13 @@ std::string eds_summary(const EdsSource& source) {
   } else {
     out.entry("format", fmt::format("none: {}", text_of(device.error().cause)));
   }
-  if (!gathered.hypotheses.empty()) {
-    lines.push_back(gathered.hypotheses + ": no source confirms the unit (?)");
+  if (!hypotheses.empty()) {
+    lines.push_back(
+        fmt::format("{}: no source confirms the unit (?)", fmt::join(hypotheses, ", ")));
   }
-  if (!gathered.missing.empty()) {
-    lines.push_back(gathered.missing + ": not given, the widest that BiSS C allows");
+  if (!missing.empty()) {
+    lines.push_back(
+        fmt::format("{}: not given, the widest that BiSS C allows", fmt::join(missing, ", ")));
   }
   std::string_view key = "not certain";
   for (const std::string& line : lines) {
@@ -172,15 +162,6 @@ std::string eds_summary(const EdsSource& source) {
     key = "";
   }
   return "\n" + out.text();
-}
-
-dump::RegisterDump overridden_dump(const EdsSource& source) {
-  dump::RegisterDump dump = source.dump;
-  if (source.overrides.empty()) return dump;
-  for (const EdsPartRow& part : eds_parts(source.sheet)) {
-    if (part.found->whole) dump.set_bank(part.found->bank, part.found->filled);
-  }
-  return dump;
 }
 
 ExitStatus run_show(const ShowOptions& options, Host& host) {
@@ -195,21 +176,12 @@ ExitStatus run_show(const ShowOptions& options, Host& host) {
     host.warn(fmt::format("bank {} is incomplete: its {} part is shown, but not used",
                           part.found->bank, name_of(part.part)));
   }
-  Output output(host);
-  if (!output.open(options.output)) return output.status();
-  bool written = false;
-  if (options.to == "table") {
-    written = write_table(source, options, output);
-  } else if (options.to == "csv") {
-    written = write_csv(source, output);
-  } else if (options.to == "jsonl") {
-    written = write_objects(source, output);
-  } else {
-    written = output.write(write_description(overridden_dump(source), source.sheet));
+  const ExitStatus written = write_output(
+      host, options.output, [&](Output& output) { return write_source(source, options, output); });
+  if (written == ExitStatus::done && options.to == "table") {
+    host.print_summary(eds_summary(source));
   }
-  if (!written || !output.finish()) return output.status();
-  if (options.to == "table") host.print_summary(eds_summary(source));
-  return ExitStatus::done;
+  return written;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// The data sheet that a verb of `biss eds` works on, from a dump of registers or a description.
+// The verbs of `biss eds`, and the data sheet that they work on, from a dump of registers or a description.
 #pragma once
 
 #include <cstdint>
@@ -10,13 +10,16 @@
 #include "biss/eds/device.hpp"
 #include "dump/data_sheet.hpp"
 #include "dump/register_dump.hpp"
-#include "verbs/common/exit_status.hpp"
+#include "verbs/common/verb.hpp"
 
 namespace biss::verbs {
 
-class Host;
-
-class Verb;
+// The verbs, one file each: see verbs/common/verb.hpp.
+Run add_eds_show(Verb verb);
+Run add_eds_check(Verb verb);
+Run add_eds_build(Verb verb);
+Run add_eds_diff(Verb verb);
+Run add_eds_advise(Verb verb);
 
 /// The user's arguments.
 struct EdsArguments {

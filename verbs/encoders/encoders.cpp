@@ -11,6 +11,7 @@
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/safety/configurations.hpp"
 #include "report/summary.hpp"
+#include "verbs/common/fields.hpp"
 #include "verbs/common/format_option.hpp"
 #include "verbs/common/verb.hpp"
 
@@ -61,46 +62,34 @@ Matches matches_of(std::string_view word) {
   return found;
 }
 
-bool write_list(const Matches& found, report::TextSink& sink, const report::TableOptions& options) {
-  if (found.encoders.empty()) return true;
-  using report::Kind;
-  const std::vector<report::Column> columns = {
-      {.name = "name"},
-      {.name = "vendor"},
-      {.name = "format"},
-      {.name = "clock", .kind = Kind::unsigned_integer, .unit = "MHz", .shift = 6, .places = 0},
-      {.name = "doubts", .kind = Kind::unsigned_integer}};
-  const auto table = report::make_table_writer(report::Format::table, columns, sink, options);
-  for (const CatalogueEntry* entry : found.encoders) {
-    const std::size_t doubts = doubts_of(*entry).size();
-    const report::Cell cells[] = {
-        entry->name, entry->vendor, entry->format,
-        entry->clock_known() ? report::Cell(entry->timing.clock_max) : report::Cell(),
-        doubts == 0 ? report::Cell() : report::Cell(doubts)};
-    if (!table->row(cells)) return false;
-  }
-  return table->finish();
+FieldRow list_fields(const CatalogueEntry* entry) {
+  return {{"name", entry->name},
+          {"vendor", entry->vendor},
+          {"format", entry->format},
+          {"clock",
+           entry->clock_known() ? std::optional(entry->timing.clock_max) : std::nullopt,
+           {.unit = "MHz", .shift = 6, .places = 0}},
+          {"doubts", unless_0(doubts_of(*entry).size())}};
 }
 
-bool write_configurations(const Matches& found, report::TextSink& sink,
-                          const report::TableOptions& options) {
-  if (found.configurations.empty()) return true;
-  if (!found.encoders.empty() && !sink.write("\n")) return false;
-  using report::Kind;
-  const std::vector<report::Column> columns = {
-      {.name = "safety configuration"},
-      {.name = "format"},
-      {.name = "compared", .kind = Kind::unsigned_integer},
-      {.name = "cycle", .kind = Kind::unsigned_integer, .unit = "us", .shift = 6, .places = 2}};
-  const auto table = report::make_table_writer(report::Format::table, columns, sink, options);
-  for (const SafetyConfiguration* each : found.configurations) {
-    const unsigned compared = each->setup.comparison.compare_bits;
-    const report::Cell cells[] = {
-        each->name, each->format, compared == 0 ? report::Cell() : report::Cell(compared),
-        report::Cell(static_cast<std::uint64_t>(each->setup.cycle_min.count))};
-    if (!table->row(cells)) return false;
-  }
-  return table->finish();
+FieldRow configuration_fields(const SafetyConfiguration* each) {
+  return {{"safety configuration", each->name},
+          {"format", each->format},
+          {"compared", unless_0(unsigned{each->setup.comparison.compare_bits})},
+          {"cycle",
+           static_cast<std::uint64_t>(each->setup.cycle_min.count),
+           {.unit = "us", .shift = 6, .places = 2}}};
+}
+
+bool write_lists(const Matches& found, Output& output) {
+  const auto write = [&output](const auto& things, auto fields_of) {
+    std::vector<FieldRow> rows;
+    for (const auto* each : things) rows.push_back(fields_of(each));
+    return rows.empty() || write_rows(rows, report::Format::table, output);
+  };
+  const bool both = !found.encoders.empty() && !found.configurations.empty();
+  return write(found.encoders, list_fields) && (!both || output.write("\n")) &&
+         write(found.configurations, configuration_fields);
 }
 
 std::string ack_text(const DeviceTiming& timing) {
@@ -140,52 +129,24 @@ std::string detail(const CatalogueEntry& entry) {
   return out.text();
 }
 
-bool write_rows(const std::vector<const CatalogueEntry*>& entries, report::Format format,
-                report::TextSink& sink) {
-  using report::Kind;
-  const std::vector<report::Column> columns = {
-      {.name = "name"},
-      {.name = "vendor"},
-      {.name = "product"},
-      {.name = "format"},
-      {.name = "clock_min_hz", .kind = Kind::unsigned_integer},
-      {.name = "clock_max_hz", .kind = Kind::unsigned_integer},
-      {.name = "ack_max_ns", .kind = Kind::nanoseconds},
-      {.name = "ack_clocks", .kind = Kind::unsigned_integer},
-      {.name = "timeout"},
-      {.name = "cycle_min_ns", .kind = Kind::nanoseconds},
-      {.name = "internal_delay_ns", .kind = Kind::nanoseconds},
-      {.name = "resolution"},
-      {.name = "remark"},
-      {.name = "uncertain"},
-      {.name = "source"}};
-  const auto table = report::make_table_writer(format, columns, sink);
-  const auto given = [](Picoseconds time) {
-    return time == Picoseconds{} ? report::Cell() : report::Cell(time);
-  };
-  for (const CatalogueEntry* entry : entries) {
-    const DeviceTiming& timing = entry->timing;
-    const bool fixed = timing.ack_clocks != 0;
-    const std::string timeout = text_of(timing.timeout);
-    const std::string doubts = fmt::format("{}", fmt::join(doubts_of(*entry), "; "));
-    const report::Cell cells[] = {entry->name,
-                                  entry->vendor,
-                                  entry->product,
-                                  entry->format,
-                                  timing.clock_min,
-                                  timing.clock_max,
-                                  fixed ? report::Cell() : report::Cell(timing.ack_max),
-                                  fixed ? report::Cell(timing.ack_clocks) : report::Cell(),
-                                  timeout,
-                                  given(timing.cycle_min),
-                                  given(timing.internal_delay_max),
-                                  entry->resolution,
-                                  entry->remark,
-                                  doubts,
-                                  entry->source};
-    if (!table->row(cells)) return false;
-  }
-  return table->finish();
+FieldRow fields_of(const CatalogueEntry* entry) {
+  const DeviceTiming& timing = entry->timing;
+  const bool fixed = timing.ack_clocks != 0;
+  return {{"name", entry->name},
+          {"vendor", entry->vendor},
+          {"product", entry->product},
+          {"format", entry->format},
+          {"clock_min_hz", timing.clock_min},
+          {"clock_max_hz", timing.clock_max},
+          {"ack_max_ns", fixed ? std::nullopt : std::optional(timing.ack_max)},
+          {"ack_clocks", unless_0(timing.ack_clocks)},
+          {"timeout", text_of(timing.timeout)},
+          {"cycle_min_ns", unless_0(timing.cycle_min)},
+          {"internal_delay_ns", unless_0(timing.internal_delay_max)},
+          {"resolution", entry->resolution},
+          {"remark", entry->remark},
+          {"uncertain", fmt::format("{}", fmt::join(doubts_of(*entry), "; "))},
+          {"source", entry->source}};
 }
 
 std::string no_match(const std::string& name) {
@@ -207,22 +168,21 @@ ExitStatus run_encoders(const EncodersOptions& options, Host& host) {
         ExitStatus::data_failed,
         fmt::format("'{}' is a safety configuration, which only the table lists", options.name));
   }
-  Output output(host);
-  if (!output.open(options.output)) return output.status();
-  const report::TableOptions table_options = output.table_options();
-  const bool written = !as_table          ? write_rows(found.encoders, options.to, output)
-                       : exact != nullptr ? output.write(detail(*exact))
-                                          : write_list(found, output, table_options) &&
-                                                write_configurations(found, output, table_options);
-  if (!written || !output.finish()) return output.status();
-  if (exact == nullptr && as_table) {
+  const ExitStatus written = write_output(host, options.output, [&](Output& output) {
+    if (as_table)
+      return exact != nullptr ? output.write(detail(*exact)) : write_lists(found, output);
+    std::vector<FieldRow> rows;
+    for (const CatalogueEntry* entry : found.encoders) rows.push_back(fields_of(entry));
+    return write_rows(rows, options.to, output);
+  });
+  if (written == ExitStatus::done && exact == nullptr && as_table) {
     host.print_summary(fmt::format(
         "\n{} encoder{}, {} safety configuration{}; -f accepts both. A dash: the source does not "
         "state it.\n'biss encoders NAME' shows an encoder's timing and what is uncertain.\n",
         found.encoders.size(), found.encoders.size() == 1 ? "" : "s", found.configurations.size(),
         found.configurations.size() == 1 ? "" : "s"));
   }
-  return ExitStatus::done;
+  return written;
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "biss/timing/renishaw.hpp"
 #include "report/summary.hpp"
 #include "report/text.hpp"
+#include "verbs/common/fields.hpp"
 #include "verbs/common/format_option.hpp"
 #include "verbs/common/verb.hpp"
 
@@ -54,23 +55,23 @@ struct Plan {
 Plan plan_for(const Device& device, Hertz clock, const PlanOptions& options) {
   const Millimetres cable = options.cable.value_or(Millimetres{});
   const Picoseconds other_delay = device.timing.internal_delay_max + options.master_delay;
-  Plan plan;
-  plan.device = device;
-  plan.clock = clock;
-  plan.cable = cable;
-  plan.master_delay = options.master_delay;
-  plan.delay = line_delay(cable, other_delay);
-  plan.budget = cycle_budget({device.format.payload_bits(), options.slaves}, device.timing, clock,
-                             plan.delay);
-  plan.ack = request_ack_bounds({.period = plan.budget.period,
-                                 .timing = device.timing,
-                                 .slaves = static_cast<std::uint8_t>(options.slaves)});
-  plan.longest_compensated = cable_max_compensated(clock);
-  plan.longest_uncompensated = cable_max_uncompensated(clock, other_delay);
-  plan.clock_ok = accepts_clock(device.timing, clock);
-  plan.cable_ok = plan.longest_compensated && cable <= *plan.longest_compensated;
-  plan.compensation = needs_compensation(clock, cable, other_delay);
-  return plan;
+  const Picoseconds delay = line_delay(cable, other_delay);
+  const auto longest = cable_max_compensated(clock);
+  return {.device = device,
+          .clock = clock,
+          .cable = cable,
+          .master_delay = options.master_delay,
+          .delay = delay,
+          .budget = cycle_budget({device.format.payload_bits(), options.slaves}, device.timing,
+                                 clock, delay),
+          .ack = request_ack_bounds({.period = period_of(clock),
+                                     .timing = device.timing,
+                                     .slaves = static_cast<std::uint8_t>(options.slaves)}),
+          .longest_compensated = longest,
+          .longest_uncompensated = cable_max_uncompensated(clock, other_delay),
+          .clock_ok = accepts_clock(device.timing, clock),
+          .cable_ok = longest && cable <= *longest,
+          .compensation = needs_compensation(clock, cable, other_delay)};
 }
 
 std::string fixed(std::int64_t number, unsigned shift, unsigned places) {
@@ -124,27 +125,18 @@ std::string timeout_text(const Plan& plan) {
                      text_of(timeout), timeout.release_half_periods);
 }
 
-bool write_parts(const Plan& plan, report::TextSink& sink,
-                 const report::TableOptions& table_options) {
-  using report::Kind;
-  const std::vector<report::Column> columns = {
-      {.name = "part"},
-      {.name = "time", .kind = Kind::nanoseconds, .unit = "us", .shift = 3, .places = 3},
-      {.name = "clocks", .kind = Kind::unsigned_integer},
-      {.name = "what"}};
-  const auto table = report::make_table_writer(report::Format::table, columns, sink, table_options);
+bool write_parts(const Plan& plan, Output& output) {
   const CycleBudget& budget = plan.budget;
-  const auto clocks = [&budget](Picoseconds time) {
-    return static_cast<std::uint64_t>(time.count / budget.period.count);
+  std::vector<FieldRow> rows;
+  const auto add = [&rows](std::string_view part, Picoseconds time,
+                           std::optional<std::int64_t> clocks, std::string_view what) {
+    rows.push_back({{"part", part},
+                    {"time", time, {.unit = "us", .shift = 3, .places = 3}},
+                    {"clocks", clocks},
+                    {"what", what}});
   };
-  bool good = true;
-  const auto in_clocks = [&](std::string_view name, Picoseconds time, std::string_view what) {
-    const report::Cell cells[] = {name, time, clocks(time), what};
-    good = good && table->row(cells);
-  };
-  const auto in_time = [&](std::string_view name, Picoseconds time, std::string_view what) {
-    const report::Cell cells[] = {name, time, report::Cell(), what};
-    good = good && table->row(cells);
+  const auto in_clocks = [&](std::string_view part, Picoseconds time, std::string_view what) {
+    add(part, time, time.count / budget.period.count, what);
   };
   in_clocks("LAT", budget.lat, "the first rising edge of MA");
   in_clocks("ACK", budget.ack,
@@ -154,12 +146,12 @@ bool write_parts(const Plan& plan, report::TextSink& sink,
   in_clocks("STOP", budget.stop, "");
   in_clocks("line delay", budget.line_delay,
             "cable (both ways), encoder and master, in whole clocks");
-  const std::string rule = timeout_text(plan);
-  in_time("timeout", budget.timeout, rule);
-  if (budget.idle != Picoseconds{})
-    in_time("idle", budget.idle, "until the encoder's shortest cycle has passed");
-  in_time("cycle", budget.total, "shortest time from request to request");
-  return good && table->finish();
+  add("timeout", budget.timeout, {}, timeout_text(plan));
+  if (budget.idle != Picoseconds{}) {
+    add("idle", budget.idle, {}, "until the encoder's shortest cycle has passed");
+  }
+  add("cycle", budget.total, {}, "least time from request to request");
+  return write_rows(rows, report::Format::table, output);
 }
 
 std::string ack_text(AckBounds ack) {
@@ -286,115 +278,82 @@ std::string heading(const Device& device) {
                      device.entry->product, format.view());
 }
 
-bool write_page(const Plan& plan, report::TextSink& sink,
-                const report::TableOptions& table_options) {
-  return sink.write(fmt::format("{}\n{}, {} of cable\n\n", heading(plan.device),
-                                text_of(plan.clock), length_text(plan.cable))) &&
-         write_parts(plan, sink, table_options) && sink.write("\n") && sink.write(facts(plan));
+bool write_page(const Plan& plan, Output& output) {
+  return output.write(fmt::format("{}\n{}, {} of cable\n\n", heading(plan.device),
+                                  text_of(plan.clock), length_text(plan.cable))) &&
+         write_parts(plan, output) && output.write("\n") && output.write(facts(plan));
 }
 
-bool write_clocks(const std::vector<Plan>& plans, bool cable_given, report::TextSink& sink,
-                  const report::TableOptions& table_options) {
-  using report::Kind;
+FieldRow clock_fields(const Plan& plan) {
+  return {{"clock", plan.clock, {.unit = "MHz", .shift = 6, .places = 2}},
+          {"uncompensated",
+           length_or(plan.longest_uncompensated, "-"),
+           {.heading = "cable without", .unit = "compensation"}},
+          {"compensated",
+           length_or(plan.longest_compensated, "-"),
+           {.heading = "cable with", .unit = "compensation"}},
+          {"needed",
+           !plan.cable_ok      ? "cable too long"
+           : plan.compensation ? "needed"
+                               : "not needed",
+           {.heading = "compensation"}},
+          {"cycle", plan.budget.total, {.unit = "us", .shift = 3, .places = 2}},
+          {"rate", plan.budget.request_rate_max, {.heading = "request rate", .unit = "Hz"}},
+          {"spi", plan.spi_bytes(), {.heading = "SPI", .unit = "bytes"}},
+          {"lengths", lengths_text(plan), {.heading = "cable lengths"}}};
+}
+
+bool write_clocks(const std::vector<Plan>& plans, bool cable_given, Output& output) {
   const Plan& first = plans.front();
   const std::string cable =
       cable_given ? fmt::format("{} of cable", length_text(first.cable))
                   : "compensation, cycle, request rate and SPI bytes without a cable: give --cable";
-  if (!sink.write(fmt::format("{}\n{}\n\n", heading(first.device), cable))) return false;
-  const std::vector<report::Column> columns = {
-      {.name = "clock", .kind = Kind::unsigned_integer, .unit = "MHz", .shift = 6, .places = 2},
-      {.name = "uncompensated", .heading = "cable without", .unit = "compensation"},
-      {.name = "compensated", .heading = "cable with", .unit = "compensation"},
-      {.name = "needed", .heading = "compensation"},
-      {.name = "cycle", .kind = Kind::nanoseconds, .unit = "us", .shift = 3, .places = 2},
-      {.name = "rate", .kind = Kind::unsigned_integer, .heading = "request rate", .unit = "Hz"},
-      {.name = "spi", .kind = Kind::unsigned_integer, .heading = "SPI", .unit = "bytes"},
-      {.name = "lengths", .heading = "cable lengths"}};
-  const auto table = report::make_table_writer(report::Format::table, columns, sink, table_options);
-  for (const Plan& plan : plans) {
-    const std::string without = length_or(plan.longest_uncompensated, "-");
-    const std::string with = length_or(plan.longest_compensated, "-");
-    const report::Cell cells[] = {plan.clock,
-                                  without,
-                                  with,
-                                  !plan.cable_ok      ? "cable too long"
-                                  : plan.compensation ? "needed"
-                                                      : "not needed",
-                                  plan.budget.total,
-                                  plan.budget.request_rate_max,
-                                  plan.spi_bytes(),
-                                  lengths_text(plan)};
-    if (!table->row(cells)) return false;
-  }
+  std::vector<FieldRow> rows;
+  for (const Plan& plan : plans) rows.push_back(clock_fields(plan));
   report::Summary notes;
   add_cable_notes(first, notes);
-  return table->finish() && (notes.empty() || sink.write("\n" + notes.text()));
+  return output.write(fmt::format("{}\n{}\n\n", heading(first.device), cable)) &&
+         write_rows(rows, report::Format::table, output) &&
+         (notes.empty() || output.write("\n" + notes.text()));
 }
 
-/// A key of the machine output and its value.
-struct Key {
-  const char* name;
-  report::Kind kind;
-  report::Cell cell;
-};
-
-std::vector<Key> keys_of(const Plan& plan, std::string_view format) {
-  using report::Cell;
-  using report::Kind;
+// The machine output.
+FieldRow plan_fields(const Plan& plan) {
   const CycleBudget& b = plan.budget;
-  const auto length = [](auto value) { return value ? Cell(value->count) : Cell(); };
+  const auto length = [](auto value) { return value ? std::optional(value->count) : std::nullopt; };
   const SamplingPoint point = sampling_point(plan.delay, b.period);
-  constexpr Kind count = Kind::unsigned_integer;
-  constexpr Kind number = Kind::signed_integer;
-  constexpr Kind time = Kind::nanoseconds;
-  return {{"format", Kind::text, format},
-          {"clock_hz", count, plan.clock},
-          {"cable_mm", number, plan.cable.count},
-          {"clock_ok", Kind::flag, plan.clock_ok},
-          {"cable_ok", Kind::flag, plan.cable_ok},
-          {"period_ns", time, b.period},
-          {"lat_ns", time, b.lat},
-          {"ack_ns", time, b.ack},
-          {"start_cds_ns", time, b.start_cds},
-          {"payload_ns", time, b.payload},
-          {"stop_ns", time, b.stop},
-          {"line_delay_ns", time, plan.delay},
-          {"timeout_ns", time, b.timeout},
-          {"idle_ns", time, b.idle},
-          {"cycle_ns", time, b.total},
-          {"request_rate_max_hz", count, b.request_rate_max},
-          {"line_delay_milliclocks", number, milliclocks(plan.delay, b.period)},
-          {"compensation_needed", Kind::flag, plan.compensation},
-          {"cable_max_mm_uncompensated", number, length(plan.longest_uncompensated)},
-          {"cable_max_mm_compensated", number, length(plan.longest_compensated)},
-          {"margin_uncompensated_ns", time, margin_uncompensated(plan.clock, plan.delay)},
-          {"margin_compensated_ns", time, margin_compensated(plan.clock)},
-          {"sample_whole_clocks", number, point.whole_clocks},
-          {"sample_rest_ns", time, point.rest},
-          {"frame_clocks", number, b.frame_clocks},
-          {"clocks_to_send", number, b.clocks_to_send},
-          {"spi_bytes", number, plan.spi_bytes()},
-          {"ack_min_clocks", count, plan.ack.min_clocks},
-          {"ack_max_clocks", count, plan.ack.max_clocks},
-          {"request_rate_seen_hz", count, rate_seen(plan)},
-          {"master_delay_ns", time, plan.master_delay},
-          {"cable_lengths", Kind::text, lengths_text(plan)}};
-}
-
-bool write_objects(const std::vector<Plan>& plans, report::TextSink& sink) {
-  std::unique_ptr<report::TableWriter> table;
-  const FormatText format = format_text(plans.front().device.format);
-  for (const Plan& plan : plans) {
-    std::vector<report::Column> columns;
-    std::vector<report::Cell> cells;
-    for (const Key& key : keys_of(plan, format.view())) {
-      columns.push_back({.name = key.name, .kind = key.kind});
-      cells.push_back(key.cell);
-    }
-    if (!table) table = report::make_table_writer(report::Format::jsonl, columns, sink);
-    if (!table->row(cells)) return false;
-  }
-  return table->finish();
+  return {{"format", format_text(plan.device.format).view()},
+          {"clock_hz", plan.clock},
+          {"cable_mm", plan.cable.count},
+          {"clock_ok", plan.clock_ok},
+          {"cable_ok", plan.cable_ok},
+          {"period_ns", b.period},
+          {"lat_ns", b.lat},
+          {"ack_ns", b.ack},
+          {"start_cds_ns", b.start_cds},
+          {"payload_ns", b.payload},
+          {"stop_ns", b.stop},
+          {"line_delay_ns", plan.delay},
+          {"timeout_ns", b.timeout},
+          {"idle_ns", b.idle},
+          {"cycle_ns", b.total},
+          {"request_rate_max_hz", b.request_rate_max},
+          {"line_delay_milliclocks", milliclocks(plan.delay, b.period)},
+          {"compensation_needed", plan.compensation},
+          {"cable_max_mm_uncompensated", length(plan.longest_uncompensated)},
+          {"cable_max_mm_compensated", length(plan.longest_compensated)},
+          {"margin_uncompensated_ns", margin_uncompensated(plan.clock, plan.delay)},
+          {"margin_compensated_ns", margin_compensated(plan.clock)},
+          {"sample_whole_clocks", point.whole_clocks},
+          {"sample_rest_ns", point.rest},
+          {"frame_clocks", b.frame_clocks},
+          {"clocks_to_send", b.clocks_to_send},
+          {"spi_bytes", plan.spi_bytes()},
+          {"ack_min_clocks", plan.ack.min_clocks},
+          {"ack_max_clocks", plan.ack.max_clocks},
+          {"request_rate_seen_hz", rate_seen(plan)},
+          {"master_delay_ns", plan.master_delay},
+          {"cable_lengths", lengths_text(plan)}};
 }
 
 // The usual clocks that the encoder accepts; all of them if it accepts none.
@@ -426,16 +385,17 @@ ExitStatus run_plan(const PlanOptions& options, Host& host) {
     plans.push_back(plan_for(device, clock, options));
   }
   const bool one = options.clock && options.cable;
-  Output output(host);
-  if (!output.open(options.output)) return output.status();
-  const report::TableOptions table_options = output.table_options();
-  const bool written = options.to == report::Format::jsonl ? write_objects(plans, output)
-                       : one
-                           ? write_page(plans[0], output, table_options)
-                           : write_clocks(plans, options.cable.has_value(), output, table_options);
-  if (!written || !output.finish()) return output.status();
-  if (options.clock) warn_of(plans[0], host);
-  return ExitStatus::done;
+  const ExitStatus written = write_output(host, options.output, [&](Output& output) {
+    if (options.to == report::Format::jsonl) {
+      std::vector<FieldRow> rows;
+      for (const Plan& plan : plans) rows.push_back(plan_fields(plan));
+      return write_rows(rows, options.to, output);
+    }
+    return one ? write_page(plans[0], output)
+               : write_clocks(plans, options.cable.has_value(), output);
+  });
+  if (written == ExitStatus::done && options.clock) warn_of(plans[0], host);
+  return written;
 }
 
 }  // namespace

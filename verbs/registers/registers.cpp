@@ -32,35 +32,9 @@ struct RegistersOptions {
   report::Format to = report::Format::table;
 };
 
-// The registers of each slave that the traffic shows.
-class Dumps {
- public:
-  /// \param bank the bank of each slave at the beginning
-  explicit Dumps(std::optional<std::uint8_t> bank) : bank_(bank) {}
-
-  void take(const SeenAccess& access) {
-    if (!access.header_sent || access.kind == SeenAccess::Kind::command) return;
-    // An access of unknown kind does not prove that the slave exists.
-    if (access.kind == SeenAccess::Kind::unknown && !slaves_.contains(access.id)) return;
-    slaves_.try_emplace(access.id, bank_).first->second.take(access);
-  }
-  std::size_t slaves() const { return slaves_.size(); }
-  /// The registers of that slave, or of the only one.
-  const dump::RegisterDump* find(std::optional<std::uint64_t> id) const {
-    if (!id) return slaves_.size() == 1 ? &slaves_.begin()->second.registers() : nullptr;
-    const auto at = slaves_.find(static_cast<unsigned>(*id));
-    return at == slaves_.end() ? nullptr : &at->second.registers();
-  }
-
- private:
-  std::optional<std::uint8_t> bank_;
-  std::map<unsigned, decode::SeenRegisters> slaves_;
-};
-
 class RegistersRun {
  public:
-  RegistersRun(const RegistersOptions& options, Host& host)
-      : options_(options), host_(host), dumps_(options.bank) {}
+  RegistersRun(const RegistersOptions& options, Host& host) : options_(options), host_(host) {}
 
   ExitStatus run() {
     if (options_.dump.empty() && (options_.id || options_.bank)) {
@@ -88,7 +62,7 @@ class RegistersRun {
     accesses_ = 0;
     bytes_and_commands_ = 0;
     decode::ControlListener listener([&](const SeenAccess& access) {
-      dumps_.take(access);
+      take(access);
       ++counts_[static_cast<std::size_t>(access.outcome)];
       ++bytes_and_commands_;
       if (!access.continues) ++accesses_;
@@ -106,6 +80,13 @@ class RegistersRun {
     messages.add_summary(summary(listener));
     const bool failed = bytes_and_commands_ != counts_[0];
     return options_.fail_on_any && failed ? ExitStatus::data_failed : ExitStatus::done;
+  }
+
+  void take(const SeenAccess& access) {
+    if (!access.header_sent || access.kind == SeenAccess::Kind::command) return;
+    // An access of unknown kind does not prove that the slave exists.
+    if (access.kind == SeenAccess::Kind::unknown && !slaves_.contains(access.id)) return;
+    slaves_.try_emplace(access.id, options_.bank).first->second.take(access);
   }
 
   std::string summary(const decode::ControlListener& listener) const {
@@ -133,14 +114,16 @@ class RegistersRun {
   }
 
   ExitStatus write_dump() const {
-    const dump::RegisterDump* const found = dumps_.find(options_.id);
-    if (found == nullptr) {
-      return host_.fail(
-          dumps_.slaves() > 1 && !options_.id ? ExitStatus::usage : ExitStatus::data_failed,
-          dumps_.slaves() > 1 && !options_.id
-              ? "--dump: several slaves were accessed; name one with --id"
-              : "--dump: no register of this slave was accessed");
+    if (slaves_.size() > 1 && !options_.id) {
+      return host_.fail(ExitStatus::usage,
+                        "--dump: several slaves were accessed; name one with --id");
     }
+    const auto slave =
+        options_.id ? slaves_.find(static_cast<unsigned>(*options_.id)) : slaves_.begin();
+    if (slave == slaves_.end()) {
+      return host_.fail(ExitStatus::data_failed, "--dump: no register of this slave was accessed");
+    }
+    const dump::RegisterDump* const found = &slave->second.registers();
     const bool banks_only = dump::holds_banks_only(dump::format_of(options_.dump));
     const bool direct = found->direct() != dump::DumpedBytes{};
     const bool lost = found->without_bank != 0;
@@ -170,7 +153,8 @@ class RegistersRun {
   const RegistersOptions& options_;
   Host& host_;
   DecodedCapture capture_{host_};
-  Dumps dumps_;
+  // The registers of each slave that the traffic shows.
+  std::map<unsigned, decode::SeenRegisters> slaves_;
   std::array<std::uint64_t, decode::access_outcome_count> counts_{};
   // A sequential access is one access of several bytes.
   std::uint64_t accesses_ = 0;
@@ -192,7 +176,6 @@ void add_registers(Command& command) {
   verb.add_option(
           "--dump", options->dump,
           "Write the registers of a slave that the accesses show: as hex text, .ihex, .bin or .c")
-      .type_name("FILE")
       .file(FileUse::write);
   add_count_option(verb, "--id", into(options->id), "ID of the slave for --dump", 7);
   add_count_option(verb, "--bank", into(options->bank),

@@ -1,7 +1,6 @@
 // biss safety analyse: the errors that a format's checks do not detect, calculated exactly.
 #include <fmt/format.h>
 
-#include <charconv>
 #include <memory>
 #include <optional>
 #include <string>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "lab/pair.hpp"
+#include "report/text.hpp"
 #include "verbs/common/format_option.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/safety/analysis.hpp"
@@ -27,10 +27,8 @@ struct AnalyseOptions {
 // A number like 1e-3, independent of the locale. Returns nothing unless it is above 0 and at most
 // `most`.
 std::optional<double> parse_positive(const std::string& text, double most) {
-  double value = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (error != std::errc{} || end != text.data() + text.size()) return {};
-  return value > 0 && value <= most ? std::optional(value) : std::nullopt;
+  const auto value = report::number_in<double>(text);
+  return value.value_or(0) > 0 && *value <= most ? value : std::nullopt;
 }
 
 Residual residual_of(const SafetyQuestion& question, lab::Undetected undetected) {
@@ -94,15 +92,17 @@ ExitStatus run_analyse(const AnalyseOptions& options, Host& host) {
   if (!question) return host.fail(ExitStatus::usage, question.error());
   Output output(host);
   if (!output.open(options.output)) return output.status();
+  std::string text;
   if (options.to == "c") {
     const auto rating = rating_text(*question);
     if (!rating) return host.fail(ExitStatus::usage, rating.error());
-    return output.write(*rating) && output.finish() ? ExitStatus::done : output.status();
+    text = *rating;
+  } else {
+    const SafetyAnalysis analysis = analyse(*question);
+    warn_of_pair(analysis, host);
+    text = options.to == "jsonl" ? analysis_jsonl(*question, analysis)
+                                 : analysis_text(*question, analysis);
   }
-  const SafetyAnalysis analysis = analyse(*question);
-  warn_of_pair(analysis, host);
-  const std::string text = options.to == "jsonl" ? analysis_jsonl(*question, analysis)
-                                                 : analysis_text(*question, analysis);
   return output.write(text) && output.finish() ? ExitStatus::done : output.status();
 }
 
@@ -113,12 +113,7 @@ tl::expected<SafetyQuestion, std::string> safety_question(const FrameFormat& for
   if (format.deviates()) {
     return tl::unexpected(std::string("-f: a CRC with an error of the maker is not analysed"));
   }
-  SafetyQuestion question{.format = format,
-                          .bit_error_rates = {},
-                          .frame_rate = options.frame_rate,
-                          .limit_per_hour = 0,
-                          .comparison = options.comparison,
-                          .gap_bits = options.gap_bits};
+  SafetyQuestion question{options, format};
   if (options.ignore_turns) question.comparison.multiturn = MultiturnRule::ignored;
   for (const std::string& text : options.rates) {
     const auto rate = parse_positive(text, 0.5);

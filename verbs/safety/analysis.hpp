@@ -32,14 +32,11 @@ struct QuestionOptions {
   unsigned gap_bits = 8;
 };
 
-/// The options of the user.
-struct SafetyQuestion {
-  FrameFormat format;
-  std::vector<double> bit_error_rates;
-  Hertz frame_rate;
+/// The options, and what they say.
+struct SafetyQuestion : QuestionOptions {
+  FrameFormat format{};
+  std::vector<double> bit_error_rates{};
   double limit_per_hour = 0;
-  SafetyComparison comparison;
-  unsigned gap_bits = 0;
 
   long double frames_per_hour() const { return 3600 * static_cast<long double>(frame_rate.count); }
 };

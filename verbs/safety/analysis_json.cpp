@@ -14,22 +14,13 @@ using Json = nlohmann::ordered_json;
 // A reader that stores numbers as doubles would change integers above 2^53.
 Json number(lab::Count count) {
   if (count <= lab::Count{1} << 53U) return static_cast<std::uint64_t>(count);
-  std::string digits;
-  for (; count != 0; count /= 10)
-    digits.push_back(static_cast<char>('0' + static_cast<int>(count % 10)));
-  std::reverse(digits.begin(), digits.end());
-  return digits;
+  return fmt::format("{}", count);
 }
 
 Json optional(const std::optional<long double>& value) { return value ? Json(*value) : Json(); }
 
 // A number for one rate, a list in the given order for several.
-template <class Values>
-Json one_or_list(const Values& values) {
-  Json list = Json::array();
-  for (const auto value : values) list.push_back(value);
-  return list.size() == 1 ? list.front() : list;
-}
+Json one_or_list(const Json& list) { return list.size() == 1 ? list.front() : list; }
 
 void add_residual(Json& object, const SafetyQuestion& question, const Residual& residual) {
   object["ber"] = one_or_list(question.bit_error_rates);
@@ -50,23 +41,19 @@ void add_rates(Json& object, const SafetyQuestion& question, const Residual& res
 }
 
 Json structure_of(const SafetyAnalysis& analysis) {
-  const auto shares = [](const lab::PassedShares& of, long double places, bool pair) {
-    Json object;
-    object["first_word"] = of.first_word / places;
-    object["all_words"] = of.all_words / places;
-    object["trusted"] = of.trusted / places;
-    object["pair"] = pair ? Json(of.pair / places) : Json();
-    return object;
+  const auto shares = [&](const lab::PassedShares& of, long double places) {
+    return Json{{"first_word", of.first_word / places},
+                {"all_words", of.all_words / places},
+                {"trusted", of.trusted / places},
+                {"pair", analysis.pair ? Json(of.pair / places) : Json()}};
   };
   Json rows = Json::array();
   for (const lab::StructureRow& row : analysis.structure) {
-    Json object;
-    object["fault"] = sim::name_of(row.fault);
-    object["places"] = row.places;
-    object["mean"] = shares(row.sum, row.places, analysis.pair.has_value());
-    object["worst"] = shares(row.worst, 1, analysis.pair.has_value());
-    object["worst_place"] = row.worst_place;
-    rows.push_back(std::move(object));
+    rows.push_back({{"fault", sim::name_of(row.fault)},
+                    {"places", row.places},
+                    {"mean", shares(row.sum, row.places)},
+                    {"worst", shares(row.worst, 1)},
+                    {"worst_place", row.worst_place}});
   }
   return rows;
 }
@@ -105,8 +92,7 @@ Json object_of(const SafetyQuestion& question, const SafetyAnalysis& analysis,
   object["bits"] = pair.weights.bits;
   object["data_bits"] = words[0].channel.data_bits + words[1].channel.data_bits;
   object["min_distance"] = first == beyond.end() ? Json() : Json(first - beyond.begin());
-  object["weights"] = Json::array();
-  for (const long double count : beyond) object["weights"].push_back(count);
+  object["weights"] = beyond;
   add_residual(object, question, pair.beyond_tolerance);
   object["compared_bits"] = pair.weights.compared_bits;
   object["tolerance_lsb"] = question.comparison.tolerance_lsb;

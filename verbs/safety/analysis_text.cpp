@@ -1,10 +1,11 @@
 // The result of `biss safety` as text.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "device/quantity.hpp"
 #include "report/summary.hpp"
+#include "verbs/common/fields.hpp"
 #include "verbs/safety/analysis.hpp"
-#include "verbs/safety/fields.hpp"
 
 namespace biss::verbs {
 namespace {
@@ -15,26 +16,23 @@ std::string share_text(long double share) {
 
 std::string distance_text(const WordAnalysis& word) {
   if (word.distances.empty()) return "1: no checksum";
-  std::string text;
-  for (const lab::DistanceRun& run : word.distances) {
-    if (!text.empty()) text += ", ";
-    text += run.data_bits_max
-                ? fmt::format("{} for {}..{}", run.distance, run.data_bits_min, *run.data_bits_max)
-                : fmt::format("{} from {} on", run.distance, run.data_bits_min);
+  std::vector<std::string> texts;
+  for (const auto& [distance, least, most] : word.distances) {
+    texts.push_back(most ? fmt::format("{} for {}..{}", distance, least, *most)
+                         : fmt::format("{} from {} on", distance, least));
   }
-  return text;
+  return fmt::format("{}", fmt::join(texts, ", "));
 }
 
 // The four smallest weights that occur.
-template <class Weights, class Number>
-std::string weights_text(const Weights& weights, Number number) {
-  std::string text;
-  int shown = 0;
-  for (std::size_t w = 1; w < weights.size() && shown < 4; ++w) {
-    if (weights[w] == 0) continue;
-    text += fmt::format("{}A{} = {}", shown++ == 0 ? "" : ", ", w, number(weights[w]));
+template <class Number>
+std::string weights_text(const std::vector<Number>& weights, fmt::format_string<Number> number) {
+  std::vector<std::string> texts;
+  for (std::size_t w = 1; w < weights.size() && texts.size() < 4; ++w) {
+    if (weights[w] != 0)
+      texts.push_back(fmt::format("A{} = {}", w, fmt::format(number, Number(weights[w]))));
   }
-  return text.empty() ? "none" : text;
+  return texts.empty() ? "none" : fmt::format("{}", fmt::join(texts, ", "));
 }
 
 void add_rates(report::Summary& out, const SafetyQuestion& question, const Residual& residual,
@@ -65,9 +63,7 @@ void add_word(report::Summary& out, const SafetyQuestion& question, const WordAn
   out.entry("distance", fmt::format("{}", lab::min_distance(word.weights)),
             "the fewest wrong bits that can pass");
   out.entry("by data bits", distance_text(word));
-  out.entry("undetected", weights_text(word.weights, [](lab::Count count) {
-              return fmt::format("{}", static_cast<unsigned __int128>(count));
-            }));
+  out.entry("undetected", weights_text(word.weights, "{}"));
   if (crc.present()) {
     out.entry("bursts", fmt::format("all seen up to {} bits", crc.width_bits),
               fmt::format("2^-{} of {} bits pass, 2^-{} of longer ones", crc.width_bits - 1,
@@ -80,8 +76,7 @@ void add_pair(report::Summary& out, const SafetyQuestion& question, const PairAn
   out.title(fmt::format("CPW and SPW together: {} bits, {} compared, tolerance {}",
                         pair.weights.bits, pair.weights.compared_bits,
                         question.comparison.tolerance_lsb));
-  const auto number = [](long double count) { return fmt::format("{:.6g}", count); };
-  out.entry("undetected", weights_text(pair.weights.beyond_tolerance, number),
+  out.entry("undetected", weights_text(pair.weights.beyond_tolerance, "{:.6g}"),
             "averaged over positions");
   out.entry("safe position", "wrong by more than the tolerance",
             "protected by both CRCs, nE, counter and comparison");
@@ -96,16 +91,14 @@ std::string structure_table(const SafetyAnalysis& analysis) {
   for (const lab::StructureRow& row : analysis.structure) {
     // Only one place can be the next 1: for lost_start the sum is the share.
     const long double places = row.fault == lab::FaultKind::lost_start ? 1 : row.places;
-    FieldRow& fields = table.emplace_back(
-        FieldRow{text_field("fault", std::string(sim::name_of(row.fault))),
-                 text_field("first word", share_text(row.sum.first_word / places)),
-                 text_field("all words", share_text(row.sum.all_words / places)),
-                 text_field("and nE", share_text(row.sum.trusted / places))});
-    if (analysis.pair) {
-      fields.push_back(text_field("and comparison", share_text(row.sum.pair / places)));
-    }
-    fields.push_back(text_field("worst place", share_text(row.worst.first_word)));
-    fields.push_back(count_field("at", row.worst_place));
+    FieldRow& fields =
+        table.emplace_back(FieldRow{{"fault", sim::name_of(row.fault)},
+                                    {"first word", share_text(row.sum.first_word / places)},
+                                    {"all words", share_text(row.sum.all_words / places)},
+                                    {"and nE", share_text(row.sum.trusted / places)}});
+    if (analysis.pair) fields.emplace_back("and comparison", share_text(row.sum.pair / places));
+    fields.emplace_back("worst place", share_text(row.worst.first_word));
+    fields.emplace_back("at", row.worst_place);
   }
   return text_of(table, report::Format::table);
 }

@@ -216,22 +216,14 @@ ExitStatus run_replay(const lab::CampaignFrame& frame, const lab::CampaignPlan& 
   const lab::ReplayedFrame replayed = lab::replay_frame(frame, {plan.faults[0], plan.seed}, index);
   const SafetyJudgement judgement = frame.monitor(replayed.sent, replayed.received);
   const lab::WordPair read = frame.read(replayed.received).value_or(lab::WordPair());
-  const auto word = [](const char* name, std::uint64_t bits) {
-    return text_field(name, fmt::format("0x{:X}", bits));
-  };
-  const report::Cell position =
-      judgement.position ? report::Cell(control_position(frame.plan(), *judgement.position))
-                         : report::Cell();
-  const FieldRow fields{text_field("fault", text_of(plan.faults[0])),
-                        count_field("frame", index),
-                        count_field("position", replayed.sent.position),
-                        count_field("lc", unsigned{replayed.sent.life_counter}),
-                        word("cpw_sent", replayed.encoded.cpw),
-                        word("cpw_read", read.cpw),
-                        word("spw_sent", replayed.encoded.spw),
-                        word("spw_read", read.spw),
-                        text_field("verdict", std::string(name_of(judgement.verdict))),
-                        count_field("position_read", position)};
+  const auto hex = [](std::uint64_t bits) { return fmt::format("0x{:X}", bits); };
+  std::optional<std::uint64_t> position;
+  if (judgement.position) position = control_position(frame.plan(), *judgement.position);
+  const FieldRow fields{{"fault", text_of(plan.faults[0])},      {"frame", index},
+                        {"position", replayed.sent.position},    {"lc", replayed.sent.life_counter},
+                        {"cpw_sent", hex(replayed.encoded.cpw)}, {"cpw_read", hex(read.cpw)},
+                        {"spw_sent", hex(replayed.encoded.spw)}, {"spw_read", hex(read.spw)},
+                        {"verdict", name_of(judgement.verdict)}, {"position_read", position}};
   return print_rows({fields}, options, host);
 }
 
@@ -328,7 +320,6 @@ Run add_safety_campaign(Verb verb) {
   add_threads_option(verb, options->threads);
   add_shard_option(verb, options->shard, "Count only the K-th of N parts");
   verb.add_option("--state", options->state, "Save progress to this file, and continue from it")
-      .type_name("FILE")
       .file(FileUse::read_and_write);
   add_duration_option(verb, "--save-every", into(options->save_every),
                       "Time between two saves of --state; 5 s by default");
@@ -342,9 +333,7 @@ Run add_safety_campaign(Verb verb) {
   merge.add_option("FILE", options->parts, "State files written by --state")
       .required()
       .file(FileUse::read);
-  merge.add_option("--state", options->state, "Write the sum to this file")
-      .type_name("FILE")
-      .file(FileUse::write);
+  merge.add_option("--state", options->state, "Write the sum to this file").file(FileUse::write);
   for (const Verb& each : {verb, merge}) {
     add_to_option(each, options->to);
     add_output_option(each, options->output);

@@ -20,41 +20,41 @@ std::optional<long double> theory_of(const CampaignRow& row, std::size_t what) {
   return row.theory ? std::optional((*row.theory)[what]) : std::nullopt;
 }
 
-report::Cell events_of(const CampaignRow& row, std::size_t what) {
-  return row.estimates[what] ? report::Cell(row.counts.total(static_cast<Acceptance>(what)))
-                             : report::Cell();
+std::optional<std::uint64_t> events_of(const CampaignRow& row, std::size_t what) {
+  return row.estimates[what] ? std::optional(row.counts.total(static_cast<Acceptance>(what)))
+                             : std::nullopt;
 }
 
 // A row for programs.
 FieldRow fields_of(const CampaignRow& row) {
   constexpr auto wrong = static_cast<std::size_t>(Acceptance::wrong);
-  FieldRow fields{text_field("fault", text_of(row.fault)),
-                  count_field("frames", row.counts.frames)};
+  FieldRow fields{{"fault", text_of(row.fault)}, {"frames", row.counts.frames}};
   const auto name_of = [](std::size_t what) { return std::string(lab::acceptance_names[what]); };
   for (std::size_t what = 0; what < wrong; ++what) {
-    fields.push_back(count_field("accepted_" + name_of(what), events_of(row, what)));
+    fields.emplace_back("accepted_" + name_of(what), events_of(row, what));
   }
-  fields.push_back(count_field("wrong", events_of(row, wrong)));
-  const auto add = [&](std::size_t what, const std::string& prefix) {
-    const auto found = row.estimates[what].value_or(lab::CampaignEstimate{});
-    const auto if_counted = [&](std::optional<long double> value) {
-      return row.estimates[what] ? value : std::nullopt;
-    };
-    fields.push_back(real_field(prefix + "rate", if_counted(found.rate)));
-    fields.push_back(real_field(prefix + "theory", theory_of(row, what)));
-    if (what == wrong) {
-      fields.push_back(real_field("low", if_counted(found.low)));
-      fields.push_back(real_field("high", if_counted(found.high)));
-    }
-    fields.push_back(real_field(prefix + "sigma", found.sigma));
+  fields.emplace_back("wrong", events_of(row, wrong));
+  const auto add = [&](const std::string& name, std::size_t what, auto member) {
+    std::optional<long double> value;
+    if (const auto& found = row.estimates[what]) value = (*found).*member;
+    fields.emplace_back((what == wrong ? "" : name_of(what) + "_") + name, value);
   };
-  add(wrong, "");
-  for (std::size_t what = 0; what < wrong; ++what) add(what, name_of(what) + "_");
-  fields.push_back(text_field("missed", fmt::format("{}", fmt::join(row.counts.missed, ";"))));
+  using lab::CampaignEstimate;
+  const auto add_estimate = [&](std::size_t what) {
+    add("rate", what, &CampaignEstimate::rate);
+    fields.emplace_back((what == wrong ? "" : name_of(what) + "_") + "theory",
+                        theory_of(row, what));
+    if (what == wrong) {
+      add("low", what, &CampaignEstimate::low);
+      add("high", what, &CampaignEstimate::high);
+    }
+    add("sigma", what, &CampaignEstimate::sigma);
+  };
+  add_estimate(wrong);
+  for (std::size_t what = 0; what < wrong; ++what) add_estimate(what);
+  fields.emplace_back("missed", fmt::format("{}", fmt::join(row.counts.missed, ";")));
   for (std::size_t what = 0; what <= wrong; ++what) {
-    const auto& found = row.estimates[what];
-    fields.push_back(real_field((what == wrong ? "" : name_of(what) + "_") + "effective",
-                                found ? std::optional(found->effective) : std::nullopt));
+    add("effective", what, &CampaignEstimate::effective);
   }
   return fields;
 }
@@ -65,16 +65,16 @@ FieldRow readable_fields(const CampaignRow& row, std::size_t what) {
   const auto scientific = [](std::optional<long double> value) {
     return value ? fmt::format("{:.6e}", static_cast<double>(*value)) : "";
   };
-  return {text_field("fault", text_of(row.fault)),
-          text_field("accepted by", std::string(lab::acceptance_names[what])),
-          count_field("frames", row.counts.frames),
-          count_field("events", events_of(row, what)),
-          text_field("effective", fmt::format("{:.0f}", static_cast<double>(found.effective))),
-          text_field("rate", scientific(found.rate)),
-          text_field("low", scientific(found.low)),
-          text_field("high", scientific(found.high)),
-          text_field("theory", scientific(theory_of(row, what))),
-          text_field("sigma", found.sigma ? sigma_text(*found.sigma) : "")};
+  return {{"fault", text_of(row.fault)},
+          {"accepted by", lab::acceptance_names[what]},
+          {"frames", row.counts.frames},
+          {"events", events_of(row, what)},
+          {"effective", fmt::format("{:.0f}", static_cast<double>(found.effective))},
+          {"rate", scientific(found.rate)},
+          {"low", scientific(found.low)},
+          {"high", scientific(found.high)},
+          {"theory", scientific(theory_of(row, what))},
+          {"sigma", found.sigma ? sigma_text(*found.sigma) : ""}};
 }
 
 }  // namespace

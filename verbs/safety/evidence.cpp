@@ -5,7 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
+#include <functional>
 #include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -66,130 +66,94 @@ std::string format_argument(const EvidenceSubject& subject) {
   return configuration_name;
 }
 
-// The experiments of the bundle, each as its command runs it.
-class Experiments {
- public:
-  Experiments(const EvidenceSubject& subject, unsigned threads, Host& host)
-      : host_(host),
-        options_(subject.options),
-        rate_(subject.rate),
-        monitored_(monitored_by(subject)),
-        shared_{
-            .format = subject.options.format, .seed = subject.options.seed, .threads = threads} {}
-
-  ExitStatus analysis_for_programs(std::string& text) {
-    auto question = safety_question(monitored_.format, {.rates = options_.bit_error_rates,
-                                                        .frame_rate = rate_,
-                                                        .comparison = monitored_.setup.comparison});
-    if (!question) return host_.fail(ExitStatus::usage, question.error());
-    question_ = std::move(*question);
-    analysis_ = analyse(question_);
-    warn_of_pair(analysis_, host_);
-    text = analysis_jsonl(question_, analysis_);
-    return ExitStatus::done;
-  }
-
-  ExitStatus analysis_for_people(std::string& text) {
-    warn_of_pair(analysis_, host_);
-    text = analysis_text(question_, analysis_);
-    return ExitStatus::done;
-  }
-
-  ExitStatus line(std::string& text) {
-    const auto result = run_line_model(monitored_, {shared_, options_.cycles, rate_}, host_);
-    if (!result) return host_.fail(ExitStatus::usage, result.error());
-    line_ = *result;
-    text = text_of(line_table(line_, options_.cycles), csv);
-    return judge_line(line_, host_);
-  }
-
-  ExitStatus campaign(std::string& text) {
-    const auto frame = lab::CampaignFrame::make(monitored_.format, monitored_.setup);
-    if (!frame) return fail_format(shared_.format, host_);
-    auto state = run_usual_campaign(*frame, options_.frames, shared_, host_);
-    if (!state) return host_.fail(ExitStatus::usage, state.error());
-    campaign_state_ = std::move(*state);
-    campaign_ = campaign_rows(*frame, campaign_state_);
-    text = text_of(campaign_table(campaign_, csv), csv);
-    return judge_campaign(campaign_, host_);
-  }
-
-  ExitStatus sequences(std::string& text) {
-    auto results = run_sequence_plan(
-        usual_sequences(monitored_, options_.frames, options_.faults, shared_.seed),
-        shared_.threads, host_);
-    if (!results) return fail_format(shared_.format, host_);
-    sequences_ = std::move(*results);
-    text = text_of(sequence_table(sequences_, csv), csv);
-    return judge_sequences(sequences_, host_);
-  }
-
-  std::vector<CoverageRow> coverage() const {
-    return coverage_of(monitored_, line_, campaign_, sequences_);
-  }
-
- private:
-  static constexpr auto csv = report::Format::csv;
-
-  // The format that a command gets from this -f.
-  static SafetyFormat monitored_by(const EvidenceSubject& subject) {
-    const std::string text = format_argument(subject);
-    return text == configuration_name ? subject.monitored : *parse_safety_format(text);
-  }
-
-  Host& host_;
-  const EvidenceOptions& options_;
-  Hertz rate_;
-  SafetyFormat monitored_;
-  ExperimentOptions shared_;
-  SafetyQuestion question_;
-  SafetyAnalysis analysis_;
-  LineResult line_{};
-  lab::CampaignState campaign_state_{lab::CampaignPlan{}};
-  std::vector<CampaignRow> campaign_;
-  std::vector<lab::SequenceResult> sequences_;
-};
-
 struct Bundle {
   std::vector<EvidenceFile> files;
-  std::vector<EvidenceCommand> commands;
-  /// Not done or data_failed: a command could not run and printed the reason.
+  /// Not done or data_failed: a command could not run and said why.
   ExitStatus status = ExitStatus::done;
 };
 
 Bundle make_bundle(const EvidenceSubject& subject, const std::vector<std::string>& made_by,
                    unsigned threads, Host& host) {
-  Bundle bundle;
+  constexpr auto csv = report::Format::csv;
+  const EvidenceOptions& options = subject.options;
+  // As a command reads its -f.
+  const std::string format = format_argument(subject);
+  const SafetyFormat monitored =
+      format == configuration_name ? subject.monitored : *parse_safety_format(format);
+  const ExperimentOptions shared{
+      .format = options.format, .seed = options.seed, .threads = threads};
+  SafetyQuestion question;
+  SafetyAnalysis analysis;
+  LineResult line{};
+  lab::CampaignState campaign_state{lab::CampaignPlan{}};
+  std::vector<CampaignRow> campaign;
+  std::vector<lab::SequenceResult> sequences;
   // In the order of evidence_commands().
-  constexpr std::array experiments{&Experiments::analysis_for_programs,
-                                   &Experiments::analysis_for_people, &Experiments::line,
-                                   &Experiments::campaign, &Experiments::sequences};
-  Experiments of(subject, threads, host);
+  const std::function<ExitStatus(std::string&)> experiments[] = {
+      [&](std::string& text) {
+        auto asked = safety_question(monitored.format, {.rates = options.bit_error_rates,
+                                                        .frame_rate = subject.rate,
+                                                        .comparison = monitored.setup.comparison});
+        if (!asked) return host.fail(ExitStatus::usage, asked.error());
+        question = std::move(*asked);
+        analysis = analyse(question);
+        warn_of_pair(analysis, host);
+        text = analysis_jsonl(question, analysis);
+        return ExitStatus::done;
+      },
+      [&](std::string& text) {
+        warn_of_pair(analysis, host);
+        text = analysis_text(question, analysis);
+        return ExitStatus::done;
+      },
+      [&](std::string& text) {
+        const auto result = run_line_model(monitored, {shared, options.cycles, subject.rate}, host);
+        if (!result) return host.fail(ExitStatus::usage, result.error());
+        line = *result;
+        text = text_of(line_table(line, options.cycles), csv);
+        return judge_line(line, host);
+      },
+      [&](std::string& text) {
+        const auto frame = lab::CampaignFrame::make(monitored.format, monitored.setup);
+        if (!frame) return fail_format(shared.format, host);
+        auto state = run_usual_campaign(*frame, options.frames, shared, host);
+        if (!state) return host.fail(ExitStatus::usage, state.error());
+        campaign_state = std::move(*state);
+        campaign = campaign_rows(*frame, campaign_state);
+        text = text_of(campaign_table(campaign, csv), csv);
+        return judge_campaign(campaign, host);
+      },
+      [&](std::string& text) {
+        auto results = run_sequence_plan(
+            usual_sequences(monitored, options.frames, options.faults, shared.seed), threads, host);
+        if (!results) return fail_format(shared.format, host);
+        sequences = std::move(*results);
+        text = text_of(sequence_table(sequences, csv), csv);
+        return judge_sequences(sequences, host);
+      }};
+  Bundle bundle;
   std::vector<EvidenceFile> tables;
-  bundle.commands = evidence_commands(subject);
-  for (std::size_t k = 0; k < experiments.size(); ++k) {
-    EvidenceCommand& each = bundle.commands[k];
-    if (host.shows_progress()) {
-      host.print_summary(command_line(each.arguments) + "\n");
-    }
-    std::string text;
-    const ExitStatus status = (of.*experiments[k])(text);
+  std::vector<EvidenceCommand> commands = evidence_commands(subject);
+  for (std::size_t k = 0; k < commands.size(); ++k) {
+    if (host.shows_progress()) host.print_summary(command_line(commands[k].arguments) + "\n");
+    EvidenceFile& table = tables.emplace_back(EvidenceFile{commands[k].file, {}});
+    const ExitStatus status = experiments[k](table.text);
     if (status != ExitStatus::done) bundle.status = status;
     if (status != ExitStatus::done && status != ExitStatus::data_failed) return bundle;
-    each.status = static_cast<int>(status);
-    tables.push_back({each.file, std::move(text)});
+    commands[k].status = static_cast<int>(status);
   }
-  const std::vector<CoverageRow> coverage = of.coverage();
+  const std::vector<CoverageRow> coverage = coverage_of(monitored, line, campaign, sequences);
   bundle.files = {
-      readme_file(subject, bundle.commands, coverage),
+      readme_file(subject, commands, coverage),
       version_file(),
-      manifest_file(made_by, bundle.commands),
+      manifest_file(made_by, commands),
       {configuration_name, configuration_json(subject.monitored, subject.configuration)}};
   std::move(tables.begin(), tables.end(), std::back_inserter(bundle.files));
-  bundle.files.push_back(coverage_file(coverage));
-  bundle.files.push_back(matrix_file());
-  bundle.files.push_back({"safety.md", page_of_bundle(safety_page)});
-  bundle.files.push_back({"safety-matrix.md", page_of_bundle(safety_matrix_page)});
+  bundle.files.insert(bundle.files.end(),
+                      {coverage_file(coverage),
+                       matrix_file(),
+                       {"safety.md", page_of_bundle(safety_page)},
+                       {"safety-matrix.md", page_of_bundle(safety_matrix_page)}});
   return bundle;
 }
 
@@ -297,9 +261,8 @@ ExitStatus run_check(const VerbOptions& options, Host& host) {
 std::vector<std::string> made_by_of(const Verb& verb) {
   std::vector<std::string> made_by;
   for (const Option& each : verb.given_options()) {
-    const std::string name = each.name();
     if (each.scope() == Scope::command) continue;
-    for (const std::string& value : each.values()) made_by.push_back(name + "=" + value);
+    for (const std::string& value : each.values()) made_by.push_back(each.name() + "=" + value);
   }
   std::sort(made_by.begin(), made_by.end());
   return made_by;

@@ -13,10 +13,14 @@
 #include "biss/base/units.hpp"
 #include "verbs/common/safety_format.hpp"
 #include "verbs/decode/safety.hpp"
-#include "verbs/safety/evidence_folder.hpp"
 #include "verbs/safety/experiments.hpp"
 
 namespace biss::verbs {
+
+struct EvidenceFile {
+  std::string name;  ///< without a folder
+  std::string text;
+};
 
 /// The options as typed.
 struct EvidenceOptions {
@@ -104,5 +108,35 @@ std::string page_of_bundle(std::string_view page);
 /// docs/safety.md and docs/safety-matrix.md as they were when this program was built.
 extern const char* const safety_page;
 extern const char* const safety_matrix_page;
+
+// ---- The folder: written completely or not at all, and checked by its hashes.
+
+/// The name of the list of hashes, in the format of `sha256sum -c`.
+inline constexpr const char* hash_list_name = "SHA256SUMS";
+
+/// Returns the hash in lower-case hexadecimal.
+std::string sha256_of(std::string_view text);
+
+/// Returns the one line why the folder cannot be made, or nothing. Changes nothing.
+/// \param replace an existing bundle may be replaced; a folder with any other file in it never is
+std::string check_target(const std::string& folder, bool replace);
+
+/// Writes the files and the list of their hashes into a folder next to the target and renames it: the
+/// target is the whole bundle, or unchanged. \return one line with the cause of an error, or
+/// nothing
+std::string write_bundle(const std::string& folder, const std::vector<EvidenceFile>& files,
+                         bool replace);
+
+/// A bundle on the disk.
+struct ReadBundle {
+  std::vector<EvidenceFile> files;
+  /// A line for each file that is changed, missing, or not in the list of hashes.
+  std::vector<std::string> findings;
+
+  const EvidenceFile* find(std::string_view name) const;
+};
+
+/// The bundle, or one line with the cause why it cannot be read.
+tl::expected<ReadBundle, std::string> read_bundle(const std::string& folder);
 
 }  // namespace biss::verbs

@@ -1,5 +1,4 @@
-#include "verbs/safety/evidence_folder.hpp"
-
+// The folder of an evidence bundle, and the hashes of its files.
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <openssl/evp.h>
@@ -17,7 +16,9 @@
 #include <system_error>
 #include <utility>
 
+#include "archive/listing.hpp"
 #include "verbs/common/text_file.hpp"
+#include "verbs/safety/evidence.hpp"
 
 namespace biss::verbs {
 namespace {
@@ -96,25 +97,17 @@ std::string write_file(const fs::path& path, const std::string& text) {
   return file ? std::string() : because(path.string(), errno);
 }
 
-std::vector<std::string> names_in(const fs::path& folder, std::error_code& error) {
-  std::vector<std::string> names;
-  for (fs::directory_iterator at(folder, error), end; !error && at != end; at.increment(error)) {
-    names.push_back(at->path().filename().string());
-  }
-  std::sort(names.begin(), names.end());
-  return names;
-}
-
 struct ListedHash {
   std::string name;
   std::string hash;
 };
 
 // Returns nothing unless every line is `HASH  NAME`.
-std::optional<std::vector<ListedHash>> parse_hash_list(std::string_view text) {
+std::optional<std::vector<ListedHash>> read_hash_list(const fs::path& folder) {
   constexpr std::size_t digits = 64;
+  const std::string list = read_text_file(folder / hash_list_name).value_or("");
   std::vector<ListedHash> listed;
-  while (!text.empty()) {
+  for (std::string_view text = list; !text.empty();) {
     const std::size_t end = text.find('\n');
     if (end == std::string_view::npos || end < digits + 3 || text.substr(digits, 2) != "  ") {
       return std::nullopt;
@@ -124,20 +117,16 @@ std::optional<std::vector<ListedHash>> parse_hash_list(std::string_view text) {
     if (listed.back().name.find('/') != std::string::npos) return std::nullopt;
     text.remove_prefix(end + 1);
   }
-  if (listed.empty()) return std::nullopt;
-  return listed;
+  return listed.empty() ? std::nullopt : std::optional(std::move(listed));
 }
 
 // Whether the folder contains only the list and the files in the list.
-bool is_bundle(const fs::path& folder, const std::vector<std::string>& names) {
-  const auto list = read_text_file(folder / hash_list_name);
-  const auto listed = list ? parse_hash_list(*list) : std::nullopt;
+bool is_bundle(const fs::path& folder, std::vector<std::string> names) {
+  const auto listed = read_hash_list(folder);
   if (!listed) return false;
-  return std::all_of(names.begin(), names.end(), [&](const std::string& name) {
-    return name == hash_list_name ||
-           std::any_of(listed->begin(), listed->end(),
-                       [&](const ListedHash& each) { return each.name == name; });
-  });
+  for (const ListedHash& each : *listed) std::erase(names, each.name);
+  std::erase(names, hash_list_name);
+  return names.empty();
 }
 
 }  // namespace
@@ -153,14 +142,6 @@ std::string sha256_of(std::string_view text) {
   return hash;
 }
 
-std::string hash_list(const std::vector<EvidenceFile>& files) {
-  std::string list;
-  for (const EvidenceFile& file : files) {
-    list += fmt::format("{}  {}\n", sha256_of(file.text), file.name);
-  }
-  return list;
-}
-
 std::string check_target(const std::string& folder, bool replace) {
   const fs::path target = target_of(folder);
   std::error_code error;
@@ -173,7 +154,7 @@ std::string check_target(const std::string& folder, bool replace) {
   if (status.type() != fs::file_type::directory) {
     return fmt::format("'{}' exists and is not a folder; name another one", folder);
   }
-  const std::vector<std::string> names = names_in(target, error);
+  const std::vector<std::string> names = archive::names_in(target, error);
   if (error) return because(target.string(), error.value());
   if (names.empty()) return {};
   const bool bundle = is_bundle(target, names);
@@ -191,11 +172,13 @@ std::string write_bundle(const std::string& folder, const std::vector<EvidenceFi
   const fs::path target = target_of(folder);
   PartialFolder partial(target);
   if (partial.path().empty()) return because(target.string(), errno);
+  EvidenceFile hashes{hash_list_name, {}};
   for (const EvidenceFile& file : files) {
     std::string wrong = write_file(fs::path(partial.path()) / file.name, file.text);
     if (!wrong.empty()) return wrong;
+    hashes.text += fmt::format("{}  {}\n", sha256_of(file.text), file.name);
   }
-  std::string wrong = write_file(fs::path(partial.path()) / hash_list_name, hash_list(files));
+  std::string wrong = write_file(fs::path(partial.path()) / hashes.name, hashes.text);
   if (!wrong.empty()) return wrong;
   return partial.take_name(target) ? std::string() : because(target.string(), errno);
 }
@@ -209,12 +192,11 @@ const EvidenceFile* ReadBundle::find(std::string_view name) const {
 tl::expected<ReadBundle, std::string> read_bundle(const std::string& folder) {
   ReadBundle bundle;
   std::error_code error;
-  std::vector<std::string> names = names_in(folder, error);
+  std::vector<std::string> names = archive::names_in(folder, error);
   if (error) {
     return tl::unexpected(fmt::format("cannot read '{}': {}", folder, error.message()));
   }
-  const auto list = read_text_file(fs::path(folder) / hash_list_name);
-  const auto listed = list ? parse_hash_list(*list) : std::nullopt;
+  const auto listed = read_hash_list(folder);
   if (!listed) {
     return tl::unexpected(fmt::format("'{}' is not a bundle: {} is missing or not a list of hashes",
                                       folder, hash_list_name));

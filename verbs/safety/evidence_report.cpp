@@ -18,8 +18,8 @@
 #include "lab/statistics.hpp"
 #include "lab/weights.hpp"
 #include "sim/fault.hpp"
+#include "verbs/common/fields.hpp"
 #include "verbs/safety/evidence.hpp"
-#include "verbs/safety/fields.hpp"
 #include "verbs/safety/setup_fields.hpp"
 
 namespace biss::verbs {
@@ -277,19 +277,25 @@ std::vector<CoverageRow> coverage_of(const SafetyFormat& monitored, const LineRe
 EvidenceFile coverage_file(const std::vector<CoverageRow>& rows) {
   std::vector<FieldRow> table;
   for (const CoverageRow& row : rows) {
-    const auto text = [&row](const char* name, std::optional<double> value, auto text_of) {
-      return text_field(name,
-                        row.injected != 0 && value ? std::optional(text_of(*value)) : std::nullopt);
+    const auto known = [&row](std::optional<double> value, auto text_of) {
+      return row.injected != 0 && value ? std::optional(text_of(*value)) : std::nullopt;
     };
-    table.push_back(
-        {text_field("error", row.error), text_field("by", row.by), text_field("fault", row.fault),
-         count_field("injected", row.injected), count_field("accepted_wrong", row.accepted_wrong),
-         text("dc", row.share, coverage_text), text("dc_low", row.high, coverage_text),
-         text("dc_high", row.low, coverage_text), text("dc_theory", row.theory, coverage_text),
-         text("share", row.share, scientific), text("share_low", row.low, scientific),
-         text("share_high", row.high, scientific), text("share_theory", row.theory, scientific),
-         count_field("detected", row.detected), count_field("reaction_cycles", row.reaction),
-         text_field("verdicts", row.verdicts)});
+    table.push_back({{"error", row.error},
+                     {"by", row.by},
+                     {"fault", row.fault},
+                     {"injected", row.injected},
+                     {"accepted_wrong", row.accepted_wrong},
+                     {"dc", known(row.share, coverage_text)},
+                     {"dc_low", known(row.high, coverage_text)},
+                     {"dc_high", known(row.low, coverage_text)},
+                     {"dc_theory", known(row.theory, coverage_text)},
+                     {"share", known(row.share, scientific)},
+                     {"share_low", known(row.low, scientific)},
+                     {"share_high", known(row.high, scientific)},
+                     {"share_theory", known(row.theory, scientific)},
+                     {"detected", row.detected},
+                     {"reaction_cycles", row.reaction},
+                     {"verdicts", row.verdicts}});
   }
   return {"coverage.csv", text_of(table, report::Format::csv)};
 }
@@ -304,8 +310,9 @@ EvidenceFile matrix_file() {
     if (line.starts_with("## ")) requirement.clear();
     if (line.starts_with("Source: ")) source = line.substr(8);
     if (requirement.empty() || !line.starts_with("* `")) continue;
-    table.push_back({text_field("requirement", requirement), text_field("source", source),
-                     text_field("test", line.substr(3, line.size() - 4))});
+    table.push_back({{"requirement", requirement},
+                     {"source", source},
+                     {"test", line.substr(3, line.size() - 4)}});
   }
   return {"matrix.csv", text_of(table, report::Format::csv)};
 }

@@ -19,11 +19,8 @@ ExitStatus fail_format(const std::string& format, Host& host) {
 
 ExitStatus print_rows(const std::vector<FieldRow>& rows, const ExperimentOptions& options,
                       Host& host) {
-  Output output(host);
-  const bool written = output.open(options.output) &&
-                       write_rows(rows, options.to, output, output.table_options()) &&
-                       output.finish();
-  return written ? ExitStatus::done : output.status();
+  return write_output(host, options.output,
+                      [&](Output& output) { return write_rows(rows, options.to, output); });
 }
 
 }  // namespace biss::verbs

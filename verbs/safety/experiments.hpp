@@ -17,8 +17,8 @@
 #include "lab/sequence.hpp"
 #include "sim/fault.hpp"
 #include "verbs/common/exit_status.hpp"
+#include "verbs/common/fields.hpp"
 #include "verbs/common/safety_format.hpp"
-#include "verbs/safety/fields.hpp"
 
 namespace biss::verbs {
 

@@ -178,11 +178,11 @@ tl::expected<sim::LineSetup, std::string> line_of(const SafetyFormat& monitored,
   line.device.format =
       device ? monitored.device : std::string(format_text(monitored.format).view());
   if (!device || !device->timing_known()) line.device.timeout = "adaptive";
-  line.clock = line_clock;
+  line.setup.clock = line_clock;
   line.cable = line_cable;
   line.rate = request.rate.value_or(rate_of_cycle(monitored.setup));
   line.motion = "random";
-  line.seed = request.seed;
+  line.setup.seed = request.seed;
   if (monitored.setup.counter.mode == CounterMode::count_0_63) line.counter = "count_0_63";
   return line_setup(line).map_error(
       [](const std::string& error) { return "the line model, 10 MHz, 20 m: " + error; });
@@ -228,15 +228,16 @@ std::vector<FieldRow> line_table(const LineResult& result, std::uint64_t cycles)
   std::vector<FieldRow> table;
   for (std::size_t k = 0; k < result.size(); ++k) {
     const LineCounts& counts = result[k];
-    const auto reaction = counts.detected == 0 ? report::Cell() : report::Cell(counts.reaction);
-    table.push_back({text_field("fault", std::string(name_of(static_cast<sim::FaultKind>(k)))),
-                     count_field("cycles", cycles), count_field("undamaged", counts.undamaged),
-                     count_field("false_alarms", counts.false_alarms),
-                     count_field("injected", counts.injected),
-                     count_field("detected", counts.detected),
-                     count_field("accepted_wrong", counts.accepted_wrong),
-                     count_field("reaction_cycles", reaction),
-                     text_field("verdicts", verdicts_text(counts.verdicts))});
+    table.push_back(
+        {{"fault", name_of(static_cast<sim::FaultKind>(k))},
+         {"cycles", cycles},
+         {"undamaged", counts.undamaged},
+         {"false_alarms", counts.false_alarms},
+         {"injected", counts.injected},
+         {"detected", counts.detected},
+         {"accepted_wrong", counts.accepted_wrong},
+         {"reaction_cycles", counts.detected == 0 ? std::nullopt : std::optional(counts.reaction)},
+         {"verdicts", verdicts_text(counts.verdicts)}});
   }
   return table;
 }

@@ -9,55 +9,53 @@ namespace biss::verbs {
 namespace {
 
 using lab::SequenceResult;
-using report::Cell;
 
 // In the order of the verdicts.
 std::string verdicts_of(const lab::SequenceCounts& counts) {
-  std::string text;
+  std::vector<std::string> texts;
   for (std::size_t k = 0; k < counts.verdicts.size(); ++k) {
     if (counts.verdicts[k] == 0) continue;
-    text +=
-        fmt::format("{}{}:{}", text.empty() ? "" : " ", name_of(verdict_of(k)), counts.verdicts[k]);
+    texts.push_back(fmt::format("{}:{}", name_of(verdict_of(k)), counts.verdicts[k]));
   }
-  return text;
+  return fmt::format("{}", fmt::join(texts, " "));
 }
 
 // CSV and JSON lines have all fields.
 FieldRow fields_of(const SequenceResult& result, bool all) {
   const lab::SequenceCounts& counts = result.counts;
   const bool undamaged = result.row.task == lab::SequenceTask::undamaged;
-  const auto of_event = [&](std::uint64_t value) { return undamaged ? Cell() : Cell(value); };
+  const auto of_event = [&](std::uint64_t value) {
+    return undamaged ? std::nullopt : std::optional(value);
+  };
   std::optional<std::string> theory;
   std::optional<std::string> sigma;
   if (!undamaged && result.theory) {
     theory = fmt::format("{:.4g}", static_cast<double>(*result.theory));
   }
   if (result.sigma) sigma = sigma_text(*result.sigma);
-  Field encoder =
-      text_field("encoder_counter", std::string(lab::name_of(result.row.encoder_counter)));
-  encoder.column.heading = "encoder";
-  FieldRow fields{text_field("run", std::string(result.row.name())),
-                  text_field("variant", std::string(result.row.variant_name())),
-                  text_field("counter", std::string(lab::name_of(result.row.counter))),
-                  encoder,
-                  count_field("frames", counts.frames),
-                  count_field("false_alarms", counts.false_alarms, "alarms"),
-                  count_field("misread", counts.misread),
-                  count_field("events", of_event(counts.events)),
-                  count_field("accepted", of_event(counts.accepted)),
-                  text_field("theory", theory),
-                  text_field("sigma", sigma),
-                  count_field("worst_cycles", of_event(counts.worst_cycles), "cycles"),
-                  count_field("bound_cycles", of_event(result.bound_cycles), "bound"),
-                  count_field("late", of_event(counts.late)),
-                  count_field("unexpected", of_event(counts.unexpected)),
-                  text_field("result", result.passed() ? "ok" : "failed", report::Role::status),
-                  text_field("verdicts", verdicts_of(counts))};
+  FieldRow fields{
+      {"run", result.row.name()},
+      {"variant", result.row.variant_name()},
+      {"counter", lab::name_of(result.row.counter)},
+      {"encoder_counter", lab::name_of(result.row.encoder_counter), {.heading = "encoder"}},
+      {"frames", counts.frames},
+      {"false_alarms", counts.false_alarms, {.heading = "alarms"}},
+      {"misread", counts.misread},
+      {"events", of_event(counts.events)},
+      {"accepted", of_event(counts.accepted)},
+      {"theory", theory},
+      {"sigma", sigma},
+      {"worst_cycles", of_event(counts.worst_cycles), {.heading = "cycles"}},
+      {"bound_cycles", of_event(result.bound_cycles), {.heading = "bound"}},
+      {"late", of_event(counts.late)},
+      {"unexpected", of_event(counts.unexpected)},
+      {"result", result.passed() ? "ok" : "failed", {.role = report::Role::status}},
+      {"verdicts", verdicts_of(counts)}};
   if (all) {
-    fields.insert(fields.end(), {count_field("wrong", of_event(counts.wrong)),
-                                 count_field("position_wraps", counts.position_wraps),
-                                 count_field("counter_wraps", counts.counter_wraps),
-                                 text_field("odd", fmt::format("{}", fmt::join(counts.odd, ";")))});
+    fields.insert(fields.end(), {{"wrong", of_event(counts.wrong)},
+                                 {"position_wraps", counts.position_wraps},
+                                 {"counter_wraps", counts.counter_wraps},
+                                 {"odd", fmt::format("{}", fmt::join(counts.odd, ";"))}});
   }
   return fields;
 }

@@ -99,18 +99,16 @@ lab::SequencePlan plan_of(const SequenceOptions& options, const SafetyFormat& mo
 }
 
 FieldRow fields_of(const lab::SequenceStep& step, const FrameBits& bits) {
-  using report::Cell;
   const auto& meant = step.meant;
-  return {count_field("index", step.index),
-          {{.name = "time_ns", .kind = report::Kind::nanoseconds}, step.time},
-          text_field("what", std::string(step.what)),
-          count_field("position", meant ? Cell(meant->cpw) : Cell()),
-          count_field("lc", meant ? Cell(unsigned{meant->life_counter}) : Cell()),
-          {{.name = "bits", .kind = report::Kind::bits},
-           bits.size_bits() == 0 ? Cell() : Cell(bits.view())},
-          text_field("verdict", std::string(name_of(step.judgement.verdict))),
-          count_field("lc_read", unsigned{step.judgement.life_counter}),
-          count_field("position_read", step.position_read)};
+  return {{"index", step.index},
+          {"time_ns", step.time},
+          {"what", step.what},
+          {"position", meant ? std::optional(meant->cpw) : std::nullopt},
+          {"lc", meant ? std::optional(meant->life_counter) : std::nullopt},
+          {"bits", bits.size_bits() == 0 ? std::nullopt : std::optional(bits.view())},
+          {"verdict", name_of(step.judgement.verdict)},
+          {"lc_read", step.judgement.life_counter},
+          {"position_read", step.position_read}};
 }
 
 ExitStatus run_replay(const lab::SequencePlan& plan, const SequenceOptions& options, Host& host) {

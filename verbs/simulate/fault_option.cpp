@@ -17,8 +17,6 @@ namespace {
 
 using sim::PlaceUnit;
 
-using Checked = tl::expected<void, std::string>;
-
 std::vector<std::string> simulated_names() {
   std::vector<std::string> names;
   for (const sim::FaultEntry& entry : sim::fault_list) {
@@ -42,31 +40,30 @@ std::string place_text(const sim::FaultPlace& place) {
   return text;
 }
 
-Checked check_place(sim::FaultKind kind, const sim::FaultPlace& place,
-                    const sim::NominalCycle& nominal) {
-  const auto wrong = [](std::string text) { return tl::make_unexpected(std::move(text)); };
+std::string wrong_place(sim::FaultKind kind, const sim::FaultPlace& place,
+                        const sim::NominalCycle& nominal) {
   const auto name = sim::name_of(kind);
   const sim::FaultPlaces places = places_of(kind, place.unit, nominal);
   if (places.contains(place)) return {};
   if (!sim::has_place(kind)) {
-    return wrong(fmt::format("--fault: {} has no place: it affects the whole cycle", name));
+    return fmt::format("--fault: {} has no place: it affects the whole cycle", name);
   }
   if (places.empty()) {
     const PlaceUnit other = place.unit == PlaceUnit::bit ? PlaceUnit::clock : PlaceUnit::bit;
     if (places_of(kind, other, nominal).empty()) {
-      return wrong(fmt::format("--fault: {} does not fit into this frame", name));
+      return fmt::format("--fault: {} does not fit into this frame", name);
     }
-    return wrong(
-        fmt::format("--fault: {} takes a {}, not a {}", name, name_of(other), name_of(place.unit)));
+    return fmt::format("--fault: {} takes a {}, not a {}", name, name_of(other),
+                       name_of(place.unit));
   }
   const std::string range =
       fmt::format("{} {} to {}", name_of(place.unit), places.first, places.last);
   if (place.whole() < places.first || place.whole() > places.last) {
-    return wrong(fmt::format("--fault: no {} for {}; on this line it takes {}", place_text(place),
-                             name, range));
+    return fmt::format("--fault: no {} for {}; on this line it takes {}", place_text(place), name,
+                       range);
   }
-  return wrong(fmt::format("--fault: {} takes a whole {}, not {}", name, name_of(place.unit),
-                           place_text(place)));
+  return fmt::format("--fault: {} takes a whole {}, not {}", name, name_of(place.unit),
+                     place_text(place));
 }
 
 }  // namespace
@@ -85,25 +82,25 @@ tl::expected<sim::FaultRule, std::string> read_fault(const std::string& text) {
       text));
 }
 
-tl::expected<void, std::string> check_faults(std::span<const sim::FaultRule> rules,
-                                             const sim::NominalCycle& nominal,
-                                             std::uint64_t cycles) {
+std::string wrong_faults(std::span<const sim::FaultRule> rules, const sim::NominalCycle& nominal,
+                         std::uint64_t cycles) {
   for (std::size_t i = 0; i < rules.size(); ++i) {
     const sim::FaultRule& rule = rules[i];
     const auto same = [&](const sim::FaultRule& other) {
       return other.kind == rule.kind && other.cycle == rule.cycle;
     };
     if (rule.cycle && *rule.cycle >= cycles) {
-      return tl::make_unexpected(fmt::format("--fault: no cycle {} for {}; the last one is {}",
-                                             *rule.cycle, sim::name_of(rule.kind), cycles - 1));
+      return fmt::format("--fault: no cycle {} for {}; the last one is {}", *rule.cycle,
+                         sim::name_of(rule.kind), cycles - 1);
     }
     if (std::any_of(rules.begin(), rules.begin() + static_cast<std::ptrdiff_t>(i), same)) {
-      return tl::make_unexpected(
-          fmt::format("--fault: {} is given twice{}; give each kind once", sim::name_of(rule.kind),
-                      rule.cycle ? fmt::format(" for cycle {}", *rule.cycle) : " with a rate"));
+      return fmt::format("--fault: {} is given twice{}; give each kind once",
+                         sim::name_of(rule.kind),
+                         rule.cycle ? fmt::format(" for cycle {}", *rule.cycle) : " with a rate");
     }
     if (!rule.place) continue;
-    if (auto checked = check_place(rule.kind, *rule.place, nominal); !checked) return checked;
+    std::string wrong = wrong_place(rule.kind, *rule.place, nominal);
+    if (!wrong.empty()) return wrong;
   }
   return {};
 }

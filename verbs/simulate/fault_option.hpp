@@ -15,10 +15,9 @@ namespace biss::verbs {
 tl::expected<sim::FaultRule, std::string> read_fault(const std::string& text);
 
 /// Checks the rules against this line: each names a cycle and a place that exist, and no two inject
-/// one kind into one cycle. The error is one line.
-tl::expected<void, std::string> check_faults(std::span<const sim::FaultRule> rules,
-                                             const sim::NominalCycle& nominal,
-                                             std::uint64_t cycles);
+/// one kind into one cycle. \return one line with the error, or an empty text
+std::string wrong_faults(std::span<const sim::FaultRule> rules, const sim::NominalCycle& nominal,
+                         std::uint64_t cycles);
 
 /// The names of all kinds, separated by commas.
 std::string fault_kinds_text();

@@ -32,8 +32,7 @@ sim::NominalCycle nominal() {
 std::string checked(const std::vector<std::string>& texts, std::uint64_t cycles = 100) {
   std::vector<FaultRule> rules;
   for (const std::string& text : texts) rules.push_back(rule_of(text));
-  const auto checked = check_faults(rules, nominal(), cycles);
-  return checked ? "" : checked.error();
+  return wrong_faults(rules, nominal(), cycles);
 }
 
 TEST(FaultOption, RateCycleAndPlace_AreRead) {

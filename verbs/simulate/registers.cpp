@@ -27,20 +27,12 @@ struct Loaded {
 
 bool is_map(unsigned address) { return register_field(address).access == FieldAccess::read_only; }
 
-std::vector<unsigned> sheet_banks(const dump::DataSheet& sheet) {
-  std::vector<unsigned> banks;
-  if (sheet.common) banks.push_back(sheet.common->bank);
-  for (const auto& part : sheet.profiles) {
-    if (part) banks.push_back(part->bank);
-  }
-  return banks;
-}
-
 sim::EncoderRegisters registers_of(const dump::RegisterDump& dump, const dump::DataSheet& sheet) {
   sim::EncoderRegisters registers;
-  const std::vector<unsigned> read_only = sheet_banks(sheet);
   for (unsigned number = 0; number < bank_count; ++number) {
-    const bool fixed = std::count(read_only.begin(), read_only.end(), number) != 0;
+    const auto is_here = [number](const auto& part) { return part && part->bank == number; };
+    const bool fixed =
+        is_here(sheet.common) || std::any_of(sheet.profiles.begin(), sheet.profiles.end(), is_here);
     const auto protection = fixed ? RegisterProtection::read_only : RegisterProtection::read_write;
     for (unsigned at = 0; at < bank_bytes; ++at) {
       const auto byte = dump.bank(number)[at];

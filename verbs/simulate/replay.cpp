@@ -6,22 +6,23 @@
 #include <array>
 #include <cstdlib>
 #include <functional>
-#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "biss/base/bits.hpp"
+#include "decode/decoder.hpp"
+#include "decode/times.hpp"
 #include "device/quantity.hpp"
 #include "rows/table.hpp"
 #include "sim/encoder.hpp"
 #include "sim/ma_replay.hpp"
 #include "sim/slo_replay.hpp"
-#include "verbs/common/capture_output.hpp"
+#include "verbs/common/capture_input.hpp"
 #include "verbs/common/host.hpp"
-#include "verbs/common/output.hpp"
 #include "verbs/common/terminal.hpp"
-#include "verbs/simulate/positions.hpp"
-#include "verbs/simulate/recorded_line.hpp"
+#include "verbs/common/text_file.hpp"
+#include "verbs/simulate/line_output.hpp"
 #include "verbs/simulate/truth.hpp"
 
 namespace biss::verbs {
@@ -31,61 +32,87 @@ namespace {
 // The time between two requests that motions assume: the recorded one is not known in advance.
 constexpr Picoseconds motion_interval = microseconds(100);
 
-// The capture and the rows of a replay.
-class ReplayOutput {
- public:
-  ReplayOutput(const ReplayOptions& options, Hertz clock, Host& host)
-      : options_(options), clock_(clock), host_(host) {}
+using Positions = tl::expected<std::vector<std::uint64_t>, VerbError>;
 
-  bool open(const std::string& rows_path, std::span<const report::Column> columns) {
-    if (!output_.open(options_.output)) return false;
-    edges_.emplace(capture_format_of(options_.output).value_or(CaptureFormat::vcd),
-                   std::vector<std::string>{"MA", "SLO"},
-                   options_.sample_rate.value_or(usual_sample_rate(clock_)), output_);
-    if (options_.sample_rate) warn_of_lost_clocks(*options_.sample_rate, clock_, host_);
-    if (rows_path.empty()) return true;
-    if (!rows_output_.open(rows_path)) return false;
-    rows_ = report::make_table_writer(report::Format::csv, columns, rows_output_);
-    return true;
+// One position a line. At least one position, at most a million.
+Positions read_positions(const std::string& path, unsigned bits) {
+  constexpr std::size_t max_positions = 1'000'000;
+  std::vector<std::uint64_t> positions;
+  const auto read = read_lines("--positions", path, [&](std::string_view line) {
+    if (positions.size() == max_positions) {
+      return fmt::format("more than {} positions", max_positions);
+    }
+    const auto position = parse_count(line, low_mask(bits));
+    if (!position.ok()) {
+      return quantity_error_text(Quantity::count, line, position.error(), low_mask(bits));
+    }
+    positions.push_back(*position);
+    return std::string();
+  });
+  if (!read) return tl::make_unexpected(read.error());
+  if (positions.empty()) {
+    return tl::make_unexpected(VerbError{
+        ExitStatus::io, fmt::format("{}: no position", path == "-" ? "standard input" : path)});
   }
+  return positions;
+}
 
-  void row(std::span<const report::Cell> cells) {
-    if (rows_) good_ = rows_->row(cells) && good_;
-  }
+// The capture of one side of the line.
+struct Recording {
+  explicit Recording(Host& host) : input(host) {}
 
-  /// Writes and clears the edges. False when any output failed, rows included.
-  bool write(std::vector<wire::Edge>& edges) {
-    good_ = good_ && edges_->write(edges);
-    edges.clear();
-    return good_;
-  }
-
-  bool finish(Picoseconds end) {
-    if (!good_ || !edges_->finish(end) || !output_.finish()) return false;
-    return !rows_ || (rows_->finish() && rows_output_.finish());
-  }
-
-  /// Prints what failed.
-  ExitStatus status() const {
-    if (edges_ && edges_->status() != ExitStatus::done) return ExitStatus::io;
-    if (output_.status() != ExitStatus::done) return ExitStatus::io;
-    return rows_output_.status();
-  }
-
- private:
-  const ReplayOptions& options_;
-  Hertz clock_;
-  Host& host_;
-  Output output_{host_};
-  Output rows_output_{host_};
-  std::optional<CaptureOutput> edges_;
-  std::unique_ptr<report::TableWriter> rows_;
-  bool good_ = true;
+  CaptureInput input;
+  decode::Lines lines;
 };
+
+// Finds MA, and SLO for --slo-from. Prints why it cannot.
+ExitStatus open_recording(const ReplayOptions& options, Recording& recording, Host& host) {
+  const bool reads_slo = !options.slo_from.empty();
+  const InputArguments arguments{.files = {reads_slo ? options.slo_from : options.ma_from},
+                                 .ma = options.ma,
+                                 .slo = options.slo,
+                                 .raw = options.raw};
+  CaptureInput& input = recording.input;
+  CaptureList list(host);
+  ExitStatus opened = list.open(arguments);
+  if (opened == ExitStatus::done) opened = list.open_next(input);
+  if (opened != ExitStatus::done) return opened;
+  const decode::CycleReader reader(std::nullopt, DeviceTiming{});
+  if (reads_slo) {
+    const auto found = input.find_lines(arguments, reader);
+    if (!found) return found.error();
+    recording.lines = found->front().lines;
+  } else {
+    const auto found = input.find_ma(arguments, reader);
+    if (!found) return found.error();
+    recording.lines.ma = *found;
+  }
+  return input.error().empty() ? ExitStatus::done : host.fail(ExitStatus::io, input.error());
+}
+
+// An estimate from the shortest pulse of MA at the beginning, for the sample rate.
+Hertz clock_of(Recording& recording) {
+  Picoseconds shortest = period_of(biss_clock_min);
+  std::optional<Picoseconds> last;
+  for (const wire::Edge& edge : recording.input.beginning()) {
+    if (edge.line != recording.lines.ma) continue;
+    if (last) shortest = std::min(shortest, 2 * decode::elapsed(*last, edge.time));
+    last = edge.time;
+  }
+  return std::clamp(rate_of(shortest), biss_clock_min, biss_clock_max);
+}
+
+ExitStatus open_output(const WriteOptions& write, Recording& recording,
+                       const std::string& rows_path, std::span<const report::Column> columns,
+                       LineOutput& output) {
+  const bool opened = output.open(write.output, {"MA", "SLO"}, clock_of(recording),
+                                  write.sample_rate, rows_path, columns);
+  return opened ? ExitStatus::done : output.status();
+}
 
 // Passes all blocks of the capture to `push`, which appends edges to its argument.
 ExitStatus pump(
-    CaptureInput& input, ReplayOutput& output,
+    CaptureInput& input, LineOutput& output,
     const std::function<void(std::span<const wire::Edge>, std::vector<wire::Edge>&)>& push,
     Host& host) {
   std::vector<wire::Edge> made;
@@ -98,6 +125,7 @@ ExitStatus pump(
           fmt::format("{}: has times beyond ten days; cut the part to be replayed out of it",
                       input.name()));
     }
+    made.clear();
     push(block, made);
     if (!output.write(made)) return output.status();
   }
@@ -201,14 +229,17 @@ ExitStatus no_request(const CaptureInput& input, Host& host) {
 }
 
 // Answers the recording with this timing.
-ExitStatus answer_recording(const ReplayOptions& options, const sim::LineSetup& setup,
-                            bool timeout_known, const std::vector<std::uint64_t>& positions,
-                            AnswerLog& log, Host& host) {
-  RecordedLine recorded(host);
-  const ExitStatus opened = recorded.open(options.ma_from, options.ma, {}, options.raw, false);
-  if (opened != ExitStatus::done) return opened;
-  ReplayOutput output(options, recorded.clock(), host);
-  if (!output.open(options.truth, log.columns())) return output.status();
+ExitStatus answer_recording(const ReplayOptions& options, const WriteOptions& write,
+                            const sim::LineSetup& setup, bool timeout_known,
+                            const std::vector<std::uint64_t>& positions, AnswerLog& log,
+                            Host& host) {
+  Recording recorded(host);
+  LineOutput output(host);
+  ExitStatus status = open_recording(options, recorded, host);
+  if (status == ExitStatus::done) {
+    status = open_output(write, recorded, write.truth, log.columns(), output);
+  }
+  if (status != ExitStatus::done) return status;
 
   sim::Encoder encoder(setup.format, sim::Motion(setup.motion, sim::position_word(setup.format),
                                                  motion_interval, setup.seed));
@@ -220,11 +251,11 @@ ExitStatus answer_recording(const ReplayOptions& options, const sim::LineSetup& 
         return encoder.sample(moment);
       },
       [&](const sim::Answer& answered) { output.row(log.cells(answered, encoder.sampled())); });
-  CaptureInput& input = recorded.input();
-  const ExitStatus pumped = pump(
-      input, output, [&](auto edges, auto& made) { replay.push(edges, recorded.lines().ma, made); },
+  CaptureInput& input = recorded.input;
+  status = pump(
+      input, output, [&](auto edges, auto& made) { replay.push(edges, recorded.lines.ma, made); },
       host);
-  if (pumped != ExitStatus::done) return pumped;
+  if (status != ExitStatus::done) return status;
   std::vector<wire::Edge> made;
   const Picoseconds end = replay.finish(input.end_time(), made);
   if (log.total() == 0) return no_request(input, host);
@@ -239,9 +270,9 @@ ExitStatus run_master(const std::string& command, Host& host) {
   return host.fail(ExitStatus::io, fmt::format("--rerun: the command failed: '{}'", command));
 }
 
-ExitStatus check_rerun(const ReplayOptions& options, Host& host) {
+ExitStatus check_rerun(const ReplayOptions& options, const WriteOptions& write, Host& host) {
   if (options.rerun.empty()) return ExitStatus::done;
-  if (options.ma_from != "-" && options.output != "-" && options.positions != "-") {
+  if (options.ma_from != "-" && write.output != "-" && options.positions != "-") {
     return ExitStatus::done;
   }
   return host.fail(ExitStatus::usage,
@@ -250,14 +281,16 @@ ExitStatus check_rerun(const ReplayOptions& options, Host& host) {
 
 }  // namespace
 
-ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line, Host& host) {
+ExitStatus replay_ma(const ReplayOptions& options, const WriteOptions& write,
+                     const LineOptions& line, Host& host) {
   const auto setup = line_setup(line);
   if (!setup) return host.fail(ExitStatus::usage, setup.error());
   if (!line.register_busy.empty() && !parse_count(line.register_busy).ok()) {
     return host.fail(ExitStatus::usage,
                      "--register-busy: with --ma-from give a number of frames, not a time");
   }
-  if (const ExitStatus wrong = check_rerun(options, host); wrong != ExitStatus::done) return wrong;
+  if (const ExitStatus wrong = check_rerun(options, write, host); wrong != ExitStatus::done)
+    return wrong;
   std::vector<std::uint64_t> positions;
   if (!options.positions.empty()) {
     auto read =
@@ -271,12 +304,12 @@ ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line, Host
   for (std::uint64_t answered = 0;;) {
     AnswerLog log(setup->format);
     const ExitStatus status =
-        answer_recording(options, *setup, timeout_known, positions, log, host);
+        answer_recording(options, write, *setup, timeout_known, positions, log, host);
     if (status != ExitStatus::done) return status;
     host.print_summary(log.text());
     if (!log.cut()) return ExitStatus::done;
     if (options.rerun.empty()) {
-      host.warn(waiting_master(options.output));
+      host.warn(waiting_master(write.output));
       return ExitStatus::done;
     }
     if (log.answered() < answered) {
@@ -290,19 +323,21 @@ ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line, Host
   }
 }
 
-ExitStatus replay_slo(const ReplayOptions& options, const LineOptions& line, Host& host) {
+ExitStatus replay_slo(const ReplayOptions& options, const WriteOptions& write,
+                      const LineOptions& line, Host& host) {
   const auto setup = line_setup(line);
   if (!setup) return host.fail(ExitStatus::usage, setup.error());
   if (setup->format.needs_previous()) {
     return host.fail(ExitStatus::usage, "-f: with :previous a master cannot check a frame");
   }
-  RecordedLine recorded(host);
-  const ExitStatus opened =
-      recorded.open(options.slo_from, options.ma, options.slo, options.raw, true);
-  if (opened != ExitStatus::done) return opened;
-  ReplayOutput output(options, recorded.clock(), host);
+  Recording recorded(host);
+  LineOutput output(host);
   rows::DecodeTable table(setup->format);
-  if (!output.open(options.readings, table.columns())) return output.status();
+  ExitStatus status = open_recording(options, recorded, host);
+  if (status == ExitStatus::done) {
+    status = open_output(write, recorded, options.readings, table.columns(), output);
+  }
+  if (status != ExitStatus::done) return status;
 
   MasterSetup master{
       .timing = setup->timing, .slaves = setup->slaves, .compensate = setup->compensate};
@@ -317,12 +352,12 @@ ExitStatus replay_slo(const ReplayOptions& options, const LineOptions& line, Hos
                           if (cycle.frame) ++good;
                           if (reading.reading.marginal) ++marginal;
                         });
-  CaptureInput& input = recorded.input();
-  const decode::Lines lines = recorded.lines();
-  const ExitStatus pumped = pump(
+  CaptureInput& input = recorded.input;
+  const decode::Lines lines = recorded.lines;
+  status = pump(
       input, output, [&](auto edges, auto& made) { replay.push(edges, lines.ma, lines.slo, made); },
       host);
-  if (pumped != ExitStatus::done) return pumped;
+  if (status != ExitStatus::done) return status;
   std::vector<wire::Edge> made;
   replay.finish(input.end_time(), made);
   if (total == 0) return no_request(input, host);

@@ -1,12 +1,12 @@
 // `biss simulate --ma-from` and `--slo-from`: one side of the line is recorded, the other simulated.
 #pragma once
 
-#include <optional>
 #include <string>
 
 #include "verbs/common/exit_status.hpp"
 #include "verbs/common/raw_samples.hpp"
 #include "verbs/simulate/setup.hpp"
+#include "verbs/simulate/write.hpp"
 
 namespace biss::verbs {
 
@@ -29,17 +29,16 @@ struct ReplayOptions {
   std::string readings;
   /// Our master has the clock that the user gives, not the recorded one.
   bool own_clock = false;
-  std::optional<Hertz> sample_rate;
-  std::string output;
-  std::string truth;
 };
 
 /// Our encoder answers the recorded MA; with `rerun` until the master clocks every request up to
 /// STOP. Without a timeout given it has the adaptive one, the
 /// shortest, so that it is ready for any master.
-ExitStatus replay_ma(const ReplayOptions& options, const LineOptions& line, Host& host);
+ExitStatus replay_ma(const ReplayOptions& options, const WriteOptions& write,
+                     const LineOptions& line, Host& host);
 
 /// Our master reads the recorded SLO.
-ExitStatus replay_slo(const ReplayOptions& options, const LineOptions& line, Host& host);
+ExitStatus replay_slo(const ReplayOptions& options, const WriteOptions& write,
+                      const LineOptions& line, Host& host);
 
 }  // namespace biss::verbs

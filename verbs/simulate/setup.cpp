@@ -16,17 +16,6 @@ namespace biss::verbs {
 
 namespace {
 
-std::string put_position(const LineOptions& options, sim::LineSetup& setup) {
-  if (!options.position) return {};
-  const unsigned bits = sim::position_word(setup.format).position_bits();
-  if (bits == 0) return "--position: the format has no position";
-  if (*options.position > low_mask(bits)) {
-    return fmt::format("--position: 0 to {}, the position has {} bits", low_mask(bits), bits);
-  }
-  setup.position = options.position;
-  return {};
-}
-
 std::string put_motion(const LineOptions& options, sim::LineSetup& setup) {
   const auto& names = sim::motion_names;
   const auto motion = std::find(names.begin(), names.end(), options.motion);
@@ -34,7 +23,11 @@ std::string put_motion(const LineOptions& options, sim::LineSetup& setup) {
     return fmt::format("--motion: '{}' is not one of {}", options.motion, fmt::join(names, ", "));
   }
   setup.motion = static_cast<sim::MotionKind>(motion - names.begin());
-  return put_position(options, setup);
+  if (!setup.position) return {};
+  const unsigned bits = sim::position_word(setup.format).position_bits();
+  if (bits == 0) return "--position: the format has no position";
+  if (*setup.position <= low_mask(bits)) return {};
+  return fmt::format("--position: 0 to {}, the position has {} bits", low_mask(bits), bits);
 }
 
 std::string put_delays(const LineOptions& options, sim::LineSetup& setup) {
@@ -70,48 +63,35 @@ std::string put_chain(const LineOptions& options, sim::LineSetup& setup) {
   return wrong_slaves(options.slaves, setup.format);
 }
 
-template <class Has>
-bool any_channel(const FrameFormat& format, Has has) {
-  return std::any_of(format.channels().begin(), format.channels().end(), has);
-}
-
 std::string put_faults(const LineOptions& options, sim::LineSetup& setup) {
-  const bool error =
-      any_channel(setup.format, [](const ChannelFormat& c) { return c.error.present; });
-  const bool warning =
-      any_channel(setup.format, [](const ChannelFormat& c) { return c.warning.present; });
-  if (options.pause_clocks != 0 && options.pause.count == 0) return "--pause-every: needs --pause";
-  setup.pause = options.pause;
-  setup.pause_clocks = static_cast<std::uint32_t>(options.pause_clocks);
-  bool pauses = options.pause_clocks != 0;
+  if (setup.pause_clocks != 0 && setup.pause.count == 0) return "--pause-every: needs --pause";
+  bool pauses = setup.pause_clocks != 0;
   for (const std::string& text : options.faults) {
     const auto rule = read_fault(text);
     if (!rule) return rule.error();
-    if (rule->kind == sim::FaultKind::nE && !error) {
-      return "--fault: nE: the format has no error bit (nE or E)";
+    const bool flag = rule->kind == sim::FaultKind::nE || rule->kind == sim::FaultKind::nW;
+    const FieldKind needed =
+        rule->kind == sim::FaultKind::nE ? FieldKind::error : FieldKind::warning;
+    if (const auto missing = missing_field(setup.format, needed); flag && !missing.empty()) {
+      return fmt::format("--fault: {}: {}", sim::name_of(rule->kind), missing);
     }
     const ChannelFormat& word = sim::position_word(setup.format);
     if (rule->kind == sim::FaultKind::late_turns &&
         (!word.multiturn.present() || !word.singleturn.present())) {
       return "--fault: late_turns: the format has no turns above a singleturn position (mt and st)";
     }
-    if (rule->kind == sim::FaultKind::nW && !warning) {
-      return "--fault: nW: the format has no warning bit (nW or W)";
-    }
     pauses = pauses || rule->kind == sim::FaultKind::ma_pause;
     setup.faults.push_back(*rule);
   }
-  if (options.pause.count != 0 && !pauses)
-    return "--pause: needs --pause-every or --fault ma_pause";
-  return {};
+  return setup.pause.count != 0 && !pauses ? "--pause: needs --pause-every or --fault ma_pause"
+                                           : "";
 }
 
 std::string put_life(const LineOptions& options, sim::LineSetup& setup) {
   setup.life.first = options.counter == "count_0_63" ? 0 : 1;
   const auto& starts = options.counter_start;
-  const bool counts =
-      any_channel(setup.format, [](const ChannelFormat& c) { return c.life_counter.present(); });
-  if (!counts && !starts.empty()) return "--counter-start: the format has no counter (lcN)";
+  const std::string missing = missing_field(setup.format, FieldKind::life_counter);
+  if (!starts.empty() && !missing.empty()) return "--counter-start: " + missing;
   if (setup.format.channel_count == setup.slaves && options.drift != 0) {
     return "--drift: no encoder has a further word that could drift";
   }
@@ -133,16 +113,13 @@ std::string put_life(const LineOptions& options, sim::LineSetup& setup) {
   return {};
 }
 
-std::string put_control(const LineOptions& options, sim::LineSetup& setup) {
-  setup.registers = options.registers;
-  setup.accesses = options.accesses;
-  setup.control.retries = static_cast<std::uint8_t>(options.retries);
-  if (!options.registers.empty() && setup.format.cds0) {
+std::string check_control(const LineOptions& /*options*/, sim::LineSetup& setup) {
+  if (!setup.registers.empty() && setup.format.cds0) {
     return "--registers: the format has the option cds0, so this encoder has no registers";
   }
-  if (options.registers.size() <= setup.slaves) return {};
+  if (setup.registers.size() <= setup.slaves) return {};
   return fmt::format("--registers: there is no encoder with ID {}; --slaves gives their number, {}",
-                     options.registers.size() - 1, setup.slaves);
+                     setup.registers.size() - 1, setup.slaves);
 }
 
 std::string put_processing(const LineOptions& options, sim::LineSetup& setup) {
@@ -172,13 +149,10 @@ std::string put_busy(const LineOptions& options, sim::LineSetup& setup) {
 
 std::string put_rate(const LineOptions& options, sim::LineSetup& setup) {
   const DeviceTiming& timing = setup.timing;
-  if (options.clock < timing.clock_min || options.clock > timing.clock_max) {
+  if (setup.clock < timing.clock_min || setup.clock > timing.clock_max) {
     return fmt::format("--clock: this encoder accepts {} to {}", text_of(timing.clock_min),
                        text_of(timing.clock_max));
   }
-  setup.clock = options.clock;
-  setup.clock_error_ppm = options.clock_error_ppm;
-  setup.duty_per_mille = options.duty_per_mille;
   if (!options.rate) return {};
   // As soon as the encoder is ready: with a given rate, the jitter would add to it.
   setup.interval = picoseconds(1);
@@ -230,14 +204,12 @@ std::string read_busy(const std::string& text, Picoseconds interval, RegisterBus
 tl::expected<sim::LineSetup, std::string> line_setup(const LineOptions& options) {
   const auto choice = choose_device(options.device);
   if (!choice) return tl::unexpected(choice.error());
-  sim::LineSetup setup;
+  sim::LineSetup setup = options.setup;
   setup.format = choice->format;
   setup.timing = choice->timing;
   setup.compensate = !options.no_compensation;
-  setup.record_at_slave = options.at_slave;
-  setup.seed = options.seed;
   for (const auto put : {put_motion, put_chain, put_delays, put_jitter, put_life, put_faults,
-                         put_control, put_processing, put_rate, put_busy}) {
+                         check_control, put_processing, put_rate, put_busy}) {
     if (std::string wrong = put(options, setup); !wrong.empty()) return tl::unexpected(wrong);
   }
   return setup;

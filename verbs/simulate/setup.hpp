@@ -8,8 +8,6 @@
 #include <vector>
 
 #include "biss/base/units.hpp"
-#include "sim/control_master.hpp"
-#include "sim/encoder_registers.hpp"
 #include "sim/line_setup.hpp"
 #include "verbs/common/format_option.hpp"
 
@@ -18,10 +16,9 @@ namespace biss::verbs {
 /// The options that describe the line.
 struct LineOptions {
   FormatArguments device;
-  Hertz clock = megahertz(1);
-  /// As in LineSetup.
-  std::int32_t clock_error_ppm = 0;
-  std::uint32_t duty_per_mille = 500;
+  /// The options that are members of it: clock with error and duty, position, pause, seed,
+  /// registers, accesses, retries, and whether the far end is recorded.
+  sim::LineSetup setup;
   Millimetres cable{};
   /// Empty: the device's longest.
   std::optional<Picoseconds> internal_delay;
@@ -37,29 +34,18 @@ struct LineOptions {
   std::uint64_t slaves = 1;
   std::optional<Hertz> rate;
   std::string motion = "ramp";
-  /// As in LineSetup.
-  std::optional<std::uint64_t> position;
   std::vector<std::string> faults;
   /// `FORMAT@CYCLE`; empty: the format does not change.
   std::string then{};
-  /// As in LineSetup.
-  Picoseconds pause{};
-  std::uint64_t pause_clocks = 0;
   bool no_compensation = false;
-  bool at_slave = false;
-  std::uint64_t seed = 1;
   /// The range of the sign of life.
   std::string counter = "count_1_63";
   /// First values of the signs of life by channel; the last one applies to all further channels.
   std::vector<std::uint64_t> counter_start{};
   /// As in LineSetup.
   std::int64_t drift = 0;
-  /// As in LineSetup.
-  std::vector<sim::EncoderRegisters> registers{};
-  std::vector<sim::ControlAccess> accesses{};
   /// Busy time of a register access per byte: frames (`12`) or a time (`3ms`); empty: none.
   std::string register_busy{};
-  std::uint64_t retries = 0;
 };
 
 /// The line that the options describe, checked against the device and its data sheet; else one line

@@ -93,7 +93,7 @@ TEST(LineOptions, OptionsOfWhatTheFormatDoesNotHave_AreRefused) {
 
 TEST(LineOptions, ProcessingThatTheEncoderCannotHave_IsRefused) {
   LineOptions options = line_of("resolute-26");
-  options.clock = megahertz(10);
+  options.setup.clock = megahertz(10);
   options.processing = microseconds(16);
   EXPECT_EQ(chosen(options).processing, microseconds(16));
   EXPECT_EQ(wrong_start(chosen(options)), "");
@@ -112,7 +112,7 @@ TEST(LineOptions, ProcessingThatTheEncoderCannotHave_IsRefused) {
 
 TEST(LineOptions, AckThatEndsBeforeThePositionIsTaken_IsRefused) {
   LineOptions options = line_of("resolute-26");
-  options.clock = megahertz(5);
+  options.setup.clock = megahertz(5);
   options.device.ack_clocks = "15";
   EXPECT_EQ(wrong_start(chosen(options)),
             "--ack-clocks: at 5 MHz this encoder answers after 16 clocks at the earliest; it takes "

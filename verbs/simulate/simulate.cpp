@@ -60,13 +60,12 @@ class SimulateRun {
           ExitStatus::usage,
           "--sample-rate: this format stores changes, not samples; write .sr, .dsl, .bin or .raw");
     }
-    if (options_.replay.raw.rate && options_.replay.ma_from.empty() &&
-        options_.replay.slo_from.empty()) {
+    const bool replays = !options_.replay.ma_from.empty() || !options_.replay.slo_from.empty();
+    if (options_.replay.raw.rate && !replays) {
       return host_.fail(ExitStatus::usage,
                         "--raw-rate: needs --ma-from or --slo-from; for -o use --sample-rate");
     }
-    if (options_.replay.raw.analog.given() && options_.replay.ma_from.empty() &&
-        options_.replay.slo_from.empty()) {
+    if (options_.replay.raw.analog.given() && !replays) {
       return host_.fail(ExitStatus::usage,
                         "--threshold and --differential: need --ma-from or --slo-from");
     }
@@ -76,8 +75,10 @@ class SimulateRun {
       return host_.fail(ExitStatus::usage,
                         "give --format, or --registers with a profile identifier for each encoder");
     }
-    if (!options_.replay.ma_from.empty()) return replay_ma(replay_options(), line, host_);
-    if (!options_.replay.slo_from.empty()) return replay_slo(replay_options(), line, host_);
+    if (replays) {
+      const auto replay = options_.replay.ma_from.empty() ? replay_slo : replay_ma;
+      return replay(options_.replay, options_.write, line, host_);
+    }
     const auto setup = line_setup(line);
     if (!setup) return host_.fail(ExitStatus::usage, setup.error());
     if (const std::string wrong = check_run(*setup); !wrong.empty()) {
@@ -94,7 +95,7 @@ class SimulateRun {
   ExitStatus load_control(LineOptions& line) const {
     auto loaded = load_registers(options_.registers, host_);
     if (!loaded) return loaded.error();
-    line.registers = std::move(loaded->registers);
+    line.setup.registers = std::move(loaded->registers);
     if (line.device.format.empty()) {
       for (const std::string& finding : loaded->findings) host_.warn("--registers: " + finding);
       if (!loaded->contradiction.empty()) {
@@ -104,12 +105,12 @@ class SimulateRun {
                         loaded->contradiction));
       }
       take_described(loaded->device, line.device);
-      line.slaves = std::max<std::uint64_t>(line.slaves, line.registers.size());
+      line.slaves = std::max<std::uint64_t>(line.slaves, line.setup.registers.size());
     }
     auto accesses = read_accesses(options_.accesses);
     if (!accesses) return host_.fail(accesses.error());
-    line.accesses = std::move(*accesses);
-    if (!line.accesses.empty() || options_.write.outcomes.empty()) return ExitStatus::done;
+    line.setup.accesses = std::move(*accesses);
+    if (!line.setup.accesses.empty() || options_.write.outcomes.empty()) return ExitStatus::done;
     return host_.fail(ExitStatus::usage, "--outcomes: needs --access");
   }
 
@@ -156,16 +157,7 @@ class SimulateRun {
           "need",
           least);
     }
-    const auto checked = check_faults(setup.faults, nominal, cycles);
-    return checked ? "" : checked.error();
-  }
-
-  ReplayOptions replay_options() const {
-    ReplayOptions replay = options_.replay;
-    replay.sample_rate = options_.write.sample_rate;
-    replay.output = options_.write.output;
-    replay.truth = options_.write.truth;
-    return replay;
+    return wrong_faults(setup.faults, nominal, cycles);
   }
 
   const SimulateOptions& options_;
@@ -175,10 +167,10 @@ class SimulateRun {
 void add_line_options(Verb all, LineOptions& line) {
   Verb verb = all.section("Line");
   add_format_option(verb, line.device, false);
-  add_rate_option(verb, "--clock", into(line.clock), "Frequency of MA; 1 MHz by default");
-  add_deviation_option(verb, "--clock-error", into(line.clock_error_ppm),
+  add_rate_option(verb, "--clock", into(line.setup.clock), "Frequency of MA; 1 MHz by default");
+  add_deviation_option(verb, "--clock-error", into(line.setup.clock_error_ppm),
                        "Deviation of the master's oscillator: 200ppm, -0.5%");
-  add_duty_option(verb, "--duty", into(line.duty_per_mille),
+  add_duty_option(verb, "--duty", into(line.setup.duty_per_mille),
                   "Share of a period in which MA is high; 50% by default");
   add_length_option(verb, "--cable", into(line.cable),
                     "Cable length; 10 ns of line delay per metre");
@@ -220,14 +212,14 @@ void add_line_options(Verb all, LineOptions& line) {
                   "Drift of the other words of an encoder against its first word, in counts per "
                   "cycle")
       .type_name("COUNTS");
-  add_count_option(verb, "--seed", into(line.seed),
+  add_count_option(verb, "--seed", into(line.setup.seed),
                    "Random seed of positions, jitter and faults; 1 by default");
   verb = all.section("Faults");
   add_duration_option(
-      verb, "--pause", into(line.pause),
+      verb, "--pause", into(line.setup.pause),
       "Length of the pauses of MA within a frame, for --pause-every and for --fault "
       "ma_pause; MA is high");
-  add_count_option(verb, "--pause-every", into(line.pause_clocks),
+  add_count_option(verb, "--pause-every", into(line.setup.pause_clocks),
                    "Pause MA after this many clocks, as an SPI port does after 8", 65'535);
   verb.add_option("--then", line.then,
                   "Another format from this cycle on, for an encoder whose frames change")
@@ -255,11 +247,10 @@ void add_control_options(Verb verb, SimulateOptions& options) {
           "before cycle 500), or the accesses in a file, one per line")
       .type_name("[ID/]ACCESS|@FILE")
       .file(FileUse::read, file_of_accesses);
-  add_count_option(verb, "--retries", into(options.line.retries),
+  add_count_option(verb, "--retries", into(options.line.setup.control.retries),
                    "Number of times to repeat a failed access; 0 by default", 255);
   verb.add_option("--outcomes", options.write.outcomes,
                   "Write the outcomes of the accesses as CSV, or as JSON lines to FILE.jsonl")
-      .type_name("FILE")
       .file(FileUse::write);
   verb.add_flag("--configure", options.write.configure,
                 "Configure the master from the encoders' registers before it reads positions");
@@ -274,8 +265,8 @@ void add_replay_options(Verb verb, ReplayOptions& replay) {
   Option slo_from =
       verb.add_option("--slo-from", replay.slo_from,
                       "Read the encoder in this capture: write its SLO and the simulated MA");
-  ma_from.type_name("FILE").file(FileUse::read).excludes(slo_from);
-  slo_from.type_name("FILE").file(FileUse::read);
+  ma_from.file(FileUse::read).excludes(slo_from);
+  slo_from.file(FileUse::read);
   for (const char* name : {"--rate", "--cycles", "--fault", "--pause", "--pause-every", "--then",
                            "--jitter", "--ma-jitter", "--slo-jitter", "--at-slave", "--clock-error",
                            "--duty", "--access", "--retries", "--outcomes", "--configure"}) {
@@ -294,7 +285,6 @@ void add_replay_options(Verb verb, ReplayOptions& replay) {
   verb.add_option("--positions", replay.positions,
                   "Positions of the answers of --ma-from, one per line; after the last one the "
                   "list starts again")
-      .type_name("FILE")
       .file(FileUse::read)
       .needs(ma_from)
       .excludes(verb.get_option("--motion"));
@@ -310,7 +300,6 @@ void add_replay_options(Verb verb, ReplayOptions& replay) {
   add_raw_options(verb, replay.raw);
   verb.add_option("--readings", replay.readings,
                   "Write the readings of --slo-from as CSV, with the columns of decode")
-      .type_name("FILE")
       .file(FileUse::write)
       .needs(slo_from);
 }
@@ -323,10 +312,9 @@ void add_output_options(Verb verb, WriteOptions& write, LineOptions& line) {
       verb, "--sample-rate", into(write.sample_rate),
       "Samples per second of .sr, .bin and .raw; by default the lowest of 1, 2, 5, 10 … "
       "that is at least eight times the clock");
-  verb.add_flag("--at-slave", line.at_slave, "Also record MA and SLO at the encoder");
+  verb.add_flag("--at-slave", line.setup.record_at_slave, "Also record MA and SLO at the encoder");
   verb.add_option("--truth", write.truth,
-                  "Write the values that the encoder meant to send, and the faults, as CSV")
-      .type_name("FILE")
+                  "Write what the encoder meant to send, and the faults, as CSV")
       .file(FileUse::write);
 }
 

@@ -8,23 +8,26 @@
 #include <utility>
 #include <vector>
 
+#include "biss/configure/configurator.hpp"
 #include "biss/control/register_map.hpp"
+#include "biss/frame/format_text.hpp"
 #include "device/quantity.hpp"
+#include "report/summary.hpp"
 #include "sim/line.hpp"
 #include "verbs/common/access_option.hpp"
-#include "verbs/common/capture_output.hpp"
+#include "verbs/common/fields.hpp"
+#include "verbs/common/format_option.hpp"
 #include "verbs/common/host.hpp"
 #include "verbs/common/output.hpp"
 #include "verbs/common/terminal.hpp"
-#include "verbs/simulate/configure_log.hpp"
+#include "verbs/eds/rows.hpp"
+#include "verbs/simulate/line_output.hpp"
 #include "verbs/simulate/truth.hpp"
 
 namespace biss::verbs {
 
 namespace {
 
-using report::Cell;
-using report::Kind;
 using sim::AccessKind;
 
 // The length of a run: the given number of cycles, or until all accesses are finished and the
@@ -59,98 +62,186 @@ std::string_view outcome_name(const sim::ControlRecord& record) {
 
 // One line: "12 accesses: 10 ok, 2 refused".
 std::string outcome_summary(const std::vector<sim::ControlRecord>& records, std::size_t accesses) {
-  std::vector<std::pair<std::string_view, std::size_t>> counts;
-  const auto count = [&](std::string_view name, std::size_t by) {
-    const auto same = std::find_if(counts.begin(), counts.end(),
-                                   [name](const auto& one) { return one.first == name; });
-    if (same != counts.end()) {
-      same->second += by;
-    } else if (by != 0) {
-      counts.emplace_back(name, by);
-    }
-  };
-  for (const sim::ControlRecord& record : records) count(outcome_name(record), 1);
-  count("not begun", accesses - records.size());
-  std::string text = fmt::format("{} {}: ", accesses, accesses == 1 ? "access" : "accesses");
-  for (std::size_t i = 0; i < counts.size(); ++i) {
-    text += fmt::format("{}{} {}", i == 0 ? "" : ", ", counts[i].second, counts[i].first);
+  std::vector<std::string_view> names;
+  for (const sim::ControlRecord& record : records) names.push_back(outcome_name(record));
+  names.resize(accesses, "not begun");
+  std::vector<std::string> counts;
+  while (!names.empty()) {
+    const std::string_view name = names.front();
+    counts.push_back(fmt::format("{} {}", std::erase(names, name), name));
   }
-  return text + "\n";
+  return fmt::format("{} {}: {}\n", accesses, accesses == 1 ? "access" : "accesses",
+                     fmt::join(counts, ", "));
 }
 
-// The rows of --outcomes, written at the end of the run, and their summary.
-class OutcomeWriter {
+// A row of --outcomes.
+FieldRow fields_of(const sim::ControlAccess& access, const sim::ControlRecord& record,
+                   std::optional<unsigned> id) {
+  const bool reads = access.kind == AccessKind::read;
+  const bool on_registers = reads || access.kind == AccessKind::write;
+  return {{"cycle", record.cycle},
+          {"time_ns", record.time},
+          {"id", id},
+          {"access", reads          ? "read"
+                     : on_registers ? "write"
+                                    : "command"},
+          {"address", unless_empty(on_registers ? fmt::format("0x{:02X}", access.address) : "")},
+          {"name", on_registers ? register_field(access.address).name : name_of(access.command)},
+          {"data", unless_empty(fmt::format("{:02X}", fmt::join(record.data, " ")))},
+          {"outcome", outcome_name(record)},
+          {"cycles", record.cycles}};
+}
+
+// A command has a row for each slave that it addresses.
+std::vector<FieldRow> outcome_rows(const sim::ControlMaster& control) {
+  std::vector<FieldRow> rows;
+  for (const sim::ControlRecord& record : control.records()) {
+    const sim::ControlAccess& access = control.accesses()[record.access];
+    if (access.kind == AccessKind::broadcast) rows.push_back(fields_of(access, record, {}));
+    for (unsigned id = 0; id < control_max_slaves; ++id) {
+      const bool addressed =
+          access.kind == AccessKind::command ? (access.slaves >> id & 1U) != 0 : access.slave == id;
+      if (access.kind != AccessKind::broadcast && addressed) {
+        rows.push_back(fields_of(access, record, id));
+      }
+    }
+  }
+  return rows;
+}
+
+// True for the steps that concern one slave.
+bool asks_one(ConfigureStep step) {
+  return step >= ConfigureStep::identity && step <= ConfigureStep::restore_bank;
+}
+
+std::string counted(std::uint32_t requests) {
+  return fmt::format("{} {}", requests, requests == 1 ? "request" : "requests");
+}
+
+// "4D484D234400 (MHM#D)": the number, and its bytes as characters up to the first other byte.
+std::string device_text(std::uint64_t device) {
+  std::string letters;
+  for (unsigned shift = 48; shift != 0;) {
+    shift -= 8;
+    const auto c = static_cast<char>(device >> shift & 0xFFU);
+    if (c < 0x21 || c > 0x7E) break;
+    letters += c;
+  }
+  const std::string number = fmt::format("{:012X}", device);
+  return letters.empty() ? number : fmt::format("{} ({})", number, letters);
+}
+
+std::string maker_text(std::uint16_t id) {
+  const auto name = manufacturer_name(id);
+  return name ? fmt::format("0x{:04X} ({})", id, *name) : fmt::format("0x{:04X}", id);
+}
+
+std::string sheet_text(const SlaveDescription& slave) {
+  if (slave.source == ValueSource::eds) return "read";
+  if (slave.eds_unused) return fmt::format("in bank {}, not readable or wrong", slave.eds_bank);
+  return "none";
+}
+
+void add_slave(report::Summary& out, std::size_t id, const SlaveDescription& slave) {
+  const std::string key = fmt::format("ID {}", id);
+  if (slave.identity) {
+    out.entry(key, fmt::format("device {}", device_text(slave.identity->device)),
+              fmt::format("maker {}", maker_text(slave.identity->manufacturer)));
+  } else {
+    out.entry(key, "no identity");
+  }
+  const std::string profile = slave.profile.value_or(0) != 0
+                                  ? fmt::format("profile 0x{:04X}", *slave.profile)
+                                  : "no profile identifier";
+  const std::string serial = slave.serial ? fmt::format("serial number {}, ", *slave.serial) : "";
+  out.entry("", profile, fmt::format("{}data sheet {}", serial, sheet_text(slave)));
+}
+
+void add_found(report::Summary& out, const Configuration& found) {
+  for (std::size_t id = 0; id < found.slave_count; ++id) add_slave(out, id, found.slave_list[id]);
+  const DeviceTiming& timing = found.timing;
+  out.entry("format", format_text(found.format).view(), name_of(found.format_source));
+  out.entry("clock", fmt::format("{} to {}", text_of(timing.clock_min), text_of(timing.clock_max)),
+            name_of(found.clock_source));
+  out.entry(
+      "ACK",
+      fmt::format("at most {} and {} clocks", text_of(timing.ack_max), found.start_delay_clocks),
+      name_of(found.busy_source));
+  out.entry("timeout", text_of(timing.timeout), name_of(found.timeout_source));
+  out.entry("shortest cycle", timing.cycle_min.count == 0 ? "not given" : text_of(timing.cycle_min),
+            name_of(found.cycle_source));
+}
+
+// The requests of the master, and the results.
+class ConfigureLog {
  public:
-  explicit OutcomeWriter(Host& host) : host_(host) {}
-
-  /// \param path empty: no rows. False: it cannot be written.
-  bool open(const std::string& path) {
-    if (path.empty()) return true;
-    if (!output_.open(path)) return false;
-    const std::vector<report::Column> columns = {
-        {.name = "cycle", .kind = Kind::unsigned_integer},
-        {.name = "time_ns", .kind = Kind::nanoseconds},
-        {.name = "id", .kind = Kind::unsigned_integer},
-        {.name = "access"},
-        {.name = "address"},
-        {.name = "name"},
-        {.name = "data"},
-        {.name = "outcome"},
-        {.name = "cycles", .kind = Kind::unsigned_integer}};
-    const auto format = path.ends_with(".jsonl") ? report::Format::jsonl : report::Format::csv;
-    rows_ = report::make_table_writer(format, columns, output_);
-    return true;
+  // Call before each request and after the last one.
+  void note(const Configurator& configurator) {
+    const ConfigureStep step = configurator.step();
+    const std::uint8_t slave = asks_one(step) ? configurator.slave() : std::uint8_t{0};
+    if (!steps_.empty()) steps_.back().requests += configurator.requests() - requests_;
+    requests_ = configurator.requests();
+    if (steps_.empty() || steps_.back().step != step || steps_.back().slave != slave) {
+      steps_.push_back({step, slave, 0});
+    }
   }
 
-  bool finish(const sim::ControlMaster& control) {
-    const auto records = control.records();
-    for (const sim::ControlRecord& record : records) {
-      if (rows_ && !write(control.accesses()[record.access], record)) return false;
-    }
-    if (rows_ && (!rows_->finish() || !output_.finish())) return false;
-    if (!control.accesses().empty()) {
-      host_.print_summary(outcome_summary(records, control.accesses().size()));
-    }
-    return true;
+  // The options of a configuration that reports its findings to this log. \pre it outlives the run
+  ConfigureOptions options() {
+    ConfigureOptions options;
+    options.findings = {[](void* log, std::uint8_t slave, const EdsFinding& finding) {
+                          static_cast<ConfigureLog*>(log)->findings_.push_back(
+                              fmt::format("ID {}: {}", slave, finding_line(finding_row(finding))));
+                        },
+                        this};
+    return options;
   }
 
-  ExitStatus status() const { return output_.status(); }
+  // The steps with their requests; format, timing and identity, each with its source, if they were
+  // found. \param time the duration of the configuration
+  std::string text(const Result<Configuration, ConfigureFault>& found, Picoseconds time) const {
+    report::Summary out;
+    out.title(fmt::format("configuration: {}, {}", counted(requests_), biss::text_of(time, 3)));
+    for (const auto& [step, slave, requests] : steps_) {
+      if (requests == 0) continue;
+      out.entry(name_of(step), counted(requests),
+                asks_one(step) ? fmt::format("ID {}", slave) : "");
+    }
+    if (found.ok()) add_found(out, *found);
+    std::string_view key = "data sheet";
+    for (const std::string& finding : findings_) {
+      out.entry(key, finding);
+      key = "";
+    }
+    return out.text();
+  }
 
  private:
-  // A command has a row for each slave that it addresses.
-  bool write(const sim::ControlAccess& access, const sim::ControlRecord& record) {
-    if (access.kind == AccessKind::broadcast) return write(access, record, Cell());
-    if (access.kind != AccessKind::command) return write(access, record, Cell(access.slave));
-    for (unsigned id = 0; id < control_max_slaves; ++id) {
-      if ((access.slaves >> id & 1U) != 0 && !write(access, record, Cell(id))) return false;
-    }
-    return true;
-  }
+  struct Step {
+    ConfigureStep step{};
+    std::uint8_t slave = 0;
+    std::uint32_t requests = 0;
+  };
 
-  bool write(const sim::ControlAccess& access, const sim::ControlRecord& record, Cell id) {
-    const bool reads = access.kind == AccessKind::read;
-    const bool on_registers = reads || access.kind == AccessKind::write;
-    const std::string address = fmt::format("0x{:02X}", access.address);
-    const std::string data = fmt::format("{:02X}", fmt::join(record.data, " "));
-    const Cell cells[] = {
-        record.cycle,
-        record.time,
-        id,
-        reads          ? "read"
-        : on_registers ? "write"
-                       : "command",
-        on_registers ? Cell(address) : Cell(),
-        on_registers ? register_field(access.address).name : name_of(access.command),
-        data.empty() ? Cell() : Cell(data),
-        outcome_name(record),
-        record.cycles};
-    return rows_->row(cells);
-  }
-
-  Host& host_;
-  Output output_{host_};
-  std::unique_ptr<report::TableWriter> rows_;
+  std::vector<Step> steps_;
+  std::vector<std::string> findings_;
+  std::uint32_t requests_ = 0;
 };
+
+// One line: the cause, the step, the slave, and how the access went.
+std::string text_of(const ConfigureFault& fault) {
+  std::string text = fmt::format("{} at {}", name_of(fault.cause), name_of(fault.step));
+  if (asks_one(fault.step)) text += fmt::format(" of ID {}", fault.slave);
+  if (fault.control) text += fmt::format(": {}", name_of(*fault.control));
+  if (fault.profile) text += fmt::format(": {}", biss::text_of(*fault.profile));
+  if (!fault.field.empty()) {
+    text += fmt::format(
+        ": {}: {}", fault.field,
+        fault.problem ? biss::text_of(*fault.problem) : "does not fit the slaves on the line");
+  }
+  if (fault.eds) text += fmt::format(": {}", biss::text_of(*fault.eds));
+  return text;
+}
 
 // All lines are high from time 0 on.
 std::vector<wire::Edge> idle_levels(std::size_t lines) {
@@ -171,18 +262,20 @@ class LineWriter {
         truth_(setup.format, options.then.has_value()) {}
 
   ExitStatus run() {
-    const ExitStatus opened = open();
-    if (opened != ExitStatus::done) return opened;
-    if (options_.configure && !configure()) return edges_->status();
-    const bool lost = line_->configuration() && !line_->configuration()->ok();
-    if (!lost) {
-      const ExitStatus written = write_cycles();
-      if (written != ExitStatus::done) return written;
+    const std::vector<std::string> names = names_of(setup_);
+    if (!output_.open(options_.output, names, setup_.clock, options_.sample_rate, options_.truth,
+                      truth_.columns())) {
+      return output_.status();
     }
-    if (!edges_->finish(line_->end() + 20 * period_of(setup_.clock))) return edges_->status();
-    if (!output_.finish()) return output_.status();
-    if (rows_ && (!rows_->finish() || !truth_output_.finish())) return truth_output_.status();
-    if (line_->control() != nullptr && !outcomes_.finish(*line_->control())) {
+    if (!options_.outcomes.empty() && !outcomes_.open(options_.outcomes)) {
+      return outcomes_.status();
+    }
+    if (!output_.write(idle_levels(names.size()))) return output_.status();
+    if (options_.configure && !configure()) return output_.status();
+    const bool lost = line_->configuration() && !line_->configuration()->ok();
+    if (!lost && !write_cycles()) return output_.status();
+    if (!output_.finish(line_->end() + 20 * period_of(setup_.clock))) return output_.status();
+    if (line_->control() != nullptr && !write_outcomes(*line_->control())) {
       return outcomes_.status();
     }
     if (!lost) return ExitStatus::done;
@@ -192,30 +285,14 @@ class LineWriter {
   }
 
  private:
-  ExitStatus open() {
-    if (!output_.open(options_.output)) return output_.status();
-    if (!options_.truth.empty() && !truth_output_.open(options_.truth)) {
-      return truth_output_.status();
-    }
-    if (!outcomes_.open(options_.outcomes)) return outcomes_.status();
-    const std::vector<std::string> names = names_of(setup_);
-    edges_.emplace(capture_format_of(options_.output).value_or(CaptureFormat::vcd), names,
-                   options_.sample_rate.value_or(usual_sample_rate(setup_.clock)), output_);
-    if (options_.sample_rate) warn_of_lost_clocks(*options_.sample_rate, setup_.clock, host_);
-    if (!options_.truth.empty()) {
-      rows_ = report::make_table_writer(report::Format::csv, truth_.columns(), truth_output_);
-    }
-    return edges_->write(idle_levels(names.size())) ? ExitStatus::done : edges_->status();
-  }
-
-  // Prints the result. False: the capture cannot be written.
+  // Prints what was found. False: the capture cannot be written.
   bool configure() {
     ConfigureLog log;
     const Picoseconds begin = line_->end();
     line_->begin_configuration(log.options(), common_clock_max);
     while (line_->configuring()) {
       log.note(line_->configurator());
-      if (!edges_->write(line_->configure_next())) return false;
+      if (!output_.write(line_->configure_next())) return false;
     }
     log.note(line_->configurator());
     const auto& found = *line_->configuration();
@@ -230,7 +307,8 @@ class LineWriter {
     return true;
   }
 
-  ExitStatus write_cycles() {
+  // False: the capture or its rows cannot be written.
+  bool write_cycles() {
     Duration duration(options_.cycles);
     Progress progress(host_);
     for (std::uint64_t i = 0; duration.more(i, line_->control()); ++i) {
@@ -238,18 +316,34 @@ class LineWriter {
         progress.show(progress_text({.done = i, .all = options_.cycles.value_or(0)},
                                     "request cycles", progress.seconds()));
       }
-      if (options_.then && i == options_.then_cycle && !change_format(i)) return edges_->status();
+      if (options_.then && i == options_.then_cycle && !change_format(i)) return false;
       const sim::SimulatedCycle& cycle = line_->next();
-      if (!edges_->write(cycle.edges)) return edges_->status();
       for (const wire::Edge& edge : cycle.edges) {
         const std::uint32_t line = std::uint32_t{1} << edge.line;
         low_lines_ = edge.level == wire::Level::low ? low_lines_ | line : low_lines_ & ~line;
       }
-      if (rows_ && !rows_->row(truth_.cells(i, cycle))) return truth_output_.status();
-      const bool more_outputs = rows_ || !options_.outcomes.empty();
+      if (output_.has_rows()) output_.row(truth_.cells(i, cycle));
+      if (!output_.write(cycle.edges)) return false;
+      const bool more_outputs = output_.has_rows() || !options_.outcomes.empty();
       if (output_.reader_left() && !more_outputs) break;
     }
-    return ExitStatus::done;
+    return true;
+  }
+
+  // At the end of the run; and their summary.
+  bool write_outcomes(const sim::ControlMaster& control) {
+    if (!options_.outcomes.empty()) {
+      const auto format =
+          options_.outcomes.ends_with(".jsonl") ? report::Format::jsonl : report::Format::csv;
+      const FieldRow columns = fields_of({}, {}, {});
+      if (!write_rows(columns, outcome_rows(control), format, outcomes_) || !outcomes_.finish()) {
+        return false;
+      }
+    }
+    if (!control.accesses().empty()) {
+      host_.print_summary(outcome_summary(control.records(), control.accesses().size()));
+    }
+    return true;
   }
 
   // The new line begins idle. False: the capture cannot be written.
@@ -264,7 +358,7 @@ class LineWriter {
     low_lines_ = 0;
     line_.emplace(changed);
     truth_.set_format(changed.format);
-    return edges_->write(rises);
+    return output_.write(rises);
   }
 
   const sim::LineSetup& setup_;
@@ -273,11 +367,8 @@ class LineWriter {
   std::optional<sim::Line> line_;
   std::uint32_t low_lines_ = 0;  // bit k: line k is low
   TruthTable truth_;
-  Output output_{host_};
-  Output truth_output_{host_};
-  OutcomeWriter outcomes_{host_};
-  std::optional<CaptureOutput> edges_;
-  std::unique_ptr<report::TableWriter> rows_;
+  LineOutput output_{host_};
+  Output outcomes_{host_};
 };
 
 }  // namespace
