@@ -54,10 +54,11 @@ Nanovolts voltage_of(const AnalogLine& line, const Nanovolts* row) {
 // Turns the samples of one line into edges.
 class Slicer {
  public:
-  // Without a threshold the level is unknown.
-  Slicer(std::optional<Threshold> threshold, bool interpolate)
-      : blind_(!threshold), interpolate_(interpolate) {
-    if (blind_) return;
+  // Without a threshold the level is unknown; a logic channel has its own.
+  Slicer(const AnalogLine& line, std::optional<Threshold> threshold) : interpolate_(!line.logic) {
+    if (line.logic) threshold = logic_threshold;
+    if (!threshold) return;
+    blind_ = false;
     upper_ = threshold->centre.count + threshold->hysteresis.count / 2;
     lower_ = threshold->centre.count - threshold->hysteresis.count / 2;
   }
@@ -119,7 +120,7 @@ class Slicer {
     return std::min(time, last_time_ + picoseconds(offset));
   }
 
-  bool blind_;
+  bool blind_ = true;
   bool interpolate_;
   std::int64_t upper_ = 0;
   std::int64_t lower_ = 0;
@@ -189,10 +190,7 @@ class AnalogSource final : public StepSource {
     if (any_analog_ && !options.threshold) {
       error = measure();
     } else {
-      for (const AnalogLine& line : analog_lines_) {
-        slicers_.emplace_back(line.logic ? std::optional(logic_threshold) : options.threshold,
-                              !line.logic);
-      }
+      for (const AnalogLine& line : analog_lines_) slicers_.emplace_back(line, options.threshold);
     }
     for (std::size_t i = 0; !error && i < longest_of_line_.size(); ++i) {
       slicers_[i].set_longest_step(longest_of_line_[i]);
@@ -324,17 +322,13 @@ class AnalogSource final : public StepSource {
     }
     for (std::size_t i = 0; i < levels.size(); ++i) {
       const AnalogLine& line = analog_lines_[i];
-      if (line.logic) {
-        slicers_.emplace_back(logic_threshold, false);
-        continue;
-      }
       const auto& best = largest[line.minus ? 1 : 0];
       const bool own = levels[i] && swing_of(*levels[i]) >= swing_of(*best) / least_part_of_swing;
       std::optional<Threshold> threshold;
       if (own || best) threshold = middle_of(own ? *levels[i] : *best);
       // A differential without a change is compared with 0 V.
       if (!threshold && line.minus) threshold = Threshold{{}, default_hysteresis};
-      slicers_.emplace_back(threshold, true);
+      slicers_.emplace_back(line, threshold);
     }
   }
 

@@ -1,13 +1,17 @@
 // A stream of edges to a file: the shared part of the writers of all formats.
 #pragma once
 
+#include <array>
+#include <charconv>
 #include <cstdint>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "biss/base/result.hpp"
 #include "capture/bytes.hpp"
+#include "capture/edge_source.hpp"
 #include "wire/edge.hpp"
 
 namespace biss::capture {
@@ -31,14 +35,41 @@ class EdgeWriter {
   virtual ~EdgeWriter() = default;
 
   /// Appends edges in time order; levels as in EdgeSource.
-  Written write(std::span<const wire::Edge> edges);
-  /// Writes the changes that are held back, and the end of the capture at `end_time` if that is
-  /// later than the last edge. Returns the number of changes in the whole capture.
-  Written finish(Picoseconds end_time);
+  Written write(std::span<const wire::Edge> edges) {
+    if (failed_) return failure(cause_);
+    const std::uint64_t before = changes_;
+    for (const wire::Edge& edge : edges) {
+      if (!accept(edge)) return failure(cause_);
+      const auto level = static_cast<std::uint8_t>(edge.level);
+      if (levels_[edge.line] == level) continue;
+      levels_[edge.line] = level;
+      put(edge, !any_ || edge.time != last_time_);
+      any_ = true;
+      last_time_ = edge.time;
+      ++changes_;
+      if (!flush_full()) return failure(cause_);
+    }
+    return changes_ - before;
+  }
+
+  /// Writes what is held back, and that the capture lasts until `end_time` if that is later than
+  /// the last edge. Returns the number of changes in the whole capture.
+  Written finish(Picoseconds end_time) {
+    if (failed_) return failure(cause_);
+    const bool sayable = negative_times() || end_time >= Picoseconds{};
+    put_end(end_time, sayable && (!any_ || end_time > last_time_));
+    if (!flush_text(0)) return failure(cause_);
+    if (!sink_->flush()) {
+      refuse(WriteCause::write_failed);
+      return failure(cause_);
+    }
+    return changes_;
+  }
 
  protected:
   /// `lines` are the names, indexed by Edge::line.
-  EdgeWriter(std::vector<std::string> lines, ByteSink& sink);
+  EdgeWriter(std::vector<std::string> lines, ByteSink& sink)
+      : lines_(std::move(lines)), levels_(lines_.size(), no_level), sink_(&sink) {}
 
   /// One change; `new_time` when it is the first at its time.
   virtual void put(const wire::Edge& edge, bool new_time) = 0;
@@ -48,16 +79,51 @@ class EdgeWriter {
 
   const std::vector<std::string>& lines() const { return lines_; }
   std::string& text() { return text_; }
-  void append_number(std::uint64_t number);
-  /// Passes text() on once there is enough of it; for formats in which one change is a lot of text.
+
+  void append_number(std::uint64_t number) {
+    std::array<char, 20> digits{};
+    const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), number).ptr;
+    text_.append(digits.data(), end);
+  }
+
+  /// Hands text() on once there is enough of it; for formats in which one change is a lot of text.
   /// False when that failed or anything has failed before.
-  bool flush_full();
+  bool flush_full() { return flush_text(flush_bytes); }
+
   /// Fails this call and every later one with `cause`.
-  void refuse(WriteCause cause);
+  void refuse(WriteCause cause) {
+    failed_ = true;
+    cause_ = cause;
+  }
 
  private:
-  bool accept(const wire::Edge& edge);
-  bool flush_text(std::size_t limit);
+  static constexpr std::size_t flush_bytes = 65'536;
+
+  // False and a cause when the edge cannot be written.
+  bool accept(const wire::Edge& edge) {
+    failed_ = true;
+    if (edge.line >= lines_.size()) {
+      cause_ = WriteCause::no_such_line;
+    } else if (any_ && edge.time < last_time_) {
+      cause_ = WriteCause::time_backwards;
+    } else if (edge.time < Picoseconds{} && !negative_times()) {
+      cause_ = WriteCause::time_before_zero;
+    } else {
+      failed_ = false;
+    }
+    return !failed_;
+  }
+
+  bool flush_text(std::size_t limit) {
+    if (failed_) return false;
+    if (text_.size() < limit) return true;
+    if (!sink_->write(text_)) {
+      refuse(WriteCause::write_failed);
+      return false;
+    }
+    text_.clear();
+    return true;
+  }
 
   std::vector<std::string> lines_;
   std::vector<std::uint8_t> levels_;

@@ -38,28 +38,19 @@ class FstTimes {
   // The tick of a time; nothing if it is damaged or beyond `last`. Indexes do not fall.
   // \pre index < count()
   std::optional<std::uint64_t> tick_at(std::uint64_t index, std::uint64_t last) {
-    while (given_ <= index) {
-      std::uint64_t delta = 0;
-      if (!next(delta)) return std::nullopt;
-      if (delta > last - tick_) {
-        beyond_ = true;
-        return std::nullopt;
-      }
+    FstCursor cursor(std::span<const std::uint8_t>(deltas_).subspan(at_));
+    for (; given_ <= index; ++given_) {
+      const std::uint64_t delta = cursor.varint();
+      if (!cursor.failed()) beyond_ = delta > last - tick_;
+      if (cursor.failed() || beyond_) return std::nullopt;
       tick_ += delta;
-      ++given_;
     }
+    at_ += cursor.at();
     return tick_;
   }
   bool beyond() const { return beyond_; }
 
  private:
-  bool next(std::uint64_t& delta) {
-    FstCursor cursor(std::span<const std::uint8_t>(deltas_).subspan(at_));
-    delta = cursor.varint();
-    at_ += cursor.at();
-    return !cursor.failed();
-  }
-
   std::vector<std::uint8_t> deltas_;
   std::uint64_t count_ = 0;
   std::size_t at_ = 0;

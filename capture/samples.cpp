@@ -6,6 +6,7 @@
 #include <cstring>
 #include <utility>
 
+#include "capture/little_endian.hpp"
 #include "capture/sampled_pairs.hpp"
 
 namespace biss::capture {
@@ -18,9 +19,7 @@ std::uint64_t load(const std::uint8_t* at) {
     std::memcpy(&sample, at, UnitBytes);
     return sample;
   } else {
-    std::uint64_t sample = 0;
-    for (std::size_t i = UnitBytes; i-- > 0;) sample = sample << 8U | at[i];
-    return sample;
+    return get_number(reinterpret_cast<const char*>(at), UnitBytes);
   }
 }
 
@@ -110,12 +109,8 @@ class SampleScanner {
     const std::uint64_t left = last_index_ - samples_ + 1;
     end = at + unit_bytes_ * static_cast<std::size_t>(std::min<std::uint64_t>(units, left));
     if (samples_ == 0 && at != end) {
-      // Differs from the first sample in every line.
-      std::uint64_t first = 0;
-      for (std::size_t i = unit_bytes_; i-- > 0;) first = first << 8U | at[i];
-      push_changes(first, mask_, block);
-      at += unit_bytes_;
-      ++samples_;
+      // The first sample is a change in every line.
+      last_ = ~get_number(reinterpret_cast<const char*>(at), unit_bytes_) & mask_;
     }
     using Scan = const std::uint8_t* (SampleScanner::*)(const std::uint8_t*, const std::uint8_t*,
                                                         EdgeBlock&);

@@ -1,6 +1,7 @@
 // The words of a VCD: the meaning of their first character, and identifiers as numbers.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -8,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "capture/text_source.hpp"
@@ -53,13 +55,35 @@ class VcdIds {
  public:
   static constexpr std::uint32_t none = UINT32_MAX;
 
-  VcdIds();
+  VcdIds() : slots_(64) { one_.fill(none); }
 
   /// The number of `id`, a new one when it was not known.
   /// \pre valid(id)
-  std::uint32_t add(std::string_view id);
-  /// The number of `id`, or none; any text may be looked up.
-  std::uint32_t find(std::string_view id) const;
+  std::uint32_t add(std::string_view id) {
+    if (id.size() > packed_chars) {
+      const auto [entry, added] = long_.try_emplace(std::string(id), size_);
+      if (added) ++size_;
+      return entry->second;
+    }
+    if (id.size() > 2) return add_packed(pack(id));
+    if (two_.empty() && id.size() == 2) two_.assign(std::size_t{letters} * letters, none);
+    std::uint32_t& entry = id.size() == 1 ? one_[static_cast<unsigned char>(id[0])]
+                                          : two_[place(id[0]) * letters + place(id[1])];
+    if (entry == none) entry = size_++;
+    return entry;
+  }
+
+  /// The number of `id`, or none; any text may be asked for.
+  std::uint32_t find(std::string_view id) const {
+    if (id.empty()) return none;
+    if (id.size() == 1) return find_one(id[0]);
+    if (id.size() == 2) return find_two(id.data());
+    // A leading NUL would pack like the shorter identifier after it.
+    if (id.size() <= packed_chars) return id[0] == 0 ? none : slots_[slot_of(pack(id))].number;
+    const auto entry = long_.find(id);
+    return entry == long_.end() ? none : entry->second;
+  }
+
   /// The same for an identifier of one or two characters.
   std::uint32_t find_one(char c) const { return one_[static_cast<unsigned char>(c)]; }
   std::uint32_t find_two(const char* id) const {
@@ -70,7 +94,10 @@ class VcdIds {
   }
   std::uint32_t size() const { return size_; }
 
-  static bool valid(std::string_view id);
+  static bool valid(std::string_view id) {
+    return !id.empty() &&
+           std::all_of(id.begin(), id.end(), [](char c) { return place(c) < letters; });
+  }
 
  private:
   static constexpr unsigned letters = '~' - '!' + 1;
@@ -88,10 +115,38 @@ class VcdIds {
   };
 
   static unsigned place(char c) { return static_cast<unsigned char>(c) - unsigned{'!'}; }
-  static std::uint64_t pack(std::string_view id);
-  std::size_t slot_of(std::uint64_t key) const;
-  std::uint32_t add_packed(std::uint64_t key);
-  void grow_slots();
+
+  static std::uint64_t pack(std::string_view id) {
+    std::uint64_t key = 0;
+    for (const char c : id) key = key << 8U | static_cast<unsigned char>(c);
+    return key;
+  }
+
+  // The slot of `key`, or the free slot in which it belongs.
+  std::size_t slot_of(std::uint64_t key) const {
+    const std::size_t mask = slots_.size() - 1;
+    auto at = static_cast<std::size_t>((key * 0x9E3779B97F4A7C15U) >> 20U) & mask;
+    while (slots_[at].number != none && slots_[at].key != key) at = (at + 1) & mask;
+    return at;
+  }
+
+  std::uint32_t add_packed(std::uint64_t key) {
+    Slot* slot = &slots_[slot_of(key)];
+    if (slot->number != none) return slot->number;
+    if (++slots_used_ * 2 > slots_.size()) {
+      grow_slots();
+      slot = &slots_[slot_of(key)];
+    }
+    *slot = {key, size_};
+    return size_++;
+  }
+
+  void grow_slots() {
+    const std::vector<Slot> old = std::exchange(slots_, std::vector<Slot>(slots_.size() * 2));
+    for (const Slot& slot : old) {
+      if (slot.number != none) slots_[slot_of(slot.key)] = slot;
+    }
+  }
 
   std::uint32_t size_ = 0;
   std::array<std::uint32_t, 256> one_;

@@ -65,12 +65,10 @@ void CleanCycleFinder::find(const PairRun& run, std::vector<CleanCycle>& found,
         high && (slo > 1 || !margin_.signal) && read(cycle, lines) &&
         (!margin_.signal || measure_signal(lines, run.slo.times[slo - 1], cycle.reading.cycle));
     if (clean) {
-      cycle.ma_begin = at;
-      cycle.ma_end = at + measured_.next_fall;
-      cycle.slo_begin = slo;
-      cycle.slo_end = slo + measured_.changes;
-      slo = cycle.slo_end;
-      at = cycle.ma_end;
+      cycle.begin = {at, slo};
+      at += measured_.next_fall;
+      slo += measured_.changes;
+      cycle.end = {at, slo};
     } else {
       found.pop_back();
       at = next_request(run.ma, at + 1);

@@ -37,15 +37,9 @@ struct PairRun {
 /// A cycle that was found in a run, and its place: from the falling edge of MA that begins it to
 /// the edge that begins the next request.
 struct CleanCycle {
-  std::size_t ma_begin = 0;
-  std::size_t ma_end = 0;
-  /// The first change of SLO after each of these edges.
-  std::size_t slo_begin = 0;
-  std::size_t slo_end = 0;
+  RunPlace begin;
+  RunPlace end;
   CycleReading reading;
-
-  RunPlace begin() const { return {ma_begin, slo_begin}; }
-  RunPlace end() const { return {ma_end, slo_end}; }
 };
 
 /// Finds the clean cycles of a run: the cycles that the Decoder reads in the same way after any

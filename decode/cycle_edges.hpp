@@ -1,14 +1,18 @@
 // Request cycles with their edges: for code that needs the lines and not only the bits.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "decode/cycle_rules.hpp"
 #include "decode/decoder.hpp"
+#include "decode/times.hpp"
 
 namespace biss::decode {
 
@@ -38,15 +42,68 @@ struct LineChanges {
   std::vector<LevelChange> changes{};
   wire::Level before = wire::Level::unknown;
 
-  void push(LevelChange change);
-  void forget_before(Picoseconds time);
+  void push(LevelChange change) {
+    if ((changes.empty() ? before : changes.back().level) == change.level) return;
+    if (changes.size() >= most) {
+      const std::size_t gone = most / 2;
+      before = changes[gone - 1].level;
+      changes.erase(changes.begin(), changes.begin() + static_cast<std::ptrdiff_t>(gone));
+    }
+    changes.push_back(change);
+  }
+
+  void forget_before(Picoseconds time) {
+    const auto end = std::lower_bound(changes.begin(), changes.end(), time, is_earlier);
+    if (end == changes.begin()) return;
+    before = (end - 1)->level;
+    changes.erase(changes.begin(), end);
+  }
+
   /// Valid until the next push().
-  std::span<const LevelChange> between(Picoseconds from, Picoseconds to) const;
+  std::span<const LevelChange> between(Picoseconds from, Picoseconds to) const {
+    const auto first = std::lower_bound(changes.begin(), changes.end(), from, is_earlier);
+    const auto last = std::lower_bound(first, changes.end(), to, is_earlier);
+    return std::span<const LevelChange>(changes).subspan(
+        static_cast<std::size_t>(first - changes.begin()), static_cast<std::size_t>(last - first));
+  }
+
+ private:
+  static bool is_earlier(const LevelChange& change, Picoseconds time) { return change.time < time; }
 };
+
+/// The cycle with its edges. \param limit, last_of_capture as in CycleEdges
+inline CycleEdges edges_of(const Cycle& cycle, std::uint64_t number, const LineChanges& ma,
+                           const LineChanges& slo, Picoseconds limit, bool last_of_capture) {
+  const Picoseconds after = shifted(shifted(cycle.time, cycle.clocked), picoseconds(1));
+  const auto before = slo.between(Picoseconds{INT64_MIN}, cycle.time);
+  return {.cycle = cycle,
+          .number = number,
+          .ma = ma.between(cycle.time, after),
+          .ma_after = ma.between(after, limit),
+          .slo_before = before.empty() ? slo.before : before.back().level,
+          .slo = slo.between(cycle.time, limit),
+          .limit = limit,
+          .last_of_capture = last_of_capture};
+}
 
 /// Reads a cycle again from its edges.
 /// \param slo_inverted take SLO as the inverse of the captured line
-CycleReading read_again(const CycleEdges& edges, CycleReader& reader, bool slo_inverted = false);
+inline CycleReading read_again(const CycleEdges& edges, CycleReader& reader,
+                               bool slo_inverted = false) {
+  LineHistory slo;
+  slo.push({shifted(edges.cycle.time, -picoseconds(1)), seen_as(edges.slo_before, slo_inverted)});
+  for (const LevelChange& change : edges.slo) {
+    slo.push({change.time, seen_as(change.level, slo_inverted)});
+  }
+  const Picoseconds last = edges.ma.empty() ? edges.cycle.time : edges.ma.back().time;
+  const LevelChange nothing{edges.cycle.time, wire::Level::low};
+  return reader.read({.ma = edges.ma.empty() ? std::span<const LevelChange>(&nothing, 1) : edges.ma,
+                      .begins_idle = edges.cycle.status != CycleStatus::cut_start,
+                      .limit = std::min(edges.limit, shifted(last, slo_matters)),
+                      .last_of_capture = edges.last_of_capture,
+                      .usual_clocks = edges.cycle.pauses == 0 ? SIZE_MAX : 0},
+                     slo);
+}
 
 /// Delivers each cycle of a capture with its edges, in order. Memory is bounded, for captures of
 /// any length: if a line has more than `max_edges` in a cycle, the oldest are dropped.
@@ -55,19 +112,51 @@ class CycleEdgeReader {
   using OnCycle = std::function<void(const CycleEdges&)>;
   static constexpr std::size_t max_edges = std::size_t{1} << 15U;
 
-  CycleEdgeReader(const CycleReader& reader, const Lines& lines, OnCycle on_cycle);
+  CycleEdgeReader(const CycleReader& reader, const Lines& lines, OnCycle on_cycle)
+      : lines_(lines),
+        on_cycle_(std::move(on_cycle)),
+        decoder_(reader, [this](const Cycle& cycle) { take(cycle); }) {}
+
   // The decoder calls back into this object.
   CycleEdgeReader(const CycleEdgeReader&) = delete;
   CycleEdgeReader& operator=(const CycleEdgeReader&) = delete;
 
   /// Edges in time order; edges of other lines are ignored.
-  void push(std::span<const wire::Edge> edges);
-  /// The same as Decoder::finish().
-  void finish(Picoseconds end_time);
+  void push(std::span<const wire::Edge> edges) {
+    // In pieces, so that few edges are kept ahead of the decoder.
+    constexpr std::size_t piece = 1024;
+    while (!edges.empty()) {
+      const auto now = edges.first(std::min(piece, edges.size()));
+      for (const wire::Edge& edge : now) {
+        if (edge.line == lines_.ma) {
+          ma_.push({edge.time, seen_as(edge.level, lines_.ma_inverted)});
+        } else if (edge.line == lines_.slo) {
+          slo_.push({edge.time, seen_as(edge.level, lines_.slo_inverted)});
+        }
+      }
+      decoder_.push(now, lines_);
+      edges = edges.subspan(now.size());
+    }
+  }
+
+  /// As Decoder::finish().
+  void finish(Picoseconds end_time) {
+    decoder_.finish(end_time);
+    if (waiting_) deliver(std::max(end_time, waiting_->time), true);
+    waiting_.reset();
+  }
 
  private:
-  void take(const Cycle& cycle);
-  void deliver(Picoseconds limit, bool last_of_capture);
+  void take(const Cycle& cycle) {
+    if (waiting_) deliver(cycle.time, false);
+    waiting_ = cycle;
+    ma_.forget_before(cycle.time);
+    slo_.forget_before(cycle.time);
+  }
+
+  void deliver(Picoseconds limit, bool last_of_capture) {
+    on_cycle_(edges_of(*waiting_, number_++, ma_, slo_, limit, last_of_capture));
+  }
 
   Lines lines_;
   OnCycle on_cycle_;

@@ -77,18 +77,18 @@ void Decoder::push(const PairRun& run, RunPlace from, RunPlace to,
   for (const CleanCycle& cycle : clean) {
     // A frame without a checksum may be a part of a cycle.
     if (reader_.knows_timeout() && !reader_.checked_payload_bits()) break;
-    if (at != cycle.begin() || !waits()) {
+    if (at != cycle.begin || !waits()) {
       // The edge that begins the cycle shows whether everything before it is read.
-      const RunPlace begun{cycle.ma_begin + 1, cycle.slo_begin};
+      const RunPlace begun{cycle.begin.ma + 1, cycle.begin.slo};
       push_mixed(run, at, begun);
       at = begun;
       if (!waits_since_this_edge()) continue;
     }
     // All edges before it are read, so the cycles that may continue are known. The clock of STOP
     // may come after a pause.
-    if (may_join(cycle.reading, Picoseconds{run.ma.times[cycle.ma_end]})) continue;
+    if (may_join(cycle.reading, Picoseconds{run.ma.times[cycle.end.ma]})) continue;
     emit_clean(cycle, run);
-    at = cycle.end();
+    at = cycle.end;
   }
   push_mixed(run, at, to);
 }
@@ -134,8 +134,8 @@ void Decoder::emit_clean(const CleanCycle& clean, const PairRun& run) {
   deliver_held();
   ma_.clear();
   ma_level_ = Level::high;
-  const bool high = (clean.slo_end - clean.slo_begin) % 2 == 0;
-  slo_.restart(high ? Level::high : Level::low, Picoseconds{run.slo.times[clean.slo_end - 1]});
+  const bool high = (clean.end.slo - clean.begin.slo) % 2 == 0;
+  slo_.restart(high ? Level::high : Level::low, Picoseconds{run.slo.times[clean.end.slo - 1]});
   deliver(cycle);
   doubt_.reset();
 }

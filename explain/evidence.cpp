@@ -220,15 +220,12 @@ const Evidence& Observer::finish(Picoseconds end_time) {
   }
   implausible.add(evidence_.steps);
   move_good(RequestKind::implausible, implausible);
+  for (Row& row : evidence_.rows) row.count *= static_cast<double>(stride_);
   if (plain_ != 0) {
-    Row row;
+    Row& row = evidence_.rows.emplace_back();
     row.count = static_cast<double>(plain_);
     row.likely[static_cast<std::size_t>(RequestKind::ok)] = 1;
     row.likely[static_cast<std::size_t>(RequestKind::foreign)] = 1.0F / 256;
-    evidence_.rows.push_back(row);
-  }
-  for (Row& row : evidence_.rows) {
-    if (&row != &evidence_.rows.back() || plain_ == 0) row.count *= static_cast<double>(stride_);
   }
   return evidence_;
 }
@@ -258,19 +255,8 @@ void Observer::process(const Waiting& waiting, std::optional<Picoseconds> next, 
   }
   note_times(cycle, false);
   if (cycle.status == CycleStatus::unknown_level) return;
-  const Picoseconds limit = next.value_or(last_end_);
-  const Picoseconds after =
-      decode::shifted(decode::shifted(cycle.time, cycle.clocked), picoseconds(1));
-  const auto before = slo_.between(Picoseconds{INT64_MIN}, cycle.time);
   const Prices prices =
-      pricer_->read({.cycle = cycle,
-                     .number = number,
-                     .ma = ma_.between(cycle.time, after),
-                     .ma_after = ma_.between(after, limit),
-                     .slo_before = before.empty() ? slo_.before : before.back().level,
-                     .slo = slo_.between(cycle.time, limit),
-                     .limit = limit,
-                     .last_of_capture = last},
+      pricer_->read(decode::edges_of(cycle, number, ma_, slo_, next.value_or(last_end_), last),
                     unusual_ % stride_ == 0);
   if (pricer_->position_is_likely()) ++evidence_.likely_positions;
   evidence_.pulses_on_ma += pricer_->ma_pulses();

@@ -3,6 +3,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
+#include <utility>
 #include <vector>
 
 #include "biss/base/units.hpp"
@@ -31,7 +33,19 @@ struct ControlAccess {
 };
 
 /// The least number of cycles of an access, without the 14 zeros before it.
-std::uint32_t least_cycles(const ControlAccess& access);
+inline std::uint32_t least_cycles(const ControlAccess& access) {
+  switch (access.kind) {
+    case AccessKind::read:
+      return register_access_frames(access.size) - control_reset_zeros;
+    case AccessKind::write:
+      return register_access_frames(access.data.size()) - control_reset_zeros;
+    case AccessKind::command:
+      return addressed_command_frames - control_reset_zeros;
+    case AccessKind::broadcast:
+      break;
+  }
+  return broadcast_command_frames - control_reset_zeros;
+}
 
 /// The outcome of an access.
 struct ControlRecord {
@@ -54,19 +68,61 @@ class ControlMaster {
   ControlMaster(const ControlMaster&) = delete;
   ControlMaster& operator=(const ControlMaster&) = delete;
 
-  /// Takes the CDS of a cycle. \param begin the begin of the cycle
+  /// Takes the CDS of a cycle. \param begin_of_cycle its time
   /// \return the CDM that ends the cycle
-  bool step(std::uint64_t cycle, Picoseconds begin, Picoseconds now, CdsBit cds);
+  bool step(std::uint64_t cycle, Picoseconds begin_of_cycle, Picoseconds now, CdsBit cds) {
+    if (!open_ && next_ < accesses_.size() && cycle >= accesses_[next_].not_before) {
+      begin(cycle, begin_of_cycle);
+    }
+    const bool cdm = session_.step(now, cds);
+    last_cycle_ = cycle;
+    if (open_ && session_.done()) {
+      records_.push_back(current());
+      records_.back().finished = true;
+      open_ = false;
+    }
+    return cdm;
+  }
 
   /// Every access is finished.
   bool done() const { return next_ == accesses_.size() && session_.done(); }
   const std::vector<ControlAccess>& accesses() const { return accesses_; }
   /// In the order of the list, including the access in progress.
-  std::vector<ControlRecord> records() const;
+  std::vector<ControlRecord> records() const {
+    std::vector<ControlRecord> all = records_;
+    if (open_) all.push_back(current());
+    return all;
+  }
 
  private:
-  void begin(std::uint64_t cycle, Picoseconds time);
-  ControlRecord current() const;
+  void begin(std::uint64_t cycle, Picoseconds time) {
+    const ControlAccess& access = accesses_[next_++];
+    begun_cycle_ = cycle;
+    begun_time_ = time;
+    open_ = true;
+    switch (access.kind) {
+      case AccessKind::read:
+        return session_.read(access.slave, access.address, std::span(read_).first(access.size));
+      case AccessKind::write:
+        return session_.write(access.slave, access.address, access.data);
+      case AccessKind::command:
+        return session_.command(access.slaves, access.command, access.execute_if);
+      case AccessKind::broadcast:
+        return session_.broadcast(access.command);
+    }
+  }
+
+  ControlRecord current() const {
+    const ControlAccess& access = accesses_[next_ - 1];
+    ControlRecord record{.access = next_ - 1,
+                         .cycle = begun_cycle_,
+                         .time = begun_time_,
+                         .cycles = last_cycle_ - begun_cycle_ + 1,
+                         .outcome = session_.outcome()};
+    const std::vector<std::uint8_t>& bytes = access.kind == AccessKind::write ? access.data : read_;
+    record.data.assign(bytes.begin(), bytes.begin() + record.outcome.bytes_done);
+    return record;
+  }
 
   std::vector<ControlAccess> accesses_;
   ControlSession session_;
