@@ -85,24 +85,27 @@ void Coverage::hit_values(const FrameFormat& format, const Outcome& sent) {
   }
 }
 
-void Coverage::expect_line_delays() {
+void Coverage::expect_line() {
   for (const std::string_view name : line_delay_cases) expect("line delay", name);
-}
-
-void Coverage::hit_line_delay(Picoseconds line_delay, Picoseconds period) {
-  if (period.count > 0) hit("line delay", line_delay_case(line_delay, period));
-}
-
-void Coverage::expect_clocks() {
   for (const std::string_view name : {"lowest", "between", "highest"}) expect("clock", name);
 }
 
-void Coverage::hit_clock(Picoseconds period, Hertz lowest, Hertz highest) {
+void Coverage::hit_line(Picoseconds line_delay, Picoseconds period, const biss_timing& timing) {
   if (period.count <= 0) return;
+  hit("line delay", line_delay_case(line_delay, period));
   const std::uint64_t rate = rate_of(period).count;
-  const bool low = rate * 100 <= std::uint64_t{lowest.count} * 102;
-  const bool high = rate * 100 >= std::uint64_t{highest.count} * 98;
+  const bool low = rate * 100 <= std::uint64_t{timing.clock_min_hz} * 102;
+  const bool high = rate * 100 >= std::uint64_t{timing.clock_max_hz} * 98;
   hit("clock", low ? "lowest" : high ? "highest" : "between");
+}
+
+void Coverage::expect_ack() {
+  for (const std::string_view name : {"one clock", "two clocks", "more clocks"})
+    expect("ACK", name);
+}
+
+void Coverage::hit_ack(std::int64_t clocks) {
+  hit("ACK", clocks <= 1 ? "one clock" : clocks == 2 ? "two clocks" : "more clocks");
 }
 
 std::size_t Coverage::hit_count() const {

@@ -28,11 +28,12 @@ class Coverage {
   void expect_values(const FrameFormat& format);
   void hit_values(const FrameFormat& format, const Outcome& sent);
   /// The line delay against the clock: at and around whole and half periods, at which a sampling
-  /// point goes wrong first.
-  void expect_line_delays();
-  void hit_line_delay(Picoseconds line_delay, Picoseconds period);
-  void expect_clocks();
-  void hit_clock(Picoseconds period, Hertz lowest, Hertz highest);
+  /// point goes wrong first. And the clock, against the limits of the device.
+  void expect_line();
+  void hit_line(Picoseconds line_delay, Picoseconds period, const biss_timing& timing);
+  /// The length of ACK, in clocks.
+  void expect_ack();
+  void hit_ack(std::int64_t clocks);
 
   const std::vector<Case>& cases() const { return cases_; }
   std::size_t hit_count() const;

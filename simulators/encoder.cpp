@@ -91,11 +91,8 @@ Encoder::Encoder(std::string name, Settings settings)
   }
   expect_wrong_crcs(coverage(), chosen.format);
   for (const std::string_view one : {jitter_early, jitter_late}) coverage().expect("jitter", one);
-  coverage().expect_line_delays();
-  coverage().expect_clocks();
-  for (const std::string_view one : {"one clock", "two clocks", "more clocks"}) {
-    coverage().expect("ACK", one);
-  }
+  coverage().expect_line();
+  coverage().expect_ack();
 }
 
 void Encoder::open_slave(Picoseconds processing) {
@@ -324,11 +321,8 @@ void Encoder::deliver(std::int64_t now) {
   if (tenth > 0 && latest_ >= tenth) coverage().hit("jitter", jitter_late);
   if (outcome_.cause != "ok") return;
   coverage().hit_values(settings().format, outcome_);
-  coverage().hit_line_delay(line_delay_, shortest_period_);
-  coverage().hit_clock(shortest_period_, hertz(settings().timing.clock_min_hz),
-                       hertz(settings().timing.clock_max_hz));
-  const int ack = start_clock_ - 2;
-  coverage().hit("ACK", ack <= 1 ? "one clock" : ack == 2 ? "two clocks" : "more clocks");
+  coverage().hit_line(line_delay_, shortest_period_, settings().timing);
+  coverage().hit_ack(start_clock_ - 2);
 }
 
 // One percent for the resolution of the simulation and of the design's divider.

@@ -17,10 +17,9 @@ Master::Master(std::string name, Settings settings)
   open_master(period_of(in_turn(chosen.clocks, 0)));
   coverage().expect("format", chosen.format_text);
   coverage().expect_values(chosen.format);
-  coverage().expect_line_delays();
-  coverage().expect_clocks();
+  coverage().expect_line();
   for (const char* bit : {"0", "1"}) coverage().expect("CDM", bit);
-  for (const char* one : {"one clock", "two clocks", "more clocks"}) coverage().expect("ACK", one);
+  coverage().expect_ack();
 }
 
 void Master::open_master(Picoseconds period) {
@@ -123,12 +122,9 @@ void Master::end(std::int64_t now) {
   if (reading.cause == BISS_CAUSE_OK) {
     if (reading.ready) check_release(now, reading.clocks);
     coverage().hit_values(settings().format, outcome);
-    coverage().hit_line_delay(Picoseconds{reading.line_delay_ps}, period_);
-    coverage().hit_clock(period_, hertz(settings().timing.clock_min_hz),
-                         hertz(settings().timing.clock_max_hz));
+    coverage().hit_line(Picoseconds{reading.line_delay_ps}, period_, settings().timing);
     coverage().hit("CDM", in_turn(settings().cdm, requests()) ? "1" : "0");
-    const std::uint32_t ack = reading.ack_clocks;
-    coverage().hit("ACK", ack <= 1 ? "one clock" : ack == 2 ? "two clocks" : "more clocks");
+    coverage().hit_ack(reading.ack_clocks);
   }
   count_request();
   not_before_ = now + std::max(period_.count, in_turn(settings().pauses, requests()).count);

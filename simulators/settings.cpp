@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <functional>
 #include <utility>
 
@@ -30,18 +29,6 @@ std::vector<std::string_view> split(std::string_view text, std::string_view sepa
   }
 }
 
-// A list of values, each read by `read`, which returns an expected value.
-template <class Value, class Read>
-Checked read_list(std::string_view text, std::vector<Value>& list, Read read) {
-  list.clear();
-  for (const std::string_view part : split(text, ",")) {
-    auto value = read(part);
-    if (!value) return Failed(value.error());
-    list.push_back(*value);
-  }
-  return {};
-}
-
 tl::expected<Picoseconds, std::string> read_duration(std::string_view text, Picoseconds longest) {
   const auto value = biss::parse_duration(text);
   if (!value.ok()) {
@@ -53,8 +40,9 @@ tl::expected<Picoseconds, std::string> read_duration(std::string_view text, Pico
   return *value;
 }
 
-auto durations(Picoseconds longest) {
-  return [longest](std::string_view text) { return read_duration(text, longest); };
+template <std::int64_t longest_ps>
+tl::expected<Picoseconds, std::string> read_up_to(std::string_view text) {
+  return read_duration(text, picoseconds(longest_ps));
 }
 
 tl::expected<Hertz, std::string> read_clock(std::string_view text) {
@@ -66,8 +54,8 @@ tl::expected<Hertz, std::string> read_clock(std::string_view text) {
   return *value;
 }
 
-tl::expected<std::uint64_t, std::string> read_count(std::string_view text,
-                                                    std::uint64_t largest = UINT64_MAX) {
+template <std::uint64_t largest = UINT64_MAX>
+tl::expected<std::uint64_t, std::string> read_count(std::string_view text) {
   const auto value = biss::parse_count(text, largest);
   if (!value.ok()) {
     return Failed(biss::quantity_error_text(Quantity::count, text, value.error(), largest));
@@ -75,53 +63,61 @@ tl::expected<std::uint64_t, std::string> read_count(std::string_view text,
   return *value;
 }
 
-// One of a few words.
-template <class Value, std::size_t Count>
-tl::expected<Value, std::string> read_word(
-    std::string_view text, const std::array<std::pair<std::string_view, Value>, Count>& words) {
+template <class Value>
+struct Word {
+  std::string_view name;
+  Value value{};
+};
+
+// A fault, and the cause that a master must report for it.
+struct FaultWord {
+  std::string_view name;
+  Fault value{};
+  biss_cause cause{};
+};
+
+constexpr Word<PositionKind> position_words[] = {{"max", PositionKind::largest},
+                                                 {"walk", PositionKind::walk},
+                                                 {"ramp", PositionKind::ramp},
+                                                 {"random", PositionKind::random}};
+constexpr Word<Flags> flag_words[] = {
+    {"none", {true, true}}, {"nE", {false, true}}, {"nW", {true, false}}, {"both", {false, false}}};
+// In the order of Fault.
+constexpr FaultWord fault_words[] = {{"none", Fault::none, BISS_CAUSE_OK},
+                                     {"flip", Fault::flip, BISS_CAUSE_CRC},
+                                     {"flip_crc", Fault::flip_crc, BISS_CAUSE_CRC},
+                                     {"burst", Fault::burst, BISS_CAUSE_CRC},
+                                     {"crc_polarity", Fault::crc_polarity, BISS_CAUSE_CRC},
+                                     {"no_answer", Fault::no_answer, BISS_CAUSE_NO_RESPONSE},
+                                     {"early_ack", Fault::early_ack, BISS_CAUSE_RESPONSE_RANGE},
+                                     {"slo_low", Fault::slo_low, BISS_CAUSE_NO_START},
+                                     {"cds_high", Fault::cds_high, BISS_CAUSE_CDS},
+                                     {"stop_high", Fault::stop_high, BISS_CAUSE_STOP_BIT}};
+constexpr Word<bool> bit_words[] = {{"0", false}, {"1", true}};
+
+template <const auto& words>
+auto read_word(std::string_view text) -> tl::expected<decltype(words[0].value), std::string> {
   std::string names;
-  for (const auto& [name, value] : words) {
-    if (name == text) return value;
-    names += fmt::format("{}{}", names.empty() ? "" : ", ", name);
+  for (const auto& word : words) {
+    if (word.name == text) return word.value;
+    names += fmt::format("{}{}", names.empty() ? "" : ", ", word.name);
   }
   return Failed(fmt::format("no '{}'; choose from {}", text, names));
 }
 
-constexpr std::array<std::pair<std::string_view, PositionKind>, 4> position_words{
-    {{"max", PositionKind::largest},
-     {"walk", PositionKind::walk},
-     {"ramp", PositionKind::ramp},
-     {"random", PositionKind::random}}};
-constexpr std::array<std::pair<std::string_view, Flags>, 4> flag_words{{{"none", {true, true}},
-                                                                        {"nE", {false, true}},
-                                                                        {"nW", {true, false}},
-                                                                        {"both", {false, false}}}};
-constexpr std::array<std::pair<std::string_view, Fault>, 10> fault_words{
-    {{"none", Fault::none},
-     {"flip", Fault::flip},
-     {"flip_crc", Fault::flip_crc},
-     {"burst", Fault::burst},
-     {"crc_polarity", Fault::crc_polarity},
-     {"no_answer", Fault::no_answer},
-     {"early_ack", Fault::early_ack},
-     {"slo_low", Fault::slo_low},
-     {"cds_high", Fault::cds_high},
-     {"stop_high", Fault::stop_high}}};
-constexpr std::array<std::pair<std::string_view, bool>, 2> bit_words{{{"0", false}, {"1", true}}};
-
 tl::expected<PositionChoice, std::string> read_position(std::string_view text) {
   if (!text.empty() && text[0] >= '0' && text[0] <= '9') {
-    return read_count(text).map([](std::uint64_t number) {
+    return read_count<>(text).map([](std::uint64_t number) {
       return PositionChoice{PositionKind::number, number};
     });
   }
-  return read_word(text, position_words).map([](PositionKind kind) {
+  return read_word<position_words>(text).map([](PositionKind kind) {
     return PositionChoice{kind, 0};
   });
 }
 
 // `0x42:621A`: an address, and the bytes from there on.
-Checked read_registers(std::string_view text, std::map<std::uint8_t, std::uint8_t>& registers) {
+Checked read_registers(std::string_view text, Settings& settings) {
   const auto wrong = [&] {
     return Failed(fmt::format("'{}' is not ADDRESS:BYTES, such as 0x42:621A", text));
   };
@@ -129,13 +125,13 @@ Checked read_registers(std::string_view text, std::map<std::uint8_t, std::uint8_
     const std::size_t colon = part.find(':');
     const std::string_view bytes = part.substr(std::min(part.size(), colon + 1));
     if (colon == std::string_view::npos || bytes.empty() || bytes.size() % 2 != 0) return wrong();
-    const auto first = read_count(part.substr(0, colon), 127);
+    const auto first = read_count<127>(part.substr(0, colon));
     if (!first) return Failed(first.error());
     if (*first + bytes.size() / 2 > 128) return Failed("the last register is 127");
     for (std::size_t k = 0; k < bytes.size() / 2; ++k) {
-      const auto value = read_count(fmt::format("0x{}", bytes.substr(2 * k, 2)), 255);
+      const auto value = read_count<255>(fmt::format("0x{}", bytes.substr(2 * k, 2)));
       if (!value) return wrong();
-      registers[static_cast<std::uint8_t>(*first + k)] = static_cast<std::uint8_t>(*value);
+      settings.registers[static_cast<std::uint8_t>(*first + k)] = static_cast<std::uint8_t>(*value);
     }
   }
   return {};
@@ -156,7 +152,8 @@ Checked read_format(std::string_view text, Settings& settings) {
 
 // `20us`: fixed; `adaptive`, with the known time that the encoder adds to 1.5 periods;
 // `adaptive:60ns`.
-Checked read_timeout(std::string_view text, biss_timing& timing) {
+Checked read_timeout(std::string_view text, Settings& settings) {
+  biss_timing& timing = settings.timing;
   constexpr std::string_view adaptive = "adaptive";
   if (text == adaptive) {
     if (timing.timeout_rule != BISS_TIMEOUT_ADAPTIVE) timing.timeout_ps = 0;
@@ -176,59 +173,60 @@ Checked read_timeout(std::string_view text, biss_timing& timing) {
   return {};
 }
 
-// Reads one setting; false: there is none of this name.
-tl::expected<bool, std::string> read_setting(Role role, std::string_view key, std::string_view text,
-                                             Settings& out) {
-  const auto done = [](const Checked& checked) -> tl::expected<bool, std::string> {
-    if (!checked) return Failed(checked.error());
-    return true;
-  };
-  if (key == "format") return true;  // was read first
-  if (key == "timeout") return done(read_timeout(text, out.timing));
-  if (key == "line_delay") {
-    return done(read_list(text, out.line_delays, durations(biss_line_delay_max)));
-  }
-  if (key == "jitter") {
-    return read_duration(text, microseconds(1)).map([&](Picoseconds value) {
-      out.jitter = value;
-      return true;
-    });
-  }
-  if (key == "seed") {
-    return read_count(text).map([&](std::uint64_t value) {
-      out.seed = value;
-      return true;
-    });
-  }
-  if (role == Role::master) {
-    if (key == "clock") return done(read_list(text, out.clocks, read_clock));
-    if (key == "pause") return done(read_list(text, out.pauses, durations(milliseconds(100))));
-    if (key == "cdm") {
-      return done(read_list(text, out.cdm, [](auto part) { return read_word(part, bit_words); }));
-    }
-    return false;
-  }
-  if (key == "processing") {
-    return done(read_list(text, out.processing, durations(picoseconds(out.timing.ack_max_ps))));
-  }
-  if (key == "positions") return done(read_list(text, out.positions, read_position));
-  if (key == "flags") {
-    return done(read_list(text, out.flags, [](auto part) { return read_word(part, flag_words); }));
-  }
-  if (key == "faults") {
-    return done(
-        read_list(text, out.faults, [](auto part) { return read_word(part, fault_words); }));
-  }
-  if (key == "registers") return done(read_registers(text, out.registers));
-  return false;
+// One value, or a list of values, each read by `read`.
+template <auto member, auto read>
+Checked read_one(std::string_view text, Settings& settings) {
+  return read(text).map([&](const auto& value) { settings.*member = value; });
 }
+
+template <class Value, class Read>
+Checked read_parts(std::string_view text, std::vector<Value>& list, Read read) {
+  list.clear();
+  for (const std::string_view part : split(text, ",")) {
+    const auto value = read(part);
+    if (!value) return Failed(value.error());
+    list.push_back(*value);
+  }
+  return {};
+}
+
+template <auto member, auto read>
+Checked read_list(std::string_view text, Settings& settings) {
+  return read_parts(text, settings.*member, read);
+}
+
+Checked read_processing(std::string_view text, Settings& settings) {
+  return read_parts(text, settings.processing, [&](std::string_view part) {
+    return read_duration(part, picoseconds(settings.timing.ack_max_ps));
+  });
+}
+
+// A setting of one role, or of both.
+struct Setting {
+  std::string_view name;
+  std::optional<Role> role;
+  Checked (*read)(std::string_view text, Settings& settings);
+};
+
+constexpr Setting setting_list[] = {
+    {"timeout", {}, read_timeout},
+    {"line_delay", {}, read_list<&Settings::line_delays, read_up_to<biss_line_delay_max.count>>},
+    {"jitter", {}, read_one<&Settings::jitter, read_up_to<microseconds(1).count>>},
+    {"seed", {}, read_one<&Settings::seed, read_count<>>},
+    {"clock", Role::master, read_list<&Settings::clocks, read_clock>},
+    {"pause", Role::master, read_list<&Settings::pauses, read_up_to<milliseconds(100).count>>},
+    {"cdm", Role::master, read_list<&Settings::cdm, read_word<bit_words>>},
+    {"processing", Role::encoder, read_processing},
+    {"positions", Role::encoder, read_list<&Settings::positions, read_position>},
+    {"flags", Role::encoder, read_list<&Settings::flags, read_word<flag_words>>},
+    {"faults", Role::encoder, read_list<&Settings::faults, read_word<fault_words>>},
+    {"registers", Role::encoder, read_registers}};
 
 // Checks values that depend on several settings.
 Checked check(const Settings& settings) {
   const auto channels = settings.format.channels();
-  for (const auto& [name, fault] : fault_words) {
-    const bool damages = cause_of(fault, settings.format.cds0) == BISS_CAUSE_CRC;
-    if (!damages || has_crcs(settings.format)) continue;
+  for (const auto& [name, fault, cause] : fault_words) {
+    if (cause != BISS_CAUSE_CRC || has_crcs(settings.format)) continue;
     if (std::find(settings.faults.begin(), settings.faults.end(), fault) != settings.faults.end()) {
       return Failed(fmt::format(
           "faults: {} needs a CRC in each channel: without it the fault cannot be detected", name));
@@ -259,26 +257,8 @@ bool has_crcs(const FrameFormat& format) {
 }
 
 biss_cause cause_of(Fault fault, bool cds0) {
-  switch (fault) {
-    case Fault::none:
-      return BISS_CAUSE_OK;
-    case Fault::flip:
-    case Fault::flip_crc:
-    case Fault::burst:
-    case Fault::crc_polarity:
-      return BISS_CAUSE_CRC;
-    case Fault::no_answer:
-      return BISS_CAUSE_NO_RESPONSE;
-    case Fault::early_ack:
-      return BISS_CAUSE_RESPONSE_RANGE;
-    case Fault::slo_low:
-      return BISS_CAUSE_NO_START;
-    case Fault::cds_high:
-      return cds0 ? BISS_CAUSE_CDS : BISS_CAUSE_OK;
-    case Fault::stop_high:
-      return BISS_CAUSE_STOP_BIT;
-  }
-  return BISS_CAUSE_OK;
+  if (fault == Fault::cds_high && !cds0) return BISS_CAUSE_OK;
+  return fault_words[static_cast<std::size_t>(fault)].cause;
 }
 
 tl::expected<Settings, std::string> read_settings(Role role, std::string_view text) {
@@ -293,16 +273,19 @@ tl::expected<Settings, std::string> read_settings(Role role, std::string_view te
       return Failed(fmt::format("{} is given twice", part.substr(0, equals)));
     }
   }
-  const auto format = pairs.find("format");
-  if (format == pairs.end()) return Failed("format is missing");
+  const auto format = pairs.extract("format");
+  if (!format) return Failed("format is missing");
   Settings settings;
-  if (auto read = read_format(format->second, settings); !read) {
+  if (auto read = read_format(format.mapped(), settings); !read) {
     return Failed(fmt::format("format: {}", read.error()));
   }
   for (const auto& [key, value] : pairs) {
-    const auto read = read_setting(role, key, value, settings);
+    const auto setting = std::find_if(
+        std::begin(setting_list), std::end(setting_list),
+        [&](const Setting& one) { return one.name == key && one.role.value_or(role) == role; });
+    if (setting == std::end(setting_list)) return Failed(fmt::format("no setting '{}'", key));
+    const auto read = setting->read(value, settings);
     if (!read) return Failed(fmt::format("{}: {}", key, read.error()));
-    if (!*read) return Failed(fmt::format("no setting '{}'", key));
   }
   if (auto checked = check(settings); !checked) return Failed(checked.error());
   return settings;

@@ -5,7 +5,6 @@
 #include <cstdio>
 #include <exception>
 #include <fstream>
-#include <iterator>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -55,12 +54,24 @@ Result guarded(Result failed, Call call) {
   }
 }
 
+std::string text_of(const char* given) { return given == nullptr ? "" : given; }
+
 Instance* find(std::string_view name) {
   for (const auto& instance : bench().instances) {
     if (instance->name() == name) return instance.get();
   }
-  complain(fmt::format("no encoder and no master has the name '{}'", name));
   return nullptr;
+}
+
+// Calls `call` with the instance of this name.
+template <class Call>
+int with(const char* name, Call call) {
+  return guarded(0, [&] {
+    Instance* instance = find(text_of(name));
+    if (instance != nullptr) return call(*instance);
+    complain(fmt::format("no encoder and no master has the name '{}'", text_of(name)));
+    return 0;
+  });
 }
 
 template <class Kind>
@@ -78,37 +89,46 @@ Instance* of_number(int id) {
 
 template <class Kind>
 int open(Role role, const char* given_name, const char* given_settings) {
-  const std::string name = given_name == nullptr ? "" : given_name;
-  auto settings = read_settings(role, given_settings == nullptr ? "" : given_settings);
-  if (!settings) {
-    complain(fmt::format("{}: {}", name, settings.error()));
-    return 0;
-  }
-  auto& instances = bench().instances;
-  for (const auto& instance : instances) {
-    if (instance->name() != name) continue;
-    complain(fmt::format("{}: this name is taken", name));
-    return 0;
-  }
-  instances.push_back(std::make_unique<Kind>(name, std::move(*settings)));
-  return static_cast<int>(instances.size());
+  return guarded(0, [&] {
+    const std::string name = text_of(given_name);
+    auto settings = read_settings(role, text_of(given_settings));
+    if (!settings) {
+      complain(fmt::format("{}: {}", name, settings.error()));
+      return 0;
+    }
+    if (find(name) != nullptr) {
+      complain(fmt::format("{}: this name is taken", name));
+      return 0;
+    }
+    auto& instances = bench().instances;
+    instances.push_back(std::make_unique<Kind>(name, std::move(*settings)));
+    return static_cast<int>(instances.size());
+  });
 }
 
-// The channel, or nothing and an error message.
-std::optional<std::size_t> channel_of(const Instance& instance, int channel) {
-  if (channel >= 0 && channel < instance.settings().format.channel_count) {
-    return static_cast<std::size_t>(channel);
-  }
+// Steps the instance with these levels. \return -1 without a deadline
+template <class Kind, class... Levels>
+long long step(int id, Role role, long long now_ps, Levels... levels) {
+  return guarded(-1LL, [&] {
+    auto* instance = of_number<Kind>(id, role);
+    if (instance == nullptr) return -1LL;
+    const std::int64_t deadline = instance->step(now_ps, (levels != 0)...);
+    return deadline == BISS_NEVER ? -1LL : static_cast<long long>(deadline);
+  });
+}
+
+// False and an error message: there is no such channel.
+bool has_channel(const Instance& instance, int channel) {
+  if (channel >= 0 && channel < instance.settings().format.channel_count) return true;
   complain(fmt::format("{}: no channel {}", instance.name(), channel));
-  return std::nullopt;
+  return false;
 }
 
-bool write_file(const std::string& path, const std::string& text) {
+void write_file(const std::string& path, const std::string& text) {
   std::ofstream file(path, std::ios::binary);
   file << text;
   file.close();
   if (!file) complain(fmt::format("{}: cannot be written", path));
-  return static_cast<bool>(file);
 }
 
 int report(const std::string& path) {
@@ -128,102 +148,78 @@ int report(const std::string& path) {
   return failures > INT32_MAX ? INT32_MAX : static_cast<int>(failures);
 }
 
-long long as_deadline(std::int64_t deadline) { return deadline == BISS_NEVER ? -1 : deadline; }
-
 }  // namespace
 
 }  // namespace biss::simulators
 
+using namespace biss::simulators;
+
 extern "C" {
 
-using biss::simulators::Role;
-
 int biss_tb_encoder(const char* name, const char* settings) {
-  return biss::simulators::guarded(0, [&] {
-    return biss::simulators::open<biss::simulators::Encoder>(Role::encoder, name, settings);
-  });
+  return open<Encoder>(Role::encoder, name, settings);
 }
 
 int biss_tb_master(const char* name, const char* settings) {
-  return biss::simulators::guarded(0, [&] {
-    return biss::simulators::open<biss::simulators::Master>(Role::master, name, settings);
-  });
+  return open<Master>(Role::master, name, settings);
 }
 
 long long biss_tb_step_encoder(int id, long long now_ps, int ma) {
-  return biss::simulators::guarded(-1LL, [&] {
-    auto* encoder = biss::simulators::of_number<biss::simulators::Encoder>(id, Role::encoder);
-    if (encoder == nullptr) return -1LL;
-    return biss::simulators::as_deadline(encoder->step(now_ps, ma != 0));
-  });
+  return step<Encoder>(id, Role::encoder, now_ps, ma);
 }
 
 long long biss_tb_step_master(int id, long long now_ps, int slo, int request) {
-  return biss::simulators::guarded(-1LL, [&] {
-    auto* master = biss::simulators::of_number<biss::simulators::Master>(id, Role::master);
-    if (master == nullptr) return -1LL;
-    return biss::simulators::as_deadline(master->step(now_ps, slo != 0, request != 0));
-  });
+  return step<Master>(id, Role::master, now_ps, slo, request);
 }
 
 int biss_tb_level(int id) {
-  const auto* instance = biss::simulators::of_number(id);
+  const auto* instance = of_number(id);
   return instance == nullptr || instance->level() ? 1 : 0;
 }
 
 int biss_tb_latches(int id) {
-  const auto* master = biss::simulators::of_number<biss::simulators::Master>(id, Role::master);
+  const auto* master = of_number<Master>(id, Role::master);
   return master == nullptr ? 0 : static_cast<int>(master->latches());
 }
 
 int biss_tb_requests(int id) {
-  const auto* instance = biss::simulators::of_number(id);
+  const auto* instance = of_number(id);
   return instance == nullptr ? 0 : static_cast<int>(instance->requests());
 }
 
 void biss_tb_next(const char* name, int channel, long long position, int nE, int nW) {
-  biss::simulators::guarded(0, [&] {
-    auto* instance = biss::simulators::find(name == nullptr ? "" : name);
-    if (instance == nullptr) return 0;
-    const auto k = biss::simulators::channel_of(*instance, channel);
-    if (!k) return 0;
+  with(name, [&](Instance& instance) {
+    if (!has_channel(instance, channel)) return 0;
     if (nE < 0 || nW < 0) {
-      biss::simulators::complain(instance->name() + ": the next frame has unknown bits");
-      return 0;
+      complain(instance.name() + ": the next frame has unknown bits");
+    } else if (instance.role() != Role::encoder) {
+      complain(instance.name() + ": a master sends no position");
+    } else {
+      static_cast<Encoder&>(instance).set_next(
+          static_cast<std::size_t>(channel),
+          {static_cast<std::uint64_t>(position), 0, nE != 0, nW != 0});
     }
-    if (instance->role() != Role::encoder) {
-      biss::simulators::complain(instance->name() + ": a master sends no position");
-      return 0;
-    }
-    static_cast<biss::simulators::Encoder*>(instance)->set_next(
-        *k, {static_cast<std::uint64_t>(position), 0, nE != 0, nW != 0});
     return 0;
   });
 }
 
 void biss_tb_value(const char* name, int channel, long long position, int known, int nE, int nW) {
-  biss::simulators::guarded(0, [&] {
-    auto* instance = biss::simulators::find(name == nullptr ? "" : name);
-    if (instance == nullptr) return 0;
-    if (const auto k = biss::simulators::channel_of(*instance, channel)) {
-      instance->set_value(
-          *k, {{static_cast<std::uint64_t>(position), 0, nE != 0, nW != 0}, true, known != 0});
+  with(name, [&](Instance& instance) {
+    if (has_channel(instance, channel)) {
+      instance.set_value(
+          static_cast<std::size_t>(channel),
+          {{static_cast<std::uint64_t>(position), 0, nE != 0, nW != 0}, true, known != 0});
     }
     return 0;
   });
 }
 
 int biss_tb_compare(const char* name, const char* cause) {
-  return biss::simulators::guarded(0, [&] {
-    auto* instance = biss::simulators::find(name == nullptr ? "" : name);
-    if (instance == nullptr) return 0;
-    return instance->compare(cause == nullptr ? "" : cause) ? 1 : 0;
-  });
+  return with(name, [&](Instance& instance) { return instance.compare(text_of(cause)) ? 1 : 0; });
 }
 
 int biss_tb_report(const char* path) {
-  return biss::simulators::guarded(
-      1, [&] { return biss::simulators::report(path == nullptr ? "" : path); });
+  return guarded(1, [&] { return report(text_of(path)); });
 }
 
 }  // extern "C"

@@ -61,9 +61,9 @@ std::int64_t biss_ghdl_step_master(std::int32_t id, std::int64_t now_fs, std::in
   return as_time(biss_tb_step_master(id, now_fs / fs_per_ps, slo, request));
 }
 
-// `position` has 64 bits, the highest first. Returns 0, which VHDL needs.
-int biss_ghdl_value(const GhdlString* name, std::int32_t channel, const unsigned char* position,
-                    std::int32_t nE, std::int32_t nW, std::int32_t is_next) {
+// `position` has 64 bits, the highest first.
+void biss_ghdl_value(const GhdlString* name, std::int32_t channel, const unsigned char* position,
+                     std::int32_t nE, std::int32_t nW, std::int32_t is_next) {
   std::uint64_t bits = 0;
   bool known = nE >= 0 && nW >= 0;
   for (int k = 0; k < 64; ++k) {
@@ -79,11 +79,10 @@ int biss_ghdl_value(const GhdlString* name, std::int32_t channel, const unsigned
   } else {
     biss_tb_value(text.c_str(), channel, number, known ? 1 : 0, nE == 1, nW == 1);
   }
-  return 0;
 }
 
-int biss_ghdl_compare(const GhdlString* name, const GhdlString* cause) {
-  return biss_tb_compare(text_of(name).c_str(), text_of(cause).c_str());
+void biss_ghdl_compare(const GhdlString* name, const GhdlString* cause) {
+  biss_tb_compare(text_of(name).c_str(), text_of(cause).c_str());
 }
 
 int biss_ghdl_report(const GhdlString* path) { return biss_tb_report(text_of(path).c_str()); }

@@ -12,11 +12,15 @@ package biss_pkg is
                        nE, nW : std_logic);
   -- `cause` as in `biss decode`: "ok", "crc", "no_response"; "fault" if the design names none.
   procedure biss_compare(name : string; cause : string);
+  attribute foreign of biss_compare : procedure is
+    "VHPIDIRECT libbiss_testbench.so biss_ghdl_compare";
   -- The next frame of an encoder.
   procedure biss_next(name : string; channel : natural; position : std_logic_vector;
                       nE, nW : std_logic);
   -- Writes path.txt and path.json, prints the report. Returns the number of mismatches.
   impure function biss_report(path : string) return integer;
+  attribute foreign of biss_report : function is
+    "VHPIDIRECT libbiss_testbench.so biss_ghdl_report";
 
   -- For the entities below.
   subtype biss_bits is std_logic_vector(63 downto 0);
@@ -41,16 +45,10 @@ package biss_pkg is
   impure function biss_requests(id : integer) return integer;
   attribute foreign of biss_requests : function is
     "VHPIDIRECT libbiss_testbench.so biss_tb_requests";
-  impure function biss_put_value(name : string; channel : integer; position : biss_bits;
-                                 nE, nW, is_next : integer) return integer;
-  attribute foreign of biss_put_value : function is
+  procedure biss_put_value(name : string; channel : integer; position : biss_bits;
+                           nE, nW, is_next : integer);
+  attribute foreign of biss_put_value : procedure is
     "VHPIDIRECT libbiss_testbench.so biss_ghdl_value";
-  impure function biss_put_cause(name, cause : string) return integer;
-  attribute foreign of biss_put_cause : function is
-    "VHPIDIRECT libbiss_testbench.so biss_ghdl_compare";
-  impure function biss_make_report(path : string) return integer;
-  attribute foreign of biss_make_report : function is
-    "VHPIDIRECT libbiss_testbench.so biss_ghdl_report";
 
   -- 0 for '0' and 'L', 1 for every other level: a line that nothing drives is high.
   function biss_line(level : std_logic) return integer;
@@ -90,28 +88,15 @@ package body biss_pkg is
 
   procedure biss_value(name : string; channel : natural; position : std_logic_vector;
                        nE, nW : std_logic) is
-    variable unused : integer;
   begin
-    unused := biss_put_value(name, channel, widened(position), flag(nE), flag(nW), 0);
+    biss_put_value(name, channel, widened(position), flag(nE), flag(nW), 0);
   end procedure;
 
   procedure biss_next(name : string; channel : natural; position : std_logic_vector;
                       nE, nW : std_logic) is
-    variable unused : integer;
   begin
-    unused := biss_put_value(name, channel, widened(position), flag(nE), flag(nW), 1);
+    biss_put_value(name, channel, widened(position), flag(nE), flag(nW), 1);
   end procedure;
-
-  procedure biss_compare(name : string; cause : string) is
-    variable unused : integer;
-  begin
-    unused := biss_put_cause(name, cause);
-  end procedure;
-
-  impure function biss_report(path : string) return integer is
-  begin
-    return biss_make_report(path);
-  end function;
 
   -- The bodies of foreign functions are never run.
   impure function biss_open_encoder(name, settings : string) return integer is
@@ -128,12 +113,12 @@ package body biss_pkg is
   begin report "foreign" severity failure; return 0; end function;
   impure function biss_requests(id : integer) return integer is
   begin report "foreign" severity failure; return 0; end function;
-  impure function biss_put_value(name : string; channel : integer; position : biss_bits;
-                                 nE, nW, is_next : integer) return integer is
-  begin report "foreign" severity failure; return 0; end function;
-  impure function biss_put_cause(name, cause : string) return integer is
-  begin report "foreign" severity failure; return 0; end function;
-  impure function biss_make_report(path : string) return integer is
+  procedure biss_put_value(name : string; channel : integer; position : biss_bits;
+                           nE, nW, is_next : integer) is
+  begin report "foreign" severity failure; end procedure;
+  procedure biss_compare(name : string; cause : string) is
+  begin report "foreign" severity failure; end procedure;
+  impure function biss_report(path : string) return integer is
   begin report "foreign" severity failure; return 0; end function;
 end package body;
 

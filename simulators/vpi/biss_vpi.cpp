@@ -11,6 +11,7 @@
 #include <vpi_user.h>
 
 #include <cstdint>
+#include <iterator>
 #include <memory>
 #include <string>
 #include <vector>
@@ -58,19 +59,11 @@ std::int64_t now_ticks() {
 
 // ---- Values
 
-// 1 unless the signal is 0: a line that nothing drives idles high.
-int level_of(vpiHandle signal) {
+int scalar_of(vpiHandle signal) {
   s_vpi_value value{};
   value.format = vpiScalarVal;
   vpi_get_value(signal, &value);
-  return value.value.scalar == vpi0 ? 0 : 1;
-}
-
-void put_level(vpiHandle signal, int level) {
-  s_vpi_value value{};
-  value.format = vpiScalarVal;
-  value.value.scalar = level != 0 ? vpi1 : vpi0;
-  vpi_put_value(signal, &value, nullptr, vpiNoDelay);
+  return value.value.scalar;
 }
 
 void put_number(vpiHandle signal, int number) {
@@ -134,36 +127,50 @@ void stop(const char* task, const char* why) {
   vpi_control(vpiFinish, 1);
 }
 
-// False if the number of arguments is wrong; the simulation then stops.
-bool take_arguments(const char* task, std::size_t count, std::vector<vpiHandle>& arguments) {
-  arguments = arguments_of_call();
-  if (arguments.size() == count) return true;
-  stop(task, "wrong number of arguments");
-  return false;
-}
-
 // ---- Encoders and masters
+
+// A signal that an instance drives, and the last value.
+struct Output {
+  vpiHandle signal;
+  int (*value)(int id);
+  int last;
+};
 
 // An instance and its signals. Callbacks keep its address until the simulation ends.
 class Stepper {
  public:
-  virtual ~Stepper() = default;
-  void watch(vpiHandle signal);
+  // \param arguments of $biss_encoder or $biss_master; an encoder has only MA and SLO
+  Stepper(int id, const std::vector<vpiHandle>& arguments) : id_(id) {
+    const vpiHandle ma = arguments[2];
+    const vpiHandle slo = arguments[3];
+    if (arguments.size() == 4) {
+      input_ = ma;
+      outputs_ = {{slo, &biss_tb_level, 1}};
+    } else {
+      input_ = slo;
+      request_ = arguments[4];
+      outputs_ = {{arguments[5], &biss_tb_latches, 0},
+                  {ma, &biss_tb_level, 1},
+                  {arguments[6], &biss_tb_requests, 0}};
+      watch(request_);
+    }
+    watch(input_);
+    for (const Output& output : outputs_) put_number(output.signal, output.last);
+  }
   void step();
-
- protected:
-  Stepper(int id, Unit unit) : id_(id), unit_(unit) {}
-  int id() const { return id_; }
-  // Passes inputs on and drives outputs. \return the deadline
-  virtual std::int64_t step_at(std::int64_t now_ps) = 0;
 
  private:
   static PLI_INT32 changed(p_cb_data data);
   static PLI_INT32 woken(p_cb_data data);
+  void watch(vpiHandle signal);
+  std::int64_t step_at(std::int64_t now_ps);
   void wake_at(std::int64_t ticks, std::int64_t now);
 
   int id_;
-  Unit unit_;
+  vpiHandle input_ = nullptr;
+  vpiHandle request_ = nullptr;
+  std::vector<Output> outputs_;
+  Unit unit_ = unit_of_simulation();
   std::int64_t wake_ = never;
   s_vpi_time time_{};
   s_vpi_value value_{};
@@ -194,6 +201,21 @@ void Stepper::watch(vpiHandle signal) {
   vpi_register_cb(&data);
 }
 
+// Passes inputs on and drives outputs. A line that nothing drives is high; an unknown request is
+// not a request. \return the deadline
+std::int64_t Stepper::step_at(std::int64_t now_ps) {
+  const int level = scalar_of(input_) == vpi0 ? 0 : 1;
+  const std::int64_t deadline =
+      request_ == nullptr
+          ? biss_tb_step_encoder(id_, now_ps, level)
+          : biss_tb_step_master(id_, now_ps, level, scalar_of(request_) == vpi1 ? 1 : 0);
+  for (Output& output : outputs_) {
+    const int value = output.value(id_);
+    if (value != output.last) put_number(output.signal, output.last = value);
+  }
+  return deadline;
+}
+
 void Stepper::step() {
   const std::int64_t now = now_ticks();
   const std::int64_t deadline = step_at(unit_.ps(now));
@@ -217,171 +239,99 @@ void Stepper::wake_at(std::int64_t ticks, std::int64_t now) {
   vpi_register_cb(&data);
 }
 
-class EncoderStepper final : public Stepper {
- public:
-  EncoderStepper(int id, Unit unit, vpiHandle ma, vpiHandle slo)
-      : Stepper(id, unit), ma_(ma), slo_(slo) {
-    watch(ma);
-    put_level(slo, 1);
-  }
-
- private:
-  std::int64_t step_at(std::int64_t now_ps) override {
-    const std::int64_t deadline = biss_tb_step_encoder(id(), now_ps, level_of(ma_));
-    const int level = biss_tb_level(id());
-    if (level != level_) put_level(slo_, level_ = level);
-    return deadline;
-  }
-
-  vpiHandle ma_;
-  vpiHandle slo_;
-  int level_ = 1;
-};
-
-class MasterStepper final : public Stepper {
- public:
-  MasterStepper(int id, Unit unit, const std::vector<vpiHandle>& arguments)
-      : Stepper(id, unit),
-        ma_(arguments[2]),
-        slo_(arguments[3]),
-        request_(arguments[4]),
-        latches_(arguments[5]),
-        requests_(arguments[6]) {
-    watch(slo_);
-    watch(request_);
-    put_level(ma_, 1);
-    put_number(latches_, 0);
-    put_number(requests_, 0);
-  }
-
- private:
-  // No request while the signal is unknown.
-  bool requested() const {
-    s_vpi_value value{};
-    value.format = vpiScalarVal;
-    vpi_get_value(request_, &value);
-    return value.value.scalar == vpi1;
-  }
-
-  std::int64_t step_at(std::int64_t now_ps) override {
-    const std::int64_t deadline =
-        biss_tb_step_master(id(), now_ps, level_of(slo_), requested() ? 1 : 0);
-    const int level = biss_tb_level(id());
-    const int latches = biss_tb_latches(id());
-    const int requests = biss_tb_requests(id());
-    if (latches != latched_) put_number(latches_, latched_ = latches);
-    if (level != level_) put_level(ma_, level_ = level);
-    if (requests != ended_) put_number(requests_, ended_ = requests);
-    return deadline;
-  }
-
-  vpiHandle ma_;
-  vpiHandle slo_;
-  vpiHandle request_;
-  vpiHandle latches_;
-  vpiHandle requests_;
-  int level_ = 1;
-  int latched_ = 0;
-  int ended_ = 0;
-};
-
-std::vector<std::unique_ptr<Stepper>>& steppers() {
-  static std::vector<std::unique_ptr<Stepper>> all;
-  return all;
-}
-
-void keep(std::unique_ptr<Stepper> stepper) {
-  stepper->step();
-  steppers().push_back(std::move(stepper));
-}
-
 // ---- The system tasks
 
-PLI_INT32 encoder_task(PLI_BYTE8* /*user*/) {
-  std::vector<vpiHandle> arguments;
-  if (!take_arguments("$biss_encoder", 4, arguments)) return 0;
-  const int id = biss_tb_encoder(text_of(arguments[0]).c_str(), text_of(arguments[1]).c_str());
-  if (id == 0) {
-    stop("$biss_encoder", "no encoder");
-    return 0;
+using Arguments = std::vector<vpiHandle>;
+
+struct Task {
+  const char* name;
+  std::size_t argument_count;
+  void (*call)(const Arguments& arguments);
+};
+
+void open(const Arguments& arguments, int (*open_instance)(const char*, const char*),
+          const char* task, const char* failure) {
+  static std::vector<std::unique_ptr<Stepper>> steppers;
+  const int id = open_instance(text_of(arguments[0]).c_str(), text_of(arguments[1]).c_str());
+  if (id == 0) return stop(task, failure);
+  steppers.push_back(std::make_unique<Stepper>(id, arguments));
+  steppers.back()->step();
+}
+
+// The arguments of $biss_next and $biss_value.
+struct Given {
+  explicit Given(const Arguments& arguments)
+      : name(text_of(arguments[0])), channel(number_of(arguments[1])) {
+    const Vector vectors[] = {vector_of(arguments[2]), vector_of(arguments[3]),
+                              vector_of(arguments[4])};
+    known = vectors[0].known && vectors[1].known && vectors[2].known;
+    position = static_cast<long long>(vectors[0].bits);
+    nE = static_cast<int>(vectors[1].bits & 1U);
+    nW = static_cast<int>(vectors[2].bits & 1U);
   }
-  keep(std::make_unique<EncoderStepper>(id, unit_of_simulation(), arguments[2], arguments[3]));
-  return 0;
-}
 
-PLI_INT32 master_task(PLI_BYTE8* /*user*/) {
-  std::vector<vpiHandle> arguments;
-  if (!take_arguments("$biss_master", 7, arguments)) return 0;
-  const int id = biss_tb_master(text_of(arguments[0]).c_str(), text_of(arguments[1]).c_str());
-  if (id == 0) {
-    stop("$biss_master", "no master");
-    return 0;
+  std::string name;
+  int channel;
+  long long position;
+  bool known;
+  int nE;
+  int nW;
+};
+
+constexpr Task tasks[] = {
+    {"$biss_encoder", 4,
+     [](const Arguments& arguments) {
+       open(arguments, &biss_tb_encoder, "$biss_encoder", "no encoder");
+     }},
+    {"$biss_master", 7,
+     [](const Arguments& arguments) {
+       open(arguments, &biss_tb_master, "$biss_master", "no master");
+     }},
+    {"$biss_next", 5,
+     [](const Arguments& arguments) {
+       const Given given(arguments);
+       biss_tb_next(given.name.c_str(), given.channel, given.position, given.known ? given.nE : -1,
+                    given.nW);
+     }},
+    {"$biss_value", 5,
+     [](const Arguments& arguments) {
+       const Given given(arguments);
+       biss_tb_value(given.name.c_str(), given.channel, given.position, given.known ? 1 : 0,
+                     given.nE, given.nW);
+     }},
+    {"$biss_compare", 2,
+     [](const Arguments& arguments) {
+       biss_tb_compare(text_of(arguments[0]).c_str(), text_of(arguments[1]).c_str());
+     }},
+    {"$biss_report", 1,
+     [](const Arguments& arguments) {
+       put_number(vpi_handle(vpiSysTfCall, nullptr), biss_tb_report(text_of(arguments[0]).c_str()));
+     }},
+};
+
+PLI_INT32 call_task(PLI_BYTE8* user) {
+  const auto& task = *reinterpret_cast<const Task*>(user);
+  const Arguments arguments = arguments_of_call();
+  if (arguments.size() == task.argument_count) {
+    task.call(arguments);
+  } else {
+    stop(task.name, "wrong number of arguments");
   }
-  keep(std::make_unique<MasterStepper>(id, unit_of_simulation(), arguments));
   return 0;
-}
-
-PLI_INT32 next_task(PLI_BYTE8* /*user*/) {
-  std::vector<vpiHandle> arguments;
-  if (!take_arguments("$biss_next", 5, arguments)) return 0;
-  const Vector position = vector_of(arguments[2]);
-  const Vector flags[] = {vector_of(arguments[3]), vector_of(arguments[4])};
-  const bool known = position.known && flags[0].known && flags[1].known;
-  biss_tb_next(
-      text_of(arguments[0]).c_str(), number_of(arguments[1]), static_cast<long long>(position.bits),
-      known ? static_cast<int>(flags[0].bits & 1U) : -1, static_cast<int>(flags[1].bits & 1U));
-  return 0;
-}
-
-PLI_INT32 value_task(PLI_BYTE8* /*user*/) {
-  std::vector<vpiHandle> arguments;
-  if (!take_arguments("$biss_value", 5, arguments)) return 0;
-  const Vector position = vector_of(arguments[2]);
-  const Vector flags[] = {vector_of(arguments[3]), vector_of(arguments[4])};
-  const bool known = position.known && flags[0].known && flags[1].known;
-  biss_tb_value(text_of(arguments[0]).c_str(), number_of(arguments[1]),
-                static_cast<long long>(position.bits), known ? 1 : 0,
-                static_cast<int>(flags[0].bits & 1U), static_cast<int>(flags[1].bits & 1U));
-  return 0;
-}
-
-PLI_INT32 compare_task(PLI_BYTE8* /*user*/) {
-  std::vector<vpiHandle> arguments;
-  if (!take_arguments("$biss_compare", 2, arguments)) return 0;
-  biss_tb_compare(text_of(arguments[0]).c_str(), text_of(arguments[1]).c_str());
-  return 0;
-}
-
-PLI_INT32 report_function(PLI_BYTE8* /*user*/) {
-  std::vector<vpiHandle> arguments;
-  if (!take_arguments("$biss_report", 1, arguments)) return 0;
-  put_number(vpi_handle(vpiSysTfCall, nullptr), biss_tb_report(text_of(arguments[0]).c_str()));
-  return 0;
-}
-
-PLI_INT32 report_size(PLI_BYTE8* /*user*/) { return 32; }
-
-void register_task(const char* name, PLI_INT32 (*call)(PLI_BYTE8*)) {
-  s_vpi_systf_data task{};
-  task.type = vpiSysTask;
-  task.tfname = name;
-  task.calltf = call;
-  vpi_register_systf(&task);
 }
 
 void register_all() {
-  register_task("$biss_encoder", &encoder_task);
-  register_task("$biss_master", &master_task);
-  register_task("$biss_next", &next_task);
-  register_task("$biss_value", &value_task);
-  register_task("$biss_compare", &compare_task);
-  s_vpi_systf_data function{};
-  function.type = vpiSysFunc;
-  function.sysfunctype = vpiIntFunc;
-  function.tfname = "$biss_report";
-  function.calltf = &report_function;
-  function.sizetf = &report_size;
-  vpi_register_systf(&function);
+  for (const Task& task : tasks) {
+    const bool is_function = &task == std::end(tasks) - 1;  // $biss_report
+    s_vpi_systf_data data{};
+    data.type = is_function ? vpiSysFunc : vpiSysTask;
+    data.sysfunctype = is_function ? vpiIntFunc : 0;
+    data.tfname = task.name;
+    data.calltf = &call_task;
+    data.sizetf = [](PLI_BYTE8*) { return PLI_INT32{32}; };
+    data.user_data = reinterpret_cast<PLI_BYTE8*>(const_cast<Task*>(&task));
+    vpi_register_systf(&data);
+  }
 }
 
 }  // namespace
