@@ -2,7 +2,6 @@
 
 namespace biss::archive {
 
-using decode::CycleStatus;
 using decode::Statistics;
 
 namespace {
@@ -56,7 +55,7 @@ CycleStatus Counts::foremost_fault() const {
 Counts counts_of(const Statistics& statistics) {
   Counts counts;
   counts.cycles = statistics.cycles();
-  for (std::size_t i = 0; i < decode::cycle_status_count; ++i) {
+  for (std::size_t i = 0; i < cycle_status_count; ++i) {
     counts.by_status[i] = statistics.count(static_cast<CycleStatus>(i));
   }
   counts.errors = statistics.errors();

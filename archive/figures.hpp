@@ -31,7 +31,7 @@ const decode::Distribution& distribution_of(const decode::Statistics& statistics
 /// Counts of request cycles, with the same names as in decode::Statistics.
 struct Counts {
   std::uint64_t cycles = 0;
-  std::array<std::uint64_t, decode::cycle_status_count> by_status{};
+  std::array<std::uint64_t, cycle_status_count> by_status{};
   std::uint64_t errors = 0;
   std::uint64_t warnings = 0;
   std::array<std::uint64_t, decode::limit_count> by_limit{};
@@ -41,13 +41,13 @@ struct Counts {
 
   bool operator==(const Counts&) const = default;
   void add(const Counts& other);
-  std::uint64_t count(decode::CycleStatus status) const {
+  std::uint64_t count(CycleStatus status) const {
     return by_status[static_cast<std::size_t>(status)];
   }
   /// Cycles with a named cause: neither good nor cut by an end of the capture.
   std::uint64_t faults() const;
   /// The most frequent cause; `ok` if there is no fault.
-  decode::CycleStatus foremost_fault() const;
+  CycleStatus foremost_fault() const;
 };
 
 Counts counts_of(const decode::Statistics& statistics);

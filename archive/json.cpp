@@ -2,7 +2,6 @@
 
 namespace biss::archive {
 
-using decode::CycleStatus;
 using decode::Limit;
 
 namespace {

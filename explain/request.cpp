@@ -13,7 +13,6 @@ namespace {
 
 using decode::Cycle;
 using decode::CycleEdges;
-using decode::CycleStatus;
 using decode::LevelChange;
 using wire::Level;
 

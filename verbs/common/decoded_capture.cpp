@@ -28,8 +28,8 @@ std::string file_of_line(const std::string& text) {
 constexpr std::uint64_t least_contradiction = 20;
 
 // The frame is whole, and not one of the format.
-bool contradicts(decode::CycleStatus status) {
-  using enum decode::CycleStatus;
+bool contradicts(CycleStatus status) {
+  using enum CycleStatus;
   return status == crc || status == stop_bit || status == truncated || status == cds;
 }
 
@@ -525,7 +525,7 @@ bool DecodedCapture::read(const OnCycle& on_cycle) {
 }
 
 void DecodedCapture::count(const decode::Cycle& cycle) {
-  good_ += cycle.status == decode::CycleStatus::ok ? 1U : 0U;
+  good_ += cycle.status == CycleStatus::ok ? 1U : 0U;
   contradict_ += contradicts(cycle.status) ? 1U : 0U;
 }
 

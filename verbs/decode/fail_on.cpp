@@ -33,8 +33,8 @@ std::string FailOn::read(const std::vector<std::string>& words) {
 }
 
 bool FailOn::read_status(const std::string& word) {
-  for (std::size_t i = 1; i < decode::cycle_status_count; ++i) {
-    const auto status = static_cast<decode::CycleStatus>(i);
+  for (std::size_t i = 1; i < cycle_status_count; ++i) {
+    const auto status = static_cast<CycleStatus>(i);
     if (name_of(status) != word) continue;
     statuses_.push_back(status);
     return true;
@@ -61,7 +61,7 @@ std::optional<decode::Limit> FailOn::unknown_limit(const DeviceTiming& timing) c
 
 bool FailOn::asks_format() const {
   return error_ || warning_ ||
-         std::find(statuses_.begin(), statuses_.end(), decode::CycleStatus::crc) != statuses_.end();
+         std::find(statuses_.begin(), statuses_.end(), CycleStatus::crc) != statuses_.end();
 }
 
 bool FailOn::met_by(const decode::Statistics& statistics, const decode::SafetyWatch* safety) const {

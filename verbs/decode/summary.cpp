@@ -66,8 +66,8 @@ std::string_view origin_text(const decode::FoundLines& found) {
 
 std::string status_counts(const decode::Statistics& statistics) {
   std::string text;
-  for (std::size_t i = 0; i < decode::cycle_status_count; ++i) {
-    const auto status = static_cast<decode::CycleStatus>(i);
+  for (std::size_t i = 0; i < cycle_status_count; ++i) {
+    const auto status = static_cast<CycleStatus>(i);
     if (statistics.count(status) == 0) continue;
     fmt::format_to(std::back_inserter(text), "{}{} {}", text.empty() ? "" : ", ",
                    statistics.count(status), name_of(status));
@@ -134,7 +134,7 @@ std::string what_to_try(CycleStatus status, const decode::Statistics& statistics
 // The most frequent cause that something can be done about.
 std::optional<CycleStatus> foremost_cause(const decode::Statistics& statistics) {
   std::optional<CycleStatus> foremost;
-  for (std::size_t i = 0; i < decode::cycle_status_count; ++i) {
+  for (std::size_t i = 0; i < cycle_status_count; ++i) {
     const auto status = static_cast<CycleStatus>(i);
     if (!is_fault(status) || statistics.count(status) == 0) continue;
     if (!foremost || statistics.count(status) > statistics.count(*foremost)) foremost = status;
