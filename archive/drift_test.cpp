@@ -40,7 +40,7 @@ TEST(Drift, Days_HaveTheMedianOfTheirCaptures) {
   for (std::size_t i = 0; i < 4; ++i) {
     files[i].day = days[i];
     links[i].counts.cycles = 100;
-    links[i].counts.by_status[static_cast<std::size_t>(decode::CycleStatus::crc)] = i;
+    links[i].counts.by_status[static_cast<std::size_t>(CycleStatus::crc)] = i;
     links[i].ranges[static_cast<std::size_t>(Quantity::line_delay)] = {0, delays[i], 99};
     captures.push_back({&files[i], &links[i]});
   }

@@ -34,7 +34,7 @@ Shares shares_of(const Counts& counts) {
            {counts.limited, counts.cycles},
            {counts.marginal, counts.margin_judged},
            {counts.warnings, counts.cycles},
-           {counts.count(decode::CycleStatus::unchecked), counts.cycles}}};
+           {counts.count(CycleStatus::unchecked), counts.cycles}}};
 }
 
 bool is_damaged(const FileEntry& entry) { return !entry.cause.empty() && !is_foreign(entry.cause); }

@@ -41,9 +41,9 @@ FileEntry entry_with(const std::string& path, std::uint64_t crc, std::uint64_t o
   entry.reading = Reading::whole;
   LinkEntry& link = entry.links.emplace_back();
   link.counts.cycles = crc + ok + unchecked;
-  link.counts.by_status[static_cast<std::size_t>(decode::CycleStatus::crc)] = crc;
-  link.counts.by_status[static_cast<std::size_t>(decode::CycleStatus::ok)] = ok;
-  link.counts.by_status[static_cast<std::size_t>(decode::CycleStatus::unchecked)] = unchecked;
+  link.counts.by_status[static_cast<std::size_t>(CycleStatus::crc)] = crc;
+  link.counts.by_status[static_cast<std::size_t>(CycleStatus::ok)] = ok;
+  link.counts.by_status[static_cast<std::size_t>(CycleStatus::unchecked)] = unchecked;
   return entry;
 }
 

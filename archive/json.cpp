@@ -6,7 +6,6 @@
 
 namespace biss::archive {
 
-using decode::CycleStatus;
 using decode::Limit;
 
 namespace {

@@ -15,11 +15,6 @@
 
 namespace biss::decode {
 
-using biss::cycle_status_count;
-using biss::CycleStatus;
-using biss::is_cut;
-using biss::is_good;
-
 /// The bits from START to STOP as received: START, CDS, the payload and STOP.
 using RawBits = BitBuffer<max_payload_bits + 3>;
 

@@ -14,7 +14,6 @@ namespace biss::draw {
 
 namespace {
 
-using decode::CycleStatus;
 using decode::LevelChange;
 using decode::shifted;
 using wire::Level;

@@ -13,7 +13,6 @@ namespace biss::explain {
 namespace {
 
 using decode::Cycle;
-using decode::CycleStatus;
 using decode::LevelChange;
 using decode::Rule;
 using wire::Level;

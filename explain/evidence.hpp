@@ -54,7 +54,7 @@ struct Evidence {
   /// Frames with the sign of life 0 after its highest value.
   std::uint64_t life_zeros = 0;
   /// Cycles by status.
-  std::array<std::uint64_t, decode::cycle_status_count> statuses{};
+  std::array<std::uint64_t, cycle_status_count> statuses{};
   /// A format was given, so that checksums are judged.
   bool has_format = false;
   /// Cycles with ACK in time and START, and how many of them have a good frame.
@@ -99,7 +99,7 @@ struct Evidence {
 
   const Sightings& seen(RequestKind kind) const { return kinds[static_cast<std::size_t>(kind)]; }
   std::uint64_t count(RequestKind kind) const { return seen(kind).count; }
-  std::uint64_t status(decode::CycleStatus status) const {
+  std::uint64_t status(CycleStatus status) const {
     return statuses[static_cast<std::size_t>(status)];
   }
 };

@@ -23,7 +23,6 @@ Readable read(const decode::Lines& lines, std::span<const wire::Edge> edges,
               const decode::CycleReader& reader) {
   Readable readable;
   decode::Decoder decoder(reader, [&](const decode::Cycle& cycle) {
-    using decode::CycleStatus;
     if (cycle.status == CycleStatus::cut_start || cycle.status == CycleStatus::cut_end) return;
     ++readable.cycles;
     if (is_good(cycle.status)) ++readable.good;

@@ -10,6 +10,9 @@ namespace biss::explain {
 namespace {
 
 using decode::Cycle;
+using decode::CycleEdges;
+using decode::LevelChange;
+using wire::Level;
 
 // Parts of requests: MA pauses between them for longer than the decoder waits. Most pauses are
 // equal and short. The part after a longer pause begins with ACK at the same line delay; hardly any

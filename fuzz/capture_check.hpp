@@ -37,13 +37,13 @@ class Tally {
 
 /// A whole request: MA was idle before, and clocked twice at least.
 inline bool is_request(const decode::Cycle& cycle) {
-  return cycle.rising_edges >= 2 && cycle.status != decode::CycleStatus::cut_start &&
-         cycle.status != decode::CycleStatus::unknown_level;
+  return cycle.rising_edges >= 2 && cycle.status != CycleStatus::cut_start &&
+         cycle.status != CycleStatus::unknown_level;
 }
 
 /// Checks the invariants of every row.
 inline void check_cycle(const decode::Cycle& cycle, const FrameFormat& format) {
-  require(cycle.frame.has_value() == (cycle.status == decode::CycleStatus::ok));
+  require(cycle.frame.has_value() == (cycle.status == CycleStatus::ok));
   require(!name_of(cycle.status).empty());
   require(!cycle.line_delay ||
           (cycle.line_delay->count >= 0 && *cycle.line_delay <= biss_line_delay_max));

@@ -23,8 +23,7 @@ class SampleCollector {
   void add(std::uint64_t number, const decode::Cycle& cycle) {
     const bool asked = zeros_of_cdm_ < control_reset_zeros;
     zeros_of_cdm_ = cycle.cdm == false ? zeros_of_cdm_ + 1 : 0;
-    if (cycle.status != decode::CycleStatus::unchecked &&
-        cycle.status != decode::CycleStatus::ack_range) {
+    if (cycle.status != CycleStatus::unchecked && cycle.status != CycleStatus::ack_range) {
       return;
     }
     const BitView raw = cycle.raw.view();

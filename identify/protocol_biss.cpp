@@ -83,7 +83,7 @@ Structure structure_of(const std::vector<Cycle>& requests, bool any_ack) {
   constexpr std::size_t most_tried = 16;
   std::vector<const Cycle*> alike;
   for (const Cycle& cycle : requests) {
-    if (decode::is_good(cycle.status) && cycle.ack && cycle.period && cycle.line_delay)
+    if (is_good(cycle.status) && cycle.ack && cycle.period && cycle.line_delay)
       alike.push_back(&cycle);
   }
   const auto all = [&](auto figure) {

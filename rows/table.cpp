@@ -190,7 +190,7 @@ const std::vector<Cell>& DecodeTable::cells(std::uint64_t number, const decode::
 // good, the values are the bits as received.
 std::string DecodeTable::frame_text(const decode::Cycle& cycle) const {
   std::string text;
-  if (cycle.status != decode::CycleStatus::ok) text = name_of(cycle.status);
+  if (cycle.status != CycleStatus::ok) text = name_of(cycle.status);
   const BitView raw = cycle.raw.view();
   std::size_t at = 2;  // after START and CDS
   for (std::size_t k = 0; k < channels_; ++k) {

@@ -104,8 +104,8 @@ void expect_as_recorded(const CycleDrawing& drawing, const std::vector<Edge>& ed
     const unsigned data_bits = format.channel_list[0].data_bits;
     const PlainCodec codec(format);
     EXPECT_EQ(drawing.checks[0].expected, codec.crc(0, raw.word(2, data_bits), false));
-    EXPECT_EQ(drawing.checks[0].right(), drawing.cycle.status != decode::CycleStatus::crc &&
-                                             drawing.cycle.crc_ok[0].value_or(true));
+    EXPECT_EQ(drawing.checks[0].right(),
+              drawing.cycle.status != CycleStatus::crc && drawing.cycle.crc_ok[0].value_or(true));
     std::size_t at = data_bits;
     for (const DrawnBit& bit : drawing.bits) {
       if (bit.payload_bit != at) continue;
@@ -150,7 +150,7 @@ TEST(CycleDrawing, EveryFaultOfTheLine_IsDrawnAsRecorded) {
         SCOPED_TRACE(drawing.number);
         expect_as_recorded(drawing, recording.edges, setup.format);
         const std::string text = drawing_text(drawing);
-        if (drawing.cycle.status == decode::CycleStatus::ok) {
+        if (drawing.cycle.status == CycleStatus::ok) {
           EXPECT_THAT(text, HasSubstr("START  CDS  pos25"));
         }
         EXPECT_THAT(text, HasSubstr("MA "));
@@ -193,7 +193,7 @@ TEST(CycleDrawing, FlipOfAnyBit_IsTheOneThatMendsTheFrame) {
     const Recording recording = record(setup);
     const auto drawings = draw_all(recording.edges, recording.end, setup.format, setup.timing);
     const CycleDrawing& drawing = drawings.at(spoiled_cycle);
-    ASSERT_EQ(drawing.cycle.status, decode::CycleStatus::crc);
+    ASSERT_EQ(drawing.cycle.status, CycleStatus::crc);
     ASSERT_EQ(recording.cycles[spoiled_cycle].injected.at(0).place.whole(), bit);
     // A CRC of 16 bits finds the one bit.
     EXPECT_EQ(drawing.checks.at(0).singles, std::vector<Flips>{{bit}});
@@ -351,7 +351,7 @@ TEST(DrawingText, NoAnswer_HasNoSamples) {
   const Recording recording = record(setup);
   const auto drawings = draw_all(recording.edges, recording.end, setup.format, setup.timing);
   const CycleDrawing& drawing = drawings.at(spoiled_cycle);
-  EXPECT_EQ(drawing.cycle.status, decode::CycleStatus::no_response);
+  EXPECT_EQ(drawing.cycle.status, CycleStatus::no_response);
   for (const DrawnBit& bit : drawing.bits) EXPECT_FALSE(bit.sampled_at);
   EXPECT_THAT(drawing_text(drawing), testing::Not(HasSubstr("sample")));
 }

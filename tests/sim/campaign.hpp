@@ -15,7 +15,7 @@ namespace biss::campaign {
 struct Tally {
   std::uint64_t cycles = 0;
   /// By status; `ok` with the true position.
-  std::array<std::uint64_t, decode::cycle_status_count> statuses{};
+  std::array<std::uint64_t, cycle_status_count> statuses{};
   /// `ok` with another position, nE = 1.
   std::uint64_t wrong = 0;
   /// `ok` with another position and nE = 0: not trusted().

@@ -23,7 +23,7 @@ const Tally& alone(const Outcome& outcome, sim::FaultKind kind) {
 // slips by a clock is as good as random: one in 64. Chance is given four deviations.
 void expect_wrong_positions_as_explained(const Outcome& outcome) {
   const Tally& flips = alone(outcome, sim::FaultKind::flip);
-  EXPECT_EQ(flips.statuses[static_cast<std::size_t>(decode::CycleStatus::crc)], flips.cycles);
+  EXPECT_EQ(flips.statuses[static_cast<std::size_t>(CycleStatus::crc)], flips.cycles);
   EXPECT_GT(alone(outcome, sim::FaultKind::burst).wrong, 0U);
   for (std::size_t k = 0; k < sim::line_fault_kind_count; ++k) {
     const Tally& tally = outcome.alone[k];

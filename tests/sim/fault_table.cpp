@@ -15,7 +15,7 @@ namespace {
 // A status has a column if it occurs; `ok` has one in the first table.
 std::vector<std::size_t> used_failures(const Outcome& outcome) {
   std::vector<std::size_t> used;
-  for (std::size_t s = 1; s < decode::cycle_status_count; ++s) {
+  for (std::size_t s = 1; s < cycle_status_count; ++s) {
     bool any = outcome.behind.statuses[s] != 0;
     for (const Tally& tally : outcome.alone) any = any || tally.statuses[s] != 0;
     if (any) used.push_back(s);
@@ -48,7 +48,7 @@ std::string status_table(const std::vector<Line>& lines, std::span<const std::si
   std::string text = "\n| fault |";
   std::string rule = "|---|";
   for (const std::size_t s : statuses) {
-    text += fmt::format(" `{}` |", name_of(static_cast<decode::CycleStatus>(s)));
+    text += fmt::format(" `{}` |", name_of(static_cast<CycleStatus>(s)));
     rule += "---:|";
   }
   text += "\n" + rule + "\n";

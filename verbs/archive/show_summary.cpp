@@ -32,9 +32,8 @@ std::optional<Picoseconds> median_of(const LinkEntry& link, Quantity quantity) {
 std::string_view cause_of(const FileEntry& file, const LinkEntry* link) {
   if (link == nullptr || !file.cause.empty()) return file.cause;
   const auto foremost = link->counts.foremost_fault();
-  const bool unchecked = link->counts.count(decode::CycleStatus::unchecked) != 0;
-  return name_of(foremost == decode::CycleStatus::ok && unchecked ? decode::CycleStatus::unchecked
-                                                                  : foremost);
+  const bool unchecked = link->counts.count(CycleStatus::unchecked) != 0;
+  return name_of(foremost == CycleStatus::ok && unchecked ? CycleStatus::unchecked : foremost);
 }
 
 FieldRow fields_of(const FileEntry& file, const LinkEntry* found) {
@@ -103,8 +102,8 @@ std::string sums_text(const archive::Summary& summary, const archive::Totals& su
                          summary.files.size(), read(Reading::whole), read(Reading::part),
                          read(Reading::none)));
   std::string status;
-  for (std::size_t i = 0; i < decode::cycle_status_count; ++i) {
-    const auto each = static_cast<decode::CycleStatus>(i);
+  for (std::size_t i = 0; i < cycle_status_count; ++i) {
+    const auto each = static_cast<CycleStatus>(i);
     if (sums.counts.count(each) != 0) {
       status = with_comma(status, sums.counts.count(each), name_of(each));
     }

@@ -24,9 +24,9 @@ std::string file_of_line(const std::string& text) {
 
 constexpr std::uint64_t least_contradiction = 20;
 
-// The frame is complete, but not a frame of the format.
-bool contradicts(decode::CycleStatus status) {
-  using enum decode::CycleStatus;
+// The frame is whole, and not one of the format.
+bool contradicts(CycleStatus status) {
+  using enum CycleStatus;
   return status == crc || status == stop_bit || status == truncated || status == cds;
 }
 
@@ -411,8 +411,8 @@ bool DecodedCapture::read(const OnCycle& on_cycle, flow::ChangeWatcher* watcher)
   return whole;
 }
 
-void DecodedCapture::hand_out(const decode::Cycle& cycle) {
-  good_ += cycle.status == decode::CycleStatus::ok ? 1U : 0U;
+void DecodedCapture::count(const decode::Cycle& cycle) {
+  good_ += cycle.status == CycleStatus::ok ? 1U : 0U;
   contradict_ += contradicts(cycle.status) ? 1U : 0U;
   if (!wanted_) return;
   if (is_wanted(cycle)) {

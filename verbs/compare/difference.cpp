@@ -12,7 +12,6 @@ namespace biss::verbs {
 
 namespace {
 
-using decode::CycleStatus;
 using decode::Distribution;
 using decode::Rule;
 
@@ -308,7 +307,7 @@ class Comparison {
   }
 
   void compare_results() {
-    for (std::size_t i = 0; i < decode::cycle_status_count; ++i) {
+    for (std::size_t i = 0; i < cycle_status_count; ++i) {
       const auto status = static_cast<CycleStatus>(i);
       if (!is_fault(status)) continue;
       add_share(fmt::format("status_{}", name_of(status)), consequence, [status](const Link& link) {

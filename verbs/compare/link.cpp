@@ -11,7 +11,6 @@ namespace biss::verbs {
 namespace {
 
 using decode::Cycle;
-using decode::CycleStatus;
 
 // The cycles of a link in their order.
 class LinkReader {

@@ -244,9 +244,9 @@ rows::MotionValues DecodeRun::take_position(std::uint64_t number, const decode::
 
 // Pulses are not requests, and neither is a piece of a request among pulses alone.
 bool DecodeRun::has_request() const {
-  const std::uint64_t glitches = now_.statistics.count(decode::CycleStatus::ma_glitch);
-  const std::uint64_t pieces = now_.statistics.count(decode::CycleStatus::cut_start) +
-                               now_.statistics.count(decode::CycleStatus::cut_end);
+  const std::uint64_t glitches = now_.statistics.count(CycleStatus::ma_glitch);
+  const std::uint64_t pieces =
+      now_.statistics.count(CycleStatus::cut_start) + now_.statistics.count(CycleStatus::cut_end);
   return now_.statistics.cycles() > glitches + (glitches != 0 ? pieces : 0);
 }
 

@@ -52,6 +52,26 @@ std::string FailOn::read(const std::vector<std::string>& words) {
   return {};
 }
 
+bool FailOn::read_status(const std::string& word) {
+  for (std::size_t i = 1; i < cycle_status_count; ++i) {
+    const auto status = static_cast<CycleStatus>(i);
+    if (name_of(status) != word) continue;
+    statuses_.push_back(status);
+    return true;
+  }
+  return false;
+}
+
+bool FailOn::read_limit(const std::string& word) {
+  for (std::size_t i = 0; i < decode::limit_count; ++i) {
+    const auto limit = static_cast<decode::Limit>(i);
+    if (name_of(limit) != word) continue;
+    each_limit_.push_back(limit);
+    return true;
+  }
+  return false;
+}
+
 std::optional<decode::Limit> FailOn::unknown_limit(const DeviceTiming& timing) const {
   const decode::LimitWatch watch(timing);
   const auto unknown = std::find_if_not(each_limit_.begin(), each_limit_.end(),
@@ -61,7 +81,7 @@ std::optional<decode::Limit> FailOn::unknown_limit(const DeviceTiming& timing) c
 
 bool FailOn::asks_format() const {
   return error_ || warning_ ||
-         std::find(statuses_.begin(), statuses_.end(), decode::CycleStatus::crc) != statuses_.end();
+         std::find(statuses_.begin(), statuses_.end(), CycleStatus::crc) != statuses_.end();
 }
 
 bool FailOn::met_by(const decode::Statistics& statistics, const decode::SafetyWatch* safety) const {

@@ -40,7 +40,7 @@ class FailOn {
   bool safety_ = false;
   bool limits_ = false;
   std::vector<SafetyVerdict> verdicts_;
-  std::vector<decode::CycleStatus> statuses_;
+  std::vector<CycleStatus> statuses_;
   std::vector<decode::Limit> each_limit_;
 };
 

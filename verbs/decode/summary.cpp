@@ -54,9 +54,11 @@ std::string_view origin_text(const decode::FoundLines& found) {
 
 std::string status_counts(const decode::Statistics& statistics) {
   std::string text;
-  for (std::size_t i = 0; i < decode::cycle_status_count; ++i) {
-    const auto status = static_cast<decode::CycleStatus>(i);
-    report::append_count(text, statistics.count(status), name_of(status));
+  for (std::size_t i = 0; i < cycle_status_count; ++i) {
+    const auto status = static_cast<CycleStatus>(i);
+    if (statistics.count(status) == 0) continue;
+    fmt::format_to(std::back_inserter(text), "{}{} {}", text.empty() ? "" : ", ",
+                   statistics.count(status), name_of(status));
   }
   return text;
 }
@@ -120,7 +122,7 @@ std::string what_to_try(CycleStatus status, const decode::Statistics& statistics
 // The most frequent cause that has a remedy.
 std::optional<CycleStatus> foremost_cause(const decode::Statistics& statistics) {
   std::optional<CycleStatus> foremost;
-  for (std::size_t i = 0; i < decode::cycle_status_count; ++i) {
+  for (std::size_t i = 0; i < cycle_status_count; ++i) {
     const auto status = static_cast<CycleStatus>(i);
     if (!is_fault(status) || statistics.count(status) == 0) continue;
     if (!foremost || statistics.count(status) > statistics.count(*foremost)) foremost = status;

@@ -83,7 +83,7 @@ void Results::add(const biss::saleae::Row& row, const std::vector<Column>& colum
   frame.mData1 = 0;
   frame.mData2 = 0;
   frame.mType = static_cast<U8>(row.status);
-  frame.mFlags = static_cast<U8>(biss::decode::is_good(row.status) ? 0 : DISPLAY_AS_ERROR_FLAG);
+  frame.mFlags = static_cast<U8>(is_good(row.status) ? 0 : DISPLAY_AS_ERROR_FLAG);
   {
     const std::lock_guard lock(mutex_);
     if (!heading.empty()) heading_ = std::move(heading);

@@ -36,7 +36,7 @@ tl::expected<RowSetup, std::string> setup_of(std::string_view format);
 
 /// A row and the samples of its first and last edge of MA.
 struct Row {
-  decode::CycleStatus status{};
+  CycleStatus status{};
   /// Valid during the call that delivers the row.
   const std::vector<report::Cell>& cells;
   std::uint64_t first_sample = 0;
