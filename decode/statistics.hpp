@@ -1,7 +1,6 @@
 // Counts and distributions over the rows of a capture.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -9,7 +8,6 @@
 #include "decode/cycle.hpp"
 #include "decode/distribution.hpp"
 #include "decode/limits.hpp"
-#include "decode/times.hpp"
 
 namespace biss::decode {
 
@@ -42,39 +40,7 @@ struct Counts {
 class Statistics {
  public:
   /// \param exceeded its limits
-  void add(const Cycle& cycle, LimitSet exceeded = 0) {
-    ++cycles_;
-    if (exceeded != 0) {
-      ++limited_;
-      for (std::size_t i = 0; i < limit_count; ++i) {
-        if ((exceeded & set_of(static_cast<Limit>(i))) != 0) ++by_limit_[i];
-      }
-    }
-    ++by_status_[static_cast<std::size_t>(cycle.status)];
-    if (cycle.frame) {
-      const auto channels = cycle.frame->channels();
-      if (std::any_of(channels.begin(), channels.end(), [](auto& c) { return !c.nE; })) ++errors_;
-      if (std::any_of(channels.begin(), channels.end(), [](auto& c) { return !c.nW; })) ++warnings_;
-    }
-    if (cycle.marginal) ++margin_judged_;
-    if (cycle.marginal.value_or(false)) ++marginal_;
-    // A pulse or a piece of a cycle is no request of the master.
-    const bool whole = cycle.status != CycleStatus::ma_glitch && !is_cut(cycle.status);
-    if (!whole) {
-      if (cycle.status != CycleStatus::ma_glitch) last_time_.reset();
-      return;
-    }
-    if (last_time_) interval_.add(elapsed(*last_time_, cycle.time).count);
-    last_time_ = cycle.time;
-    if (cycle.period) period_.add(cycle.period->count);
-    if (cycle.line_delay) line_delay_.add(cycle.line_delay->count);
-    if (cycle.early) early_.add(cycle.early->count);
-    if (cycle.ack) ack_.add(cycle.ack->count);
-    if (cycle.ack && cycle.period) {
-      ack_clocks_.add(periods_in(*cycle.ack, *cycle.period));
-    }
-    if (cycle.duty_per_mille) duty_.add(*cycle.duty_per_mille);
-  }
+  void add(const Cycle& cycle, LimitSet exceeded = 0);
 
   const Counts& counts() const { return counts_; }
   std::uint64_t cycles() const { return counts_.cycles; }
@@ -96,7 +62,7 @@ class Statistics {
   std::uint64_t margin_judged() const { return counts_.margin_judged; }
 
   const Distribution& period() const { return period_; }
-  /// From the begin of one cycle to the begin of the next.
+  /// From one cycle's begin to the next one's.
   const Distribution& interval() const { return interval_; }
   const Distribution& line_delay() const { return line_delay_; }
   const Distribution& ack() const { return ack_; }

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "biss/frame/codec.hpp"
+#include "decode/cycle.hpp"
 #include "decode/cycle_edges.hpp"
 #include "decode/times.hpp"
 #include "explain/request.hpp"
@@ -21,7 +22,6 @@ namespace biss::explain {
 class Pricer {
   using Cycle = decode::Cycle;
   using CycleEdges = decode::CycleEdges;
-  using CycleStatus = decode::CycleStatus;
   using Kind = RequestKind;
   using Level = wire::Level;
   using LevelChange = decode::LevelChange;

@@ -194,10 +194,14 @@ void add_archive(Command& command) {
       [options](Host& host) {
         return options->merge->parsed() ? run_merge(*options, host) : run_read(*options, host);
       });
-  add_folder_options(verb, options->task.capture);
+  verb.add_option("DIR", options->task.capture.files,
+                  "Folders with captures of any format, and the folders in them; also single files")
+      .file(FileUse::read);
+  add_reading_options(verb, options->task.capture);
   const Verb own = verb.scope(Scope::command);
   own.add_option("--files-from", options->list,
                  "Also read the files and folders that this file names, one a line")
+      .type_name("FILE")
       .file(FileUse::read);
   add_shard_option(verb, options->task.shard, "Read only every N-th file, from the K-th on");
   add_count_option(own, "--threads", into(options->task.threads),

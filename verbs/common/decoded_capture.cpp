@@ -259,12 +259,11 @@ ExitStatus DecodedCapture::identify_from_all() {
     take_finding(frames.samples());
     sure = finding_->sure();
     if (before && (sure == nullptr || sure->format != *before)) {
-      host_.warn(fmt::format(
-          "{}: later frames contradict {}, which was identified at the beginning; {}",
-          input_.name(), format_text(*before).view(),
-          sure == nullptr
-              ? std::string("no format is certain for all: give -f")
-              : fmt::format("all frames are judged by {}", format_text(sure->format).view())));
+      host_.warn(fmt::format("{}: later frames contradict {}, which the beginning shows; {}",
+                             input_.name(), format_text(*before).view(),
+                             sure == nullptr ? std::string("no format is sure for all: give -f")
+                                             : fmt::format("all frames are judged by {}",
+                                                           format_text(sure->format).view())));
     }
   }
   return input_.reopen();
@@ -411,7 +410,7 @@ bool DecodedCapture::read(const OnCycle& on_cycle, flow::ChangeWatcher* watcher)
   return whole;
 }
 
-void DecodedCapture::count(const decode::Cycle& cycle) {
+void DecodedCapture::hand_out(const decode::Cycle& cycle) {
   good_ += cycle.status == CycleStatus::ok ? 1U : 0U;
   contradict_ += contradicts(cycle.status) ? 1U : 0U;
   if (!wanted_) return;
@@ -429,9 +428,8 @@ void DecodedCapture::warn_of_contradictions() {
       4 * contradict_ <= good_) {
     return;
   }
-  host_.warn(
-      fmt::format("{}: {} frames contradict {}, which was identified at the beginning; give -f",
-                  input_.name(), contradict_, format_text(*format_).view()));
+  host_.warn(fmt::format("{}: {} frames contradict {}, which the beginning shows; give -f",
+                         input_.name(), contradict_, format_text(*format_).view()));
   status_ = std::max(status_, ExitStatus::data_failed);
 }
 

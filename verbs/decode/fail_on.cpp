@@ -40,8 +40,8 @@ std::string FailOn::read(const std::vector<std::string>& words) {
     }
     const bool known =
         add_named(word, safety_verdict_count, verdict_of, verdicts_) ||
-        (word != name_of(decode::CycleStatus::ok) &&
-         add_named(word, decode::cycle_status_count, enumerator<CycleStatus>, statuses_)) ||
+        (word != name_of(CycleStatus::ok) &&
+         add_named(word, cycle_status_count, enumerator<CycleStatus>, statuses_)) ||
         add_named(word, decode::limit_count, enumerator<decode::Limit>, each_limit_);
     if (known) continue;
     return fmt::format(
@@ -50,26 +50,6 @@ std::string FailOn::read(const std::vector<std::string>& words) {
         word);
   }
   return {};
-}
-
-bool FailOn::read_status(const std::string& word) {
-  for (std::size_t i = 1; i < cycle_status_count; ++i) {
-    const auto status = static_cast<CycleStatus>(i);
-    if (name_of(status) != word) continue;
-    statuses_.push_back(status);
-    return true;
-  }
-  return false;
-}
-
-bool FailOn::read_limit(const std::string& word) {
-  for (std::size_t i = 0; i < decode::limit_count; ++i) {
-    const auto limit = static_cast<decode::Limit>(i);
-    if (name_of(limit) != word) continue;
-    each_limit_.push_back(limit);
-    return true;
-  }
-  return false;
 }
 
 std::optional<decode::Limit> FailOn::unknown_limit(const DeviceTiming& timing) const {

@@ -68,22 +68,22 @@ struct Recording {
 // Finds MA, and SLO for --slo-from. Prints why it cannot.
 ExitStatus open_recording(const ReplayOptions& options, Recording& recording, Host& host) {
   const bool reads_slo = !options.slo_from.empty();
-  const InputArguments arguments{.files = {reads_slo ? options.slo_from : options.ma_from},
+  InputArguments arguments{.files = {reads_slo ? options.slo_from : options.ma_from},
                                  .ma = options.ma,
                                  .slo = options.slo,
                                  .raw = options.raw};
   CaptureInput& input = recording.input;
-  CaptureList list(host);
-  ExitStatus opened = list.open(arguments);
-  if (opened == ExitStatus::done) opened = list.open_next(input);
+  auto captures = list_captures(arguments, host);
+  if (!captures) return captures.error();
+  const ExitStatus opened = input.open(std::move(captures->front()), arguments);
   if (opened != ExitStatus::done) return opened;
   const decode::CycleReader reader(std::nullopt, DeviceTiming{});
   if (reads_slo) {
-    const auto found = input.find_lines(arguments, reader);
+    const auto found = input.find_lines(reader);
     if (!found) return found.error();
     recording.lines = found->front().lines;
   } else {
-    const auto found = input.find_ma(arguments, reader);
+    const auto found = input.find_ma(reader);
     if (!found) return found.error();
     recording.lines.ma = *found;
   }
