@@ -355,12 +355,16 @@ Picoseconds DecodedCapture::interval() {
   return interval.count() == 0 ? Picoseconds{} : picoseconds(interval.median());
 }
 
-void DecodedCapture::begin_steps(OnCycle on_cycle, flow::ChangeWatcher* watcher) {
+void DecodedCapture::begin_reading(OnCycle on_cycle, flow::ChangeWatcher* watcher) {
   watcher_ = watcher;
   on_cycle_ = std::move(on_cycle);
   number_ = good_ = contradict_ = 0;
   wanted_ = true;
-  decoder_.emplace(reader(), [this](const decode::Cycle& cycle) { hand_out(cycle); });
+}
+
+void DecodedCapture::begin_steps(OnCycle on_cycle, flow::ChangeWatcher* watcher) {
+  begin_reading(std::move(on_cycle), watcher);
+  decoder_.emplace(reader(), [this](const decode::Cycle& cycle) { take(cycle); });
   const decode::CleanCycleFinder finder(format_, reading_timing(), margin_);
   if (!finder.may_find()) return;
   const decode::Lines& own = lines().lines;
@@ -381,7 +385,8 @@ bool DecodedCapture::end_steps() {
     input_.end_pairs();
     flow_->flush();
   }
-  decoder_->finish(input_.end_time());
+  end_time_ = input_.end_time();
+  decoder_->finish(end_time_);
   flow_.reset();
   decoder_.reset();
   return input_.error().empty();
@@ -389,6 +394,13 @@ bool DecodedCapture::end_steps() {
 
 bool DecodedCapture::read(const OnCycle& on_cycle, flow::ChangeWatcher* watcher) {
   if (words() != nullptr) return read_words(reader(), on_cycle);
+  if (JointReading* const joint = host_.joint_reading()) {
+    begin_reading(on_cycle, watcher);
+    if (joint->join(*this)) {
+      warn_of_contradictions();
+      return true;
+    }
+  }
   begin_steps(on_cycle, watcher);
   Progress progress(host_);
   const auto go_on = [&] {
@@ -410,7 +422,15 @@ bool DecodedCapture::read(const OnCycle& on_cycle, flow::ChangeWatcher* watcher)
   return whole;
 }
 
-void DecodedCapture::hand_out(const decode::Cycle& cycle) {
+bool DecodedCapture::reads_as(const DecodedCapture& other) const {
+  return lines().lines == other.lines().lines && format_ == other.format_ &&
+         reading_timing() == other.reading_timing() &&
+         margin_.compensated == other.margin_.compensated &&
+         margin_.resolution == other.margin_.resolution &&
+         (other.margin_.signal || !margin_.signal);
+}
+
+void DecodedCapture::take(const decode::Cycle& cycle) {
   good_ += cycle.status == CycleStatus::ok ? 1U : 0U;
   contradict_ += contradicts(cycle.status) ? 1U : 0U;
   if (!wanted_) return;

@@ -110,6 +110,8 @@ class DecodedCapture {
   void begin_steps(OnCycle on_cycle, flow::ChangeWatcher* watcher = nullptr);
   bool step();
   bool end_steps();
+  /// The end of the capture. \pre read() has returned
+  Picoseconds end_time() const { return end_time_; }
   /// Reads the edges alone, in place of read(), until `on_edges` returns false.
   /// \return as read()
   bool read_edges(const std::function<bool(std::span<const wire::Edge>)>& on_edges);
@@ -125,6 +127,15 @@ class DecodedCapture {
   /// The protocol of the lines at the beginning of the capture. \pre next() was true and read() has
   /// not been called since
   identify::ProtocolGuess protocol();
+
+  // For a JointReading, while this capture waits in read().
+  /// The next cycle of the capture.
+  void take(const decode::Cycle& cycle);
+  flow::ChangeWatcher* watcher() const { return watcher_; }
+  void set_end_time(Picoseconds end_time) { end_time_ = end_time; }
+  /// The cycles that `other` reads are the cycles that this one would read.
+  bool reads_as(const DecodedCapture& other) const;
+
   /// Whether the cycle begins between --since and --until.
   bool is_wanted(const decode::Cycle& cycle) const;
   /// One line for users: no cycle was found, and what to check.
@@ -170,7 +181,7 @@ class DecodedCapture {
   Picoseconds interval();
 
  private:
-  void hand_out(const decode::Cycle& cycle);
+  void begin_reading(OnCycle on_cycle, flow::ChangeWatcher* watcher);
   bool identifies() const { return arguments_.identify && arguments_.device.format.empty(); }
   bool open_next();
   bool open_words();
@@ -212,6 +223,7 @@ class DecodedCapture {
   std::optional<decode::Decoder> decoder_;
   std::optional<flow::CycleFlow> flow_;
   flow::ChangeWatcher* watcher_ = nullptr;
+  Picoseconds end_time_{};
   ExitStatus status_ = ExitStatus::done;
 };
 

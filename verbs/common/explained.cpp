@@ -78,7 +78,7 @@ bool observe(DecodedCapture& capture, const decode::Lines& lines,
     return true;
   };
   const bool whole = capture.read(take, &observer);
-  evidence = observer.finish(capture.input().end_time());
+  evidence = observer.finish(capture.end_time());
   return whole;
 }
 

@@ -6,6 +6,8 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <system_error>
+#include <thread>
 
 #include "biss/frame/format_text.hpp"
 #include "decode/control_listener.hpp"
@@ -14,6 +16,7 @@
 #include "verbs/report/excerpt.hpp"
 #include "verbs/report/overview.hpp"
 #include "verbs/report/packed.hpp"
+#include "verbs/report/shared_reading.hpp"
 
 namespace biss::verbs {
 
@@ -57,7 +60,9 @@ class PartMaker {
   PartMaker(DecodeOptions& options, DecodeRun& run, std::string_view name)
       : options_(options), run_(run), name_(name) {}
 
-  ExitStatus read() {
+  // Reads the capture, and runs the verbs of the page's panels on it.
+  // \param given the options of the report
+  ExitStatus read(const std::vector<Option>& given) {
     DecodedCapture& capture = run_.capture();
     const auto& format = capture.format();
     options_.motion.velocity = format && format->channel_list[0].position_bits() != 0;
@@ -67,20 +72,42 @@ class PartMaker {
     if (begun != ExitStatus::done) return begun;
     LineRows rows(run_.columns(), *overview_);
     header_ = rows.header();
+    std::vector<Panel> panels = panels_for(given);
+    SharedReading reading(capture, *excerpt_, panels.size());
+    std::vector<std::jthread> threads;
+    const EndOfReading at_end{reading};
+    std::vector<Panel*> later;
+    for (Panel& panel : panels) {
+      try {
+        threads.emplace_back([this, &panel, &reading] { answer(panel, reading); });
+      } catch (const std::system_error&) {
+        // The system gives no further threads.
+        later.push_back(&panel);
+        const SharedReading::Guest absent(reading);
+      }
+    }
+    reading.wait();
     const auto take = [&](std::uint64_t number, const decode::Cycle& cycle) {
+      reading.take(cycle);
       listener_.push(number, cycle);
       run_.take(number, cycle, rows);
       excerpt_->add({number, cycle.time, rows.take(), run_.took_error(), choose()});
       return true;
     };
     RunMessages messages;
-    const ExitStatus ended = run_.end_rows(capture.read(take, &*excerpt_), messages);
+    const ExitStatus ended = run_.end_rows(capture.read(take, &reading), messages);
+    reading.end();
+    threads.clear();
+    for (Panel* panel : later) answer(*panel, reading);
     listener_.finish();
     access_rows_->finish();
     excerpt_->finish(capture.input().end_time());
     count_ = excerpt_->cycles().size();
-    if (ended != ExitStatus::done) messages.print(capture.host());
-    return ended;
+    if (ended != ExitStatus::done) {
+      messages.print(capture.host());
+      return ended;
+    }
+    return collect(panels);
   }
 
   // The lines of the part have different names and their own polarity.
@@ -145,31 +172,8 @@ class PartMaker {
             {"causes", overview_->causes()}};
   }
 
-  // The results of the verbs of the page's panels by their names: `check` runs with the limits of
-  // the profiles, and with the limits of the encoder that the format names.
-  // \param given the options of the report
-  tl::expected<json, VerbError> verbs(const std::vector<Option>& given) const {
-    GivenOptions options{{"--to", {"jsonl"}}};
-    for (const Option& option : given) {
-      if (option.scope() == Scope::command || option.name() == "--format") continue;
-      options.emplace_back(option.name(), option.values());
-    }
-    json answers{{"registers", {{"status", 0}, {"out", access_text_.text()}, {"err", ""}}}};
-    auto done = answer("identify", "identify", options, answers);
-    std::vector<std::string> limits{"biss-c", "renishaw"};
-    const std::string& format = options_.capture.device.format;
-    if (!format.empty()) options.emplace_back("--format", std::vector{format});
-    const auto device = parse_device(format.empty() ? "none" : format);
-    if (device && device->timing_known()) limits.push_back(format);
-    if (done) done = answer("explain", "explain", options, answers);
-    for (const std::string& each : limits) {
-      GivenOptions with_limits = options;
-      with_limits.emplace_back("--against", std::vector{each});
-      if (done) done = answer("check " + each, "check", with_limits, answers);
-    }
-    if (!done) return tl::unexpected(done.error());
-    return answers;
-  }
+  /// The results of the verbs by the names of their panels, as RunResult of wasm/biss.d.mts.
+  const json& answers() const { return answers_; }
 
   std::vector<std::string> notes() const {
     std::vector<std::string> notes;
@@ -198,25 +202,80 @@ class PartMaker {
   }
 
  private:
-  // Adds the answer of a verb on the same capture, as RunResult of wasm/biss.d.mts.
-  // \return its own error if it could not judge the capture
-  tl::expected<void, VerbError> answer(const std::string& name, const std::string& verb,
-                                       const GivenOptions& options, json& answers) const {
-    MemoryHost host(&run_.capture().host());
-    Command command(host);
-    add_verbs(command, verb);
-    std::vector<std::string> words{verb};
-    const std::vector<std::string>& files = options_.capture.files;
-    words.insert(words.end(), files.begin(), files.end());
-    const ExitStatus status = command.run(words, options);
-    if (status >= ExitStatus::usage) {
-      return tl::unexpected(VerbError{
-          status, name + ": " + (host.lines().empty() ? "no message" : host.lines().back())});
+  // After an exception, the threads end before their variables do.
+  struct EndOfReading {
+    SharedReading& reading;
+    ~EndOfReading() { reading.end(); }
+  };
+
+  // A panel of the page, and the verb whose answer it shows.
+  struct Panel {
+    std::string name;
+    std::string verb;
+    GivenOptions options;
+    ExitStatus status = ExitStatus::done;
+    std::string out{};
+    std::string err{};
+    // The error of a verb that could not judge the capture.
+    std::string error{};
+    std::exception_ptr thrown{};
+  };
+
+  // `check` runs with the limits of the profiles, and with the limits of the encoder that the format
+  // names.
+  std::vector<Panel> panels_for(const std::vector<Option>& given) const {
+    GivenOptions options{{"--to", {"jsonl"}}};
+    for (const Option& option : given) {
+      if (option.scope() == Scope::command || option.name() == "--format") continue;
+      options.emplace_back(option.name(), option.values());
     }
-    answers[name] = {{"status", static_cast<int>(status)},
-                     {"out", plain(host.output_text())},
-                     {"err", plain(host.text())}};
-    return {};
+    std::vector<Panel> panels{{"identify", "identify", options}};
+    std::vector<std::string> limits{"biss-c", "renishaw"};
+    const std::string& format = options_.capture.device.format;
+    if (!format.empty()) options.emplace_back("--format", std::vector{format});
+    const auto device = parse_device(format.empty() ? "none" : format);
+    if (device && device->timing_known()) limits.push_back(format);
+    panels.push_back({"explain", "explain", options});
+    for (const std::string& each : limits) {
+      panels.push_back({"check " + each, "check", options});
+      panels.back().options.emplace_back("--against", std::vector{each});
+    }
+    return panels;
+  }
+
+  // The thread of a panel.
+  void answer(Panel& panel, SharedReading& reading) const {
+    try {
+      SharedReading::Guest guest(reading);
+      MemoryHost host(&run_.capture().host(), &guest);
+      Command command(host);
+      add_verbs(command, panel.verb);
+      std::vector<std::string> words{panel.verb};
+      const std::vector<std::string>& files = options_.capture.files;
+      words.insert(words.end(), files.begin(), files.end());
+      panel.status = command.run(words, panel.options);
+      panel.out = plain(host.output_text());
+      panel.err = plain(host.text());
+      if (panel.status >= ExitStatus::usage) {
+        panel.error = host.lines().empty() ? "no message" : host.lines().back();
+      }
+    } catch (...) {
+      panel.thrown = std::current_exception();
+    }
+  }
+
+  // \return the status of the first verb that could not judge the capture
+  ExitStatus collect(const std::vector<Panel>& panels) {
+    answers_["registers"] = {{"status", 0}, {"out", access_text_.text()}, {"err", ""}};
+    for (const Panel& panel : panels) {
+      if (panel.thrown) std::rethrow_exception(panel.thrown);
+      if (panel.status >= ExitStatus::usage) {
+        return run_.capture().host().fail(panel.status, panel.name + ": " + panel.error);
+      }
+      answers_[panel.name] = {
+          {"status", static_cast<int>(panel.status)}, {"out", panel.out}, {"err", panel.err}};
+    }
+    return ExitStatus::done;
   }
 
   bool choose() {
@@ -255,6 +314,7 @@ class PartMaker {
   std::string header_;
   // Cycles of the excerpt that are in the part.
   std::size_t count_ = 0;
+  json answers_ = json::object();
   // The text that `biss registers --to jsonl` writes.
   report::StringSink access_text_;
   std::unique_ptr<report::TableWriter> access_rows_ =
@@ -271,14 +331,12 @@ tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, De
                                                       const std::vector<Option>& given,
                                                       std::string_view name, std::size_t room) {
   PartMaker maker(options, run, name);
-  const ExitStatus status = maker.read();
+  const ExitStatus status = maker.read(given);
   if (status != ExitStatus::done) return tl::unexpected(status);
   CapturePart part;
   part.settings = maker.part_settings(page_settings(given));
-  const auto verbs = maker.verbs(given);
-  if (!verbs) return tl::unexpected(run.capture().host().fail(verbs.error()));
   json report = maker.report(part.settings);
-  report["verbs"] = *verbs;
+  report["verbs"] = maker.answers();
   const auto pack = [&] {
     part.notes = maker.notes();
     report["rows"] = maker.rows();

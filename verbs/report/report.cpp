@@ -128,6 +128,8 @@ void add_report(Command& command) {
       [options, verb](Host& host) { return ReportRun(*options, **verb, host).run(); });
   CaptureArguments& capture = options->decode.capture;
   capture.identify = true;
+  // For the verbs that judge the same cycles.
+  capture.signal = true;
   (*verb)
       ->add_option("FILE", capture.files,
                    "The capture (VCD, FST, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV "
