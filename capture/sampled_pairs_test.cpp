@@ -175,7 +175,7 @@ TEST(SampledPairs, EveryUnitSizeAndBit_AgreesWithTheEdges) {
   for (std::size_t unit = 1; unit <= max_unit_bytes; ++unit) {
     for (unsigned bit = 0; bit < 8 * unit; ++bit) {
       const auto other = static_cast<unsigned>((bit + 1 + random() % (8 * unit - 1)) % (8 * unit));
-      const RawLayout layout = layout_of(megahertz(bit % 2 == 0 ? 100 : 48), unit, bit, other);
+      const RawLayout layout = layout_of(megahertz(bit % 2 == 0 ? 100U : 48U), unit, bit, other);
       const std::string bytes = two_lines(random, unit, bit, other, 1 + random() % 3'000);
       const PairRead edges = pair_of(read_raw(bytes, layout), 0, 1);
       SCOPED_TRACE(testing::Message() << unit << " bytes, bit " << bit << " and " << other);
