@@ -82,7 +82,7 @@ constexpr std::string_view name_of(Quantity quantity) {
 /// A measured quantity in one capture.
 struct Range {
   std::int64_t min = 0;
-  /// As decode::Distribution::median().
+  /// The same as decode::Distribution::median().
   std::int64_t median = 0;
   std::int64_t max = 0;
   bool operator==(const Range&) const = default;

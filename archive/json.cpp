@@ -146,7 +146,7 @@ void from_json(const Json& json, Histogram& histogram) {
   const bool any = !buckets.empty();
   const std::int64_t min = any ? time_from(json.at("min"), "min") : 0;
   const std::int64_t max = any ? time_from(json.at("max"), "max") : 0;
-  if (!histogram.assign(buckets, min, max)) wrong_json("'buckets' are no histogram");
+  if (!histogram.assign(buckets, min, max)) wrong_json("'buckets' are not a histogram");
   if (histogram.count() != member_number(json, "count")) {
     wrong_json("'count' does not match the 'buckets'");
   }
@@ -221,7 +221,7 @@ tl::expected<StampedEntry, std::string> read_journal_line(std::string_view line)
   try {
     const Json json = Json::parse(text);
     const auto time = report::number_in<std::int64_t>(json.at("time_ns").get<std::string>());
-    if (!time) wrong_json("'time_ns' is no time");
+    if (!time) wrong_json("'time_ns' is not a time");
     StampedEntry stamped{{member_number(json, "bytes"), *time}, json.at("entry").get<FileEntry>()};
     for (const LinkEntry& link : stamped.entry.links) {
       if (link.histograms.empty()) wrong_json("'histograms' is missing");

@@ -121,7 +121,7 @@ Summary summary_from(std::istream& text) {
   summary.setup = {json.at("program"), json.at("settings")};
   const Json& list = json.at("list");
   const auto hash = report::number_in<std::uint64_t>(list.at("hash").get<std::string>(), 16);
-  if (!hash) wrong_json("'hash' is no hexadecimal number");
+  if (!hash) wrong_json("'hash' is not a hexadecimal number");
   summary.list = {member_number(list, "files"), *hash};
   summary.parts = read_parts(json.at("shards"));
   compare_sums(summary);

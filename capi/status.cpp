@@ -31,7 +31,7 @@ constexpr std::array<StatusText, BISS_NO_CRC + 1> statuses{{
     {BISS_TOO_EARLY, "too_early", "no request was made: the last one is too recent"},
     {BISS_NO_READING, "no_reading", "there is no reading or frame"},
     {BISS_BAD_HANDLE, "bad_handle", "the handle is closed, or of another kind"},
-    {BISS_CHANNEL_COUNT, "channel_count", "the format has another number of channels"},
+    {BISS_CHANNEL_COUNT, "channel_count", "the format has a different number of channels"},
     {BISS_CLOCK_RANGE, "clock_range", "a number of clocks is out of its range"},
     {BISS_NO_ROOM, "no_room", "the buffer is too small"},
     {BISS_BAD_CRC, "bad_crc", "there is no such checksum"},

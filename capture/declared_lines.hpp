@@ -85,7 +85,7 @@ class DeclaredLines {
     return true;
   }
 
-  /// The variable of each line. \pre finish() gave true
+  /// The variable of each line. \pre finish() returned true
   const std::vector<std::uint32_t>& variables() const { return variables_; }
   std::vector<std::string> take_names() { return std::move(names_); }
 

@@ -402,7 +402,7 @@ class FstFile {
         const std::string name = cursor.text();
         cursor.text();  // the component
         if (declared_.depth() == DeclaredLines::max_depth) {
-          return error_of(CaptureCause::malformed, part, "at most 256 scopes in one another");
+          return error_of(CaptureCause::malformed, part, "at most 256 nested scopes");
         }
         if (!declared_.open_scope(name_of(name))) {
           return error_of(CaptureCause::too_many_lines, nullptr, nullptr);
@@ -422,7 +422,7 @@ class FstFile {
       } else if (tag != tag_attribute_end) {
         return error_of(CaptureCause::malformed, part, "a scope, an attribute or a variable");
       }
-      if (cursor.failed()) return error_of(CaptureCause::damaged, part, "entries that are whole");
+      if (cursor.failed()) return error_of(CaptureCause::damaged, part, "complete entries");
     }
     return std::nullopt;
   }
@@ -435,7 +435,7 @@ class FstFile {
     const std::uint64_t length = cursor.varint();
     const std::uint64_t alias = cursor.varint();
     if (cursor.failed() || length > UINT32_MAX) {
-      return error_of(CaptureCause::damaged, "the hierarchy", "entries that are whole");
+      return error_of(CaptureCause::damaged, "the hierarchy", "complete entries");
     }
     if (alias == 0) {
       if (handles == max_variables) return error_of(CaptureCause::too_many_lines, nullptr, nullptr);

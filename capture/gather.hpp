@@ -34,9 +34,9 @@ class Spool {
   bool append(std::string_view bytes);
   /// Ends appending. False when the temporary file cannot be written.
   bool rewind();
-  /// Fills `into` with the next bytes and returns how many there were. \pre rewind() gave true
+  /// Fills `into` with the next bytes and returns how many there were. \pre rewind() returned true
   std::size_t read(std::span<char> into);
-  /// Gives the bytes away. \pre rewind() gave true
+  /// Gives the bytes away. \pre rewind() returned true
   Gathered take() { return std::move(bytes_); }
 
  private:

@@ -73,7 +73,7 @@ class VcdIds {
     return entry;
   }
 
-  /// The number of `id`, or none; any text may be asked for.
+  /// The number of `id`, or none; any text may be requested.
   std::uint32_t find(std::string_view id) const {
     if (id.empty()) return none;
     if (id.size() == 1) return find_one(id[0]);

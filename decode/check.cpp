@@ -124,7 +124,7 @@ RuleResult Check::result(Rule rule) const {
   const ControlRules& control = rules_->control;
   RuleResult result =
       rule == Rule::data_sheet ? control.data_sheet() : rules_->tallies.result(rule);
-  // The manufacturer has two bytes; one good byte alone is no verdict.
+  // The manufacturer has two bytes; one good byte alone gives no verdict.
   const bool half_seen = rule == Rule::manufacturer && result.faults == 0;
   if (half_seen && !control.manufacturer_seen()) result.verdict = Verdict::not_judged;
   if (result.verdict == Verdict::not_judged && result.note.empty()) result.note = "no case";

@@ -151,7 +151,7 @@ class ControlRules {
     if (anybody || pattern) count(Rule::id_pattern, !pattern, access.cycle, "IDL has a gap");
     if (broken_off_ && answered_ && !control_off_) {
       count(Rule::control_reset, anybody || pattern, access.cycle,
-            "no answer after an access that was broken off");
+            "no answer after an access that was aborted");
     }
     broken_off_ = access.outcome != AccessOutcome::ok && access.kind != SeenAccess::Kind::command;
     answered_ = answered_ || anybody;
@@ -173,7 +173,7 @@ class ControlRules {
             "a read is refused with W = 0");
     }
     const bool pattern = outcome == AccessOutcome::rw_pattern;
-    count(Rule::rw_pattern, !pattern, at, "R and W as no slave sends them");
+    count(Rule::rw_pattern, !pattern, at, "R and W with levels that no slave sends");
     judge_manufacturer(access);
     if (refused || pattern) return;
     if (outcome == AccessOutcome::ok || outcome == AccessOutcome::data_crc ||
@@ -199,7 +199,7 @@ class ControlRules {
     }
     if (outcome == AccessOutcome::ok || outcome == AccessOutcome::echo) {
       count(Rule::write_echo, outcome == AccessOutcome::ok, access.cycle,
-            "the echo is not what was sent");
+            "the echo differs from the bits sent");
     }
   }
 

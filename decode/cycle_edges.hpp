@@ -139,7 +139,7 @@ class CycleEdgeReader {
     }
   }
 
-  /// As Decoder::finish().
+  /// The same as Decoder::finish().
   void finish(Picoseconds end_time) {
     decoder_.finish(end_time);
     if (waiting_) deliver(std::max(end_time, waiting_->time), true);

@@ -57,7 +57,7 @@ inline constexpr std::int64_t irregular_above_percent = 160;
 inline constexpr std::int64_t irregular_below_percent = 55;
 
 constexpr bool irregular(Picoseconds interval, Picoseconds usual) {
-  // 12 hours: longer ones are all alike, and the products below fit.
+  // 12 hours: longer ones are equal here, and the products below fit.
   constexpr std::int64_t longest = std::numeric_limits<std::int64_t>::max() / 200;
   const std::int64_t count = std::min(interval.count, longest);
   const std::int64_t expected = std::min(usual.count, longest);

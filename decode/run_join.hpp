@@ -44,7 +44,7 @@ class RunJoin {
     decoder_.push(edges, lines);
   }
 
-  /// Pushes the waiting edges: the next edges of the decoder are no run, or there are none.
+  /// Pushes the waiting edges: the next edges of the decoder are not a run, or there are none.
   void flush() {
     if (!waits()) return;
     const PairRun run = waiting();
@@ -53,7 +53,7 @@ class RunJoin {
   }
 
  private:
-  // More than this is no cycle at the border of two runs.
+  // More than this is not a cycle at the border of two runs.
   static constexpr std::size_t most_waiting = 2 * CleanScratch::max_edges;
   // The edges of the next request that the finder needs after a cycle.
   static constexpr std::size_t edges_ahead = 8;

@@ -23,7 +23,7 @@ class SignalRules {
   /// \param cycle with Cycle::signal; without it only the line delay is judged
   void push(std::uint64_t number, const Cycle& cycle) {
     if (cycle.status == CycleStatus::ma_glitch) {
-      tallies_.count(Rule::glitch_ma, false, number, "a pulse on MA is no request");
+      tallies_.count(Rule::glitch_ma, false, number, "a pulse on MA is not a request");
     }
     if (!cycle.period || cycle.status == CycleStatus::unknown_level) return;
     if (cycle.signal) {
@@ -59,8 +59,8 @@ class SignalRules {
   void judge_ma(std::uint64_t number, const Cycle& cycle) {
     if (cycle.signal->ma_shortest) {
       const Picoseconds limit = period_of(setup_.timing.clock_max) * level_percent / 100;
-      tallies_.at_least(Rule::ma_level, *cycle.signal->ma_shortest, limit, limit / oscillator_divisor,
-                        number);
+      tallies_.at_least(Rule::ma_level, *cycle.signal->ma_shortest, limit,
+                        limit / oscillator_divisor, number);
     }
     if (!setup_.timing.duty_even || !cycle.duty_per_mille || is_no_evidence(cycle.status)) return;
     if (8 * tallies_.resolution() > *cycle.period) {

@@ -55,7 +55,7 @@ void Statistics::add(const Cycle& cycle, LimitSet exceeded) {
   }
   if (cycle.marginal) ++counts_.margin_judged;
   if (cycle.marginal.value_or(false)) ++counts_.marginal;
-  // A pulse or a piece of a cycle is no request of the master.
+  // A pulse or a piece of a cycle is not a request of the master.
   const bool whole = cycle.status != CycleStatus::ma_glitch && !is_cut(cycle.status);
   if (!whole) {
     if (cycle.status != CycleStatus::ma_glitch) last_time_.reset();

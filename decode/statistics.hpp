@@ -62,7 +62,7 @@ class Statistics {
   std::uint64_t margin_judged() const { return counts_.margin_judged; }
 
   const Distribution& period() const { return period_; }
-  /// From one cycle's begin to the next one's.
+  /// From the beginning of one cycle to the beginning of the next.
   const Distribution& interval() const { return interval_; }
   const Distribution& line_delay() const { return line_delay_; }
   const Distribution& ack() const { return ack_; }

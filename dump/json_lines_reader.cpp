@@ -22,7 +22,7 @@ constexpr std::array not_taken{ControlError::bad_request,   ControlError::no_ans
 
 using Bytes = std::vector<std::uint8_t>;
 
-// False if it is no byte, or there are more bytes than registers.
+// False if it is not a byte, or there are more bytes than registers.
 bool add_byte(Bytes& bytes, std::optional<std::uint32_t> value) {
   if (value.value_or(UINT32_MAX) > 0xFF || bytes.size() > last_address) return false;
   bytes.push_back(static_cast<std::uint8_t>(*value));

@@ -20,7 +20,7 @@
 
 namespace biss::explain {
 
-/// A request, or several that are alike.
+/// A request, or several equal ones.
 struct Row {
   /// 2^-price of each kind, less the lowest price.
   std::array<float, kind_count> likely{};

@@ -442,7 +442,7 @@ class Pricer {
     const auto payload = static_cast<float>(usual_.payload_bits);
     const auto pulses = static_cast<float>(view_.ma_pulses);
     const float off = view_.off_grid;
-    // A pulse on MA is no work of SLO.
+    // A pulse on MA needs no work of SLO.
     const float edges = flip_edge_price * off + 10 * pulses + after;
     const float ack = ack_price(view_.ack_clocks());
     // By the whole payload as the last one that was refused.

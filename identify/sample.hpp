@@ -61,7 +61,7 @@ class Basis {
       vector ^= row;
     }
   }
-  /// How many of the vectors are no sums of others.
+  /// How many of the vectors are not sums of others.
   unsigned rank() const { return rank_; }
 
  private:

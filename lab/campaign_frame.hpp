@@ -23,7 +23,7 @@ class SharedSafetyPlan {
   static constexpr unsigned most_payload_bits = SafetyPlan<>::most_payload_bits;
   static constexpr unsigned least_payload_bits = SafetyPlan<>::least_payload_bits;
   static constexpr std::size_t most_faults = SafetyPlan<>::most_faults;
-  // Faults of this computer's memory are no subject of the experiments.
+  // Faults of this computer's memory are outside the experiments.
   static constexpr bool checks_memory = false;
 
   /// \pre the plan outlives this

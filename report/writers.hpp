@@ -72,7 +72,7 @@ class BlockWriter {
   bool good_ = true;
 };
 
-/// Puts a value that is no text, as in CSV; nothing if it is absent. Returns the end.
+/// Puts a value that is not a text, as in CSV; nothing if it is absent. Returns the end.
 inline char* put_plain(char* at, const Cell& cell) {
   switch (cell.kind()) {
     case Kind::flag:

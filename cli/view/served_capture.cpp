@@ -59,7 +59,7 @@ tl::expected<void, verbs::VerbError> ServedCapture::open(
   struct stat about {};
   if (::fstat(descriptor_, &about) != 0) return refuse(std::strerror(errno));
   if (!S_ISREG(about.st_mode))
-    return refuse("is no regular file, which the page can ask for again");
+    return refuse("is not a regular file: the page must be able to read parts of it again");
   unfinished_ = static_cast<std::uint64_t>(about.st_size);
   extend_to(whole_size(unfinished_));
   const auto size = look(true);

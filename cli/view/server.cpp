@@ -106,7 +106,7 @@ class Connection : public std::enable_shared_from_this<Connection> {
     const std::string_view method = view_of(header.method_string());
     // The end of a body in a coding other than `chunked` is unknown.
     if (problem || (parser_->is_done() && header.count(http::field::transfer_encoding) != 0)) {
-      send({400, "This is no request of HTTP.\n"}, method == "HEAD", false);
+      send({400, "This is not an HTTP request.\n"}, method == "HEAD", false);
       return;
     }
     // No answer has a validator, so the condition of If-Range is never true.

@@ -87,9 +87,10 @@ void print(const Row& row, const Cost& cost) {
 int firmware_main() {
   using namespace cost;
   const Ruler ruler = calibrate();
-  firmware::print("ruler ", ruler.ticks_of_long_block - ruler.ticks_of_none,
-                  " ticks for 8000 instructions, ", ruler.ticks_of_none,
-                  ruler.straight ? " for none, straight\n" : " for none, NOT STRAIGHT\n");
+  firmware::print(
+      "ruler ", ruler.ticks_of_long_block - ruler.ticks_of_none, " ticks for 8000 instructions, ",
+      ruler.ticks_of_none,
+      ruler.straight ? " for 0 instructions, linear\n" : " for 0 instructions, NOT LINEAR\n");
   if (!ruler.straight) return 1;
 
   // Through a volatile pointer, so that the format is unknown to the compiler.

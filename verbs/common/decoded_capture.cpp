@@ -259,11 +259,12 @@ ExitStatus DecodedCapture::identify_from_all() {
     take_finding(frames.samples());
     sure = finding_->sure();
     if (before && (sure == nullptr || sure->format != *before)) {
-      host_.warn(fmt::format("{}: later frames contradict {}, which the beginning shows; {}",
-                             input_.name(), format_text(*before).view(),
-                             sure == nullptr ? std::string("no format is sure for all: give -f")
-                                             : fmt::format("all frames are judged by {}",
-                                                           format_text(sure->format).view())));
+      host_.warn(fmt::format(
+          "{}: later frames contradict {}, which was identified at the beginning; {}",
+          input_.name(), format_text(*before).view(),
+          sure == nullptr
+              ? std::string("no format is certain for all: give -f")
+              : fmt::format("all frames are judged by {}", format_text(sure->format).view())));
     }
   }
   return input_.reopen();
@@ -448,8 +449,9 @@ void DecodedCapture::warn_of_contradictions() {
       4 * contradict_ <= good_) {
     return;
   }
-  host_.warn(fmt::format("{}: {} frames contradict {}, which the beginning shows; give -f",
-                         input_.name(), contradict_, format_text(*format_).view()));
+  host_.warn(
+      fmt::format("{}: {} frames contradict {}, which was identified at the beginning; give -f",
+                  input_.name(), contradict_, format_text(*format_).view()));
   status_ = std::max(status_, ExitStatus::data_failed);
 }
 

@@ -115,7 +115,7 @@ class DecodedCapture {
   /// Reads the edges alone, in place of read(), until `on_edges` returns false.
   /// \return as read()
   bool read_edges(const std::function<bool(std::span<const wire::Edge>)>& on_edges);
-  /// As CaptureInput::beginning(). \pre next() was true and nothing has been read since
+  /// The same as CaptureInput::beginning(). \pre next() was true and nothing has been read since
   std::span<const wire::Edge> beginning() { return input_.beginning(); }
   /// A reader of cycles as read() uses it.
   decode::CycleReader reader() const {
@@ -145,11 +145,11 @@ class DecodedCapture {
   /// structure alone.
   const std::optional<FrameFormat>& format() const { return format_; }
   /// The format that the frames of this capture show; null if not requested. If no format was
-  /// given, format() is the first candidate if it is sure.
+  /// given, format() is the first candidate if it is certain.
   const identify::FormatFinding* finding() const { return finding_ ? &*finding_ : nullptr; }
   /// If the frames change their length: each format, and its cycles; otherwise empty.
   const std::string& format_parts() const { return format_parts_; }
-  /// The format that is sure; null if its checksums have the same verdicts as the checksums of the
+  /// The format that is certain; null if its checksums have the same verdicts as the checksums of the
   /// given format.
   const identify::FormatCandidate* better_format() const;
   /// Does not use the format that was identified.
@@ -170,7 +170,7 @@ class DecodedCapture {
   }
   /// The cycle that was read last has a time.
   bool timed() const { return timed_; }
-  /// As verbs::fitting_options(), if at most half of the words are good frames; else empty.
+  /// The same as verbs::fitting_options(), if at most half of the words are good frames; else empty.
   std::string fitting_options() const;
   bool has_lines() const { return !pairs_.empty(); }
   const decode::FoundLines& lines() const { return pairs_[pair_]; }

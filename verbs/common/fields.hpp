@@ -69,7 +69,7 @@ inline bool write_rows(const std::vector<FieldRow>& rows, report::Format to, Out
   return write_rows(rows.front(), rows, to, output, output.table_options());
 }
 
-/// A row for each thing; a table for people without rows is no text at all. fields_of() has the
+/// A row for each thing; a table for people without rows is not a text at all. fields_of() has the
 /// same columns for all things, also for an empty one.
 template <class Thing, class FieldsOf>
 bool write_rows(const std::vector<Thing>& things, report::Format to, Output& output,

@@ -73,12 +73,12 @@ void add_decode(Command& command) {
   Verb verb = command.add_verb(decode_text(),
                                [options](Host& host) { return DecodeRun(*options, host).run(); });
   add_decode_options(verb, *options);
-  Option words = verb.add_option("--words", options->capture.words.file,
-                                 "A log in place of a capture: a frame a line, in digits, a time "
-                                 "such as 12.5us or a number in front of it allowed; # begins a "
-                                 "comment, - is standard input")
-                     .file(FileUse::read)
-                     .type_name("TEXT");
+  Option words =
+      verb.add_option("--words", options->capture.words.file,
+                      "A log instead of a capture: one frame per line, in digits; a time such as "
+                      "12.5us or a number may come first; # begins a comment, - is standard input")
+          .file(FileUse::read)
+          .type_name("TEXT");
   for (const char* const name : {"FILE",         "--ma",           "--slo",
                                  "--invert-ma",  "--invert-slo",   "--each",
                                  "--resolution", "--ack-max",      "--ack-clocks",

@@ -38,11 +38,10 @@ std::string FailOn::read(const std::vector<std::string>& words) {
       *found->second = true;
       continue;
     }
-    const bool known =
-        add_named(word, safety_verdict_count, verdict_of, verdicts_) ||
-        (word != name_of(CycleStatus::ok) &&
-         add_named(word, cycle_status_count, enumerator<CycleStatus>, statuses_)) ||
-        add_named(word, decode::limit_count, enumerator<decode::Limit>, each_limit_);
+    const bool known = add_named(word, safety_verdict_count, verdict_of, verdicts_) ||
+                       (word != name_of(CycleStatus::ok) &&
+                        add_named(word, cycle_status_count, enumerator<CycleStatus>, statuses_)) ||
+                       add_named(word, decode::limit_count, enumerator<decode::Limit>, each_limit_);
     if (known) continue;
     return fmt::format(
         "--fail-on: '{}' is none of any, nE, nW, marginal, safety, its verdicts, limits, each of "

@@ -66,7 +66,7 @@ std::string counter_text(const decode::SafetyWatch& watch) {
 std::string_view message_of(SafetySetupError mistake) {
   // In the order of SafetySetupError.
   constexpr auto messages = std::to_array<std::string_view>(
-      {"the frame has no two words", "a word has no CRC", "a word has no nE",
+      {"the frame does not have two words", "a word has no CRC", "a word has no nE",
        "a word has no position", "a word's position is in Gray code", "the second word has no lc6",
        "--compare-bits: more than both words have", "--tolerance: accepts every position",
        "--start-frames: 2 or more", "the counter's settings are out of range",

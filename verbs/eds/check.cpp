@@ -34,12 +34,13 @@ void add_missing(std::vector<EdsFindingRow>& rows, const dump::DataSheet& sheet,
     const unsigned bank = common.channels[i].bank;
     const bool stated = bank != 0 && bank != 0xFF;
     if (sheet.profiles[i] || !stated || bank == sheet.common->bank) continue;
-    rows.push_back({.part = name_of(EdsPart::common),
-                    .symbol = find_field(common_fields, fmt::format("BANK_{}", i))->symbol,
-                    .problem = "incomplete",
-                    .value = bank,
-                    .text = fmt::format(
-                        "the bank of channel {} is not in the dump, the part is not judged", i)});
+    rows.push_back(
+        {.part = name_of(EdsPart::common),
+         .symbol = find_field(common_fields, fmt::format("BANK_{}", i))->symbol,
+         .problem = "incomplete",
+         .value = bank,
+         .text = fmt::format("the bank of channel {} is not in the dump, so the part is not judged",
+                             i)});
   }
 }
 

@@ -65,7 +65,7 @@ void add_incomplete(std::vector<EdsFindingRow>& rows, const EdsPartRow& part) {
                     .channel = part.channel,
                     .symbol = field.symbol,
                     .problem = "incomplete",
-                    .text = "bytes are missing from the dump, the part is not judged"});
+                    .text = "bytes are missing from the dump, so the part is not judged"});
     return;
   }
 }

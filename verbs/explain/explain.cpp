@@ -108,7 +108,7 @@ class ExplainRun {
     std::string wrong = choose_watch();
     if (!wrong.empty()) return wrong;
     context_ = explain_context(capture_);
-    // Frames are judged by the likeliest format with a usual checksum, if none is sure.
+    // Frames are judged by the likeliest format with a usual checksum, if none is certain.
     const auto* finding = capture_.finding();
     const bool moves = finding != nullptr && !finding->still;
     if (!capture_.format() && !context_.given && moves && !context_.candidates.empty() &&

@@ -228,7 +228,7 @@ class EvidenceText {
       case Cause::noise_on_slo:
         if (4 * evidence_.likely_positions > 3 * evidence_.failed_checks &&
             evidence_.failed_checks != 0) {
-          add("in {} of {} wrong frames the position is a likely one: the bits after it are "
+          add("in {} of {} wrong frames the position is plausible: the bits after it are "
               "wrong",
               evidence_.likely_positions, evidence_.failed_checks);
         }
@@ -262,7 +262,7 @@ class EvidenceText {
         return add_warnings();
       case Cause::frames_lost_or_repeated:
         if (evidence_.life_zeros != 0) {
-          add("after its last value the sign of life is 0 in {} frames, and not 1",
+          add("after its highest value the sign of life is 0, not 1, in {} frames",
               evidence_.life_zeros);
         }
         return;
@@ -274,7 +274,7 @@ class EvidenceText {
         return add_limits();
       case Cause::master_pauses_clock:
         if (evidence_.usual.rest_in_group) {
-          add("the requests come in groups, with rests of {} between them; each group begins with "
+          add("the requests come in groups, with pauses of {} between them; each group begins with "
               "ACK, as one request with pauses does",
               time_words(evidence_.usual.rest_in_group->count));
         }

@@ -150,7 +150,7 @@ bool write_parts(const Plan& plan, Output& output) {
   if (budget.idle != Picoseconds{}) {
     add("idle", budget.idle, {}, "until the encoder's shortest cycle has passed");
   }
-  add("cycle", budget.total, {}, "least time from request to request");
+  add("cycle", budget.total, {}, "shortest time from request to request");
   return write_rows(rows, report::Format::table, output);
 }
 

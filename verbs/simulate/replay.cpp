@@ -69,9 +69,9 @@ struct Recording {
 ExitStatus open_recording(const ReplayOptions& options, Recording& recording, Host& host) {
   const bool reads_slo = !options.slo_from.empty();
   InputArguments arguments{.files = {reads_slo ? options.slo_from : options.ma_from},
-                                 .ma = options.ma,
-                                 .slo = options.slo,
-                                 .raw = options.raw};
+                           .ma = options.ma,
+                           .slo = options.slo,
+                           .raw = options.raw};
   CaptureInput& input = recording.input;
   auto captures = list_captures(arguments, host);
   if (!captures) return captures.error();

@@ -314,7 +314,7 @@ void add_output_options(Verb verb, WriteOptions& write, LineOptions& line) {
       "that is at least eight times the clock");
   verb.add_flag("--at-slave", line.setup.record_at_slave, "Also record MA and SLO at the encoder");
   verb.add_option("--truth", write.truth,
-                  "Write what the encoder meant to send, and the faults, as CSV")
+                  "Write the values that the encoder meant to send, and the faults, as CSV")
       .file(FileUse::write);
 }
 

@@ -159,7 +159,7 @@ function FilterBar() {
 function ReportBar() {
   const report = state.report.value;
   if (report === undefined) return null;
-  const other = 'Read with other settings than the report: everything shown is that of the cycles in it.';
+  const other = 'Read with other settings than the report: everything shown comes from the cycles in it.';
   const notes = state.isWhole.value ? report.notes : [other, ...report.notes];
   return (
     <details class="report-bar">

@@ -53,7 +53,7 @@ function defineWaveKeys(view: WaveView, input: WaveInput): void {
     { keys: [']'], help: 'This cursor to the next change of a line', run: toChange(1) },
     { keys: ['['], help: 'This cursor to the change before', run: toChange(-1) },
     { keys: ['x'], help: 'Remove the cursors', run: actions.clearCursors },
-    { keys: ['z'], help: 'Zoom to what is between the cursors', run: actions.showCursors },
+    { keys: ['z'], help: 'Zoom to the time between the cursors', run: actions.showCursors },
   ]);
 }
 
