@@ -22,8 +22,8 @@ class ServedCapture {
   ServedCapture(const ServedCapture&) = delete;
   ServedCapture& operator=(const ServedCapture&) = delete;
 
-  /// Opens a regular file, once. The error is ExitStatus::io: the file cannot be opened, is no
-  /// regular file, or has an error of look().
+  /// Opens a regular file, once. The error is ExitStatus::io: the file cannot be opened, is not
+  /// a regular file, or has an error of look().
   /// \param follow serve also what is written later; otherwise only the present content
   /// \param sample_bytes bytes of a raw sample; without it the file is followed by lines
   tl::expected<void, verbs::VerbError> open(const std::string& path, bool follow,
