@@ -7,6 +7,16 @@
 #include <type_traits>
 #include <version>
 
+namespace biss::wasm {
+
+/// Reads a decimal number from the front of a text as std::from_chars() does, except that infinity
+/// and NaN are invalid_argument. Sets `value` only if there is no error.
+std::from_chars_result from_chars(const char* begin, const char* end, double& value);
+/// Writes the shortest text from which from_chars() reads `value`, as std::to_chars() does.
+std::to_chars_result to_chars(char* begin, char* end, double value);
+
+}  // namespace biss::wasm
+
 namespace std {
 
 #ifndef __cpp_lib_bit_cast
@@ -24,8 +34,8 @@ requires is_unbounded_array_v<T> unique_ptr<T> make_unique_for_overwrite(size_t 
 #endif
 
 #ifndef __cpp_lib_to_chars
-from_chars_result from_chars(const char* begin, const char* end, double& value);
-to_chars_result to_chars(char* begin, char* end, double value);
+using biss::wasm::from_chars;
+using biss::wasm::to_chars;
 #endif
 
 }  // namespace std
