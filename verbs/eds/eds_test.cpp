@@ -407,7 +407,7 @@ TEST_F(Eds, DeviceWhoseDataSheetWasNotRead_IsNamed) {
   write("page.hex", "0x00: 48 44\n0x40: 00 02 62 1E\n");
   const Ran ran = eds({"show", path("page.hex")});
   EXPECT_EQ(ran.status, ExitStatus::data_failed);
-  EXPECT_THAT(ran.err, HasSubstr("says that the data sheet is in bank 2"));
+  EXPECT_THAT(ran.err, HasSubstr("places the data sheet in bank 2"));
   EXPECT_THAT(eds({"show", path("page.hex"), "--to", "description"}).out,
               HasSubstr("BP_ID = 0x621E"));
   write("none.hex", "0x40: 00 00 62 1E\n");

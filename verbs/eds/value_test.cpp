@@ -55,7 +55,7 @@ TEST(EdsValue, TimeOfAHypothesis_NeedsTheQuestionMark) {
   EXPECT_EQ(good(common("TO_MAX"), "20us?"), 80U);
   EXPECT_EQ(good(common("TO_MAX"), "80"), 80U);
   EXPECT_EQ(good(common("PON_DLY"), "100 ms ?"), 100U);
-  EXPECT_THAT(wrong(common("TO_MAX"), "20us"), HasSubstr("steps of 250 ns is a hypothesis"));
+  EXPECT_THAT(wrong(common("TO_MAX"), "20us"), HasSubstr("counts steps of 250 ns"));
 }
 
 TEST(EdsValue, Mistakes_AreSaid) {
