@@ -153,7 +153,7 @@ TEST_F(Convert, TimeRange_BeginsWithTheLevelsThere) {
   EXPECT_EQ(content_of(out), "time_ns,MA,SLO\n20.000,1,1\n25.000,1,1\n");
   const Outcome nothing = convert({in, out, "--since", "1ms"});
   EXPECT_EQ(nothing.status, 1);
-  EXPECT_TRUE(contains(nothing.err, "ends before, at 40 ns")) << nothing.err;
+  EXPECT_TRUE(contains(nothing.err, "ends earlier, at 40 ns")) << nothing.err;
   const Outcome wrong = convert({in, out, "--since", "2ns", "--until", "1ns"});
   EXPECT_EQ(wrong.status, 2);
   const std::string before = content_of(out);

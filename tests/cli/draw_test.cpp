@@ -115,7 +115,7 @@ TEST_F(DrawVerb, Failures_StandWithTheirCause) {
   expect({"--fault", "no_answer@0"}, "no_response: SLO does not fall");
   expect({"--fault", "ma_low@0,clock=9.2"}, "truncated: MA stops after ");
   expect({"--fault", "late_start@0"}, "no_start: MA stops before START");
-  expect({"--fault", "glitch_ma@0,clock=8.2"}, "ma_clock: an edge of MA");
+  expect({"--fault", "glitch_ma@0,clock=8.2"}, "ma_clock: MA has an edge");
   expect({"--fault", "slo_low@0,clock=20", "--cycle", "1"}, "not_ready: SLO is low");
 }
 
