@@ -1,4 +1,4 @@
-// The rows of a table, kept by column.
+// The rows of a table, kept by column: as arrays, or to be read again.
 #pragma once
 
 #include <algorithm>
@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "report/sink.hpp"
 #include "report/table.hpp"
 
 namespace biss::report {
@@ -65,6 +66,22 @@ class RowStore : public TableWriter {
                          [&](const Stored& stored) { return stored.column.name == name; });
   }
 
+  /// Rows from `from` to before `to`, as the command writes them. \pre from <= to <= rows()
+  std::string text(Format format, std::size_t from, std::size_t to) const {
+    std::vector<Column> columns;
+    for (const Stored& stored : columns_) columns.push_back(stored.column);
+    StringSink sink;
+    const auto writer = make_table_writer(format, columns, sink);
+    std::vector<std::vector<std::uint8_t>> bits(columns.size());
+    std::vector<Cell> cells(columns.size());
+    for (std::size_t row = from; row < to; ++row) {
+      for (std::size_t i = 0; i < columns.size(); ++i) cells[i] = cell(columns_[i], row, bits[i]);
+      writer->row(cells);
+    }
+    writer->finish();
+    return sink.text();
+  }
+
  private:
   static std::uint64_t number_in(const Cell& cell) {
     switch (cell.kind()) {
@@ -89,7 +106,7 @@ class RowStore : public TableWriter {
     return number;
   }
 
-  // Gives each row so far this number of words.
+  // Gives each of the rows so far that many words.
   void widen(Stored& stored, std::size_t lanes) const {
     Values<std::uint64_t> wide(rows_ * lanes, 0U);
     for (std::size_t i = 0; i < rows_ * stored.lanes; ++i) {
@@ -125,6 +142,37 @@ class RowStore : public TableWriter {
     } else {
       stored.numbers.push_back(number_in(cell));
     }
+  }
+
+  static Cell cell(const Stored& stored, std::size_t row, std::vector<std::uint8_t>& bits) {
+    if (stored.is_absent(row)) return {};
+    switch (stored.column.kind) {
+      case Kind::flag:
+        return stored.flags[row] != 0;
+      case Kind::text:
+        return stored.texts[static_cast<std::size_t>(stored.numbers[row])];
+      case Kind::unsigned_integer:
+        return stored.numbers[row];
+      case Kind::signed_integer:
+        return static_cast<std::int64_t>(stored.numbers[row]);
+      case Kind::nanoseconds:
+        return picoseconds(static_cast<std::int64_t>(stored.numbers[row]));
+      case Kind::real:
+        return std::bit_cast<double>(stored.numbers[row]);
+      case Kind::bits: {
+        bits.clear();
+        for (std::size_t lane = 0; lane < stored.lanes; ++lane) {
+          const std::uint64_t word = stored.numbers[row * stored.lanes + lane];
+          for (unsigned shift = 64; shift > 0; shift -= 8) {
+            bits.push_back(static_cast<std::uint8_t>(word >> (shift - 8)));
+          }
+        }
+        return BitView(bits, 8 * bits.size() - stored.bit_counts[row], stored.bit_counts[row]);
+      }
+      case Kind::absent:
+        break;
+    }
+    return {};
   }
 
   std::vector<Stored> columns_;

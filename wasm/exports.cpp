@@ -92,7 +92,7 @@ using Rows = report::RowStore<Blocks>;
 //
 // Memory: about two bytes for each change of MA and SLO, and about 100 for each request cycle and for
 // each access to a register.
-class Session final : private verbs::ChangeWatcher {
+class Session final : private flow::ChangeWatcher {
  public:
   // Opens the capture that a request of `decode` names.
   // \param any_lines if no lines look like MA and SLO, take the two busiest ones
@@ -242,14 +242,14 @@ class Session final : private verbs::ChangeWatcher {
     }
     status = run_->next();
     if (status != verbs::ExitStatus::done) return status;
-    run_->capture().watch(*this);
     rows_.emplace(run_->columns());
     status = run_->begin_rows();
     if (status != verbs::ExitStatus::done) return status;
-    run_->capture().begin_steps([this](std::uint64_t number, const decode::Cycle& cycle) {
+    const auto take = [this](std::uint64_t number, const decode::Cycle& cycle) {
       listener_.push(number, cycle);
       return run_->take(number, cycle, *rows_);
-    });
+    };
+    run_->capture().begin_steps(take, this);
     return verbs::ExitStatus::done;
   }
 
