@@ -22,7 +22,8 @@ PAGE = b'<body><script type="text/plain" id="biss-core">CORE</script></body>'
 CAPTURE = b"time_ns,MA,SLO\n" + b"".join(b"%d,%d,1\n" % (100 * n, n % 2) for n in range(150))
 SIZE = len(CAPTURE)
 REFUSALS = {400: b"This is not an HTTP request.\n", 404: b"Not here.\n", 405: b"Only GET and HEAD.\n",
-            403: b"This server is known by another name.\nThis address has not the token that biss view printed.\n"}
+            403: b"This server is known by another name.\n"
+                 b"This address does not have the token that biss view printed.\n"}
 HEAD_OF_ANSWER = re.compile(rb"HTTP/1\.1 (\d{3}) [ -~]+\r\n((?:[A-Za-z-]+: [ -~]*\r\n)+)\r\n")
 CONNECTIONS = 8  # at a time; the server keeps 32
 BATCH = 2000  # answers
