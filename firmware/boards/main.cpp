@@ -1,4 +1,6 @@
-// Reads an encoder on the RP2040: the interrupts and the start of the program.
+// The program of the examples on one board, whose folder the build adds to the include path.
+#include <board.hpp>
+
 #include "firmware/boards/read_encoder.hpp"
 #include "firmware/platform/console.hpp"
 #include "firmware/platform/startup.hpp"
