@@ -93,6 +93,13 @@ void Deflater::deflate(std::span<const std::uint8_t> bytes, std::string& out) {
   out.resize(before + made);
 }
 
+std::string Deflater::gzip(std::string_view bytes) {
+  std::string out(libdeflate_gzip_compress_bound(compressor_.get(), bytes.size()), '\0');
+  out.resize(libdeflate_gzip_compress(compressor_.get(), bytes.data(), bytes.size(), out.data(),
+                                      out.size()));
+  return out;
+}
+
 std::uint32_t zip_checksum(std::span<const std::uint8_t> bytes) {
   return zip_checksum_after(0, bytes);
 }

@@ -43,6 +43,8 @@ class Deflater {
 
   /// Appends `bytes` deflated to `out`.
   void deflate(std::span<const std::uint8_t> bytes, std::string& out);
+  /// `bytes` as a gzip file without a name and a time.
+  std::string gzip(std::string_view bytes);
 
  private:
   std::unique_ptr<libdeflate_compressor, Released<libdeflate_free_compressor>> compressor_;

@@ -1,27 +1,12 @@
 #include "verbs/report/packed.hpp"
 
-#include <libdeflate.h>
 #include <openssl/evp.h>
 
-#include <memory>
-#include <new>
+#include "capture/zip.hpp"
 
 namespace biss::verbs {
 
 namespace {
-
-// Without a name and a time.
-std::string gzip_of(std::string_view bytes) {
-  // As in archives of samples.
-  constexpr int level = 6;
-  const std::unique_ptr<libdeflate_compressor, void (*)(libdeflate_compressor*)> compressor(
-      libdeflate_alloc_compressor(level), libdeflate_free_compressor);
-  if (!compressor) throw std::bad_alloc();
-  std::string out(libdeflate_gzip_compress_bound(compressor.get(), bytes.size()), '\0');
-  out.resize(libdeflate_gzip_compress(compressor.get(), bytes.data(), bytes.size(), out.data(),
-                                      out.size()));
-  return out;
-}
 
 std::string base64_of(std::string_view bytes) {
   std::string out((bytes.size() + 2) / 3 * 4 + 1, '\0');
@@ -34,6 +19,6 @@ std::string base64_of(std::string_view bytes) {
 
 }  // namespace
 
-std::string packed(std::string_view bytes) { return base64_of(gzip_of(bytes)); }
+std::string packed(std::string_view bytes) { return base64_of(capture::Deflater().gzip(bytes)); }
 
 }  // namespace biss::verbs
