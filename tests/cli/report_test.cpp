@@ -1,4 +1,6 @@
 // `biss report`: the page with a capture in it.
+#include <map>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "tests/cli/run_command.hpp"
@@ -51,6 +53,53 @@ TEST_F(ReportVerb, LargeCapture_IsInThePageInPartAndTheSameBytesAgain) {
   EXPECT_EQ(content_of(folder.path("report.html")), text);
 }
 
+// What the page carries under this name, in a file.
+std::string carried(const Folder& folder, const std::string& name) {
+  const std::string text = content_of(folder.path("report.html"));
+  const std::size_t begin = text.find('>', text.find("id=\"" + name + '"')) + 1;
+  const std::string packed =
+      folder.file(name + ".txt", text.substr(begin, text.find('<', begin) - begin));
+  const std::string file = folder.path(name);
+  EXPECT_EQ(std::system(("base64 -d " + packed + " | gzip -dc >" + file).c_str()), 0);
+  return file;
+}
+
+// The verbs of the panels take part in the reading of the report, and answer as if they were alone.
+TEST_F(ReportVerb, LargeCapture_ItsPanelsHaveTheAnswersOfTheVerbs) {
+  const std::string capture = folder.path("line.vcd");
+  run_ok(
+      Words("simulate -f resolute-26 --seed 4 --cycles 16000 --fault flip:0.01 --fault "
+            "lost_clock:0.002 -o {}",
+            capture));
+  const auto without_folder = [&](std::string text) {
+    for (std::size_t at = text.find(capture); at != std::string::npos; at = text.find(capture)) {
+      text.replace(at, capture.size(), "line.vcd");
+    }
+    return text;
+  };
+  const auto expect_panels = [&](const Words& format, const Words& more) {
+    ASSERT_EQ(report(folder, capture, format + more).status, 0);
+    const auto made = nlohmann::json::parse(content_of(carried(folder, "biss-report")));
+    std::map<std::string, Words> panels{{"identify", "identify"},
+                                        {"explain", Words("explain") + format}};
+    for (const std::string_view limits : {"biss-c", "renishaw", "resolute-26"}) {
+      if (format.empty() && limits == "resolute-26") continue;
+      panels[fmt::format("check {}", limits)] = Words("check --against {}", limits) + format;
+    }
+    EXPECT_EQ(made["verbs"].size(), panels.size() + 1);  // and registers
+    for (const auto& [panel, words] : panels) {
+      const Outcome alone = run(words + more + Words("--to jsonl {}", capture));
+      const auto& answer = made["verbs"][panel];
+      EXPECT_EQ(answer["status"], alone.status) << panel;
+      EXPECT_EQ(answer["out"], without_folder(alone.out)) << panel;
+      EXPECT_EQ(answer["err"], without_folder(alone.err)) << panel;
+    }
+  };
+  expect_panels({}, {});
+  expect_panels("-f resolute-26", {});
+  expect_panels("-f resolute-26", "--resolution 40ns --timeout static:20us");
+}
+
 // The rows of a capture without their numbers.
 std::vector<std::string> rows_of(const std::string& capture, const Words& more = {}) {
   Words words = Words("decode {} -f pos12,nE,nW,crc6 --to csv", capture) + more;
@@ -66,13 +115,8 @@ TEST_F(ReportVerb, LargeCapture_ItsFirstAndItsFailedCyclesReadInThePartAsInTheWh
   const std::string capture =
       simulate(folder, "line.vcd", "--cycles 24000 --fault flip:0.01 --fault lost_clock:0.002");
   ASSERT_EQ(report(folder, capture, "-f pos12,nE,nW,crc6").status, 0);
-  const std::string text = content_of(folder.path("report.html"));
-  const std::size_t begin = text.find('>', text.find("id=\"biss-capture\"")) + 1;
-  const std::string packed =
-      folder.file("part.txt", text.substr(begin, text.find('<', begin) - begin));
   const std::string part = folder.path("part.vcd");
-  ASSERT_EQ(std::system(("base64 -d " + packed + " | gzip -dc >" + part).c_str()), 0);
-
+  std::filesystem::rename(carried(folder, "biss-capture"), part);
   const std::vector<std::string> whole = rows_of(capture);
   const std::vector<std::string> shown = rows_of(part, {"--ma", "MA", "--slo", "SLO"});
   const std::set<std::string> in_part(shown.begin(), shown.end());
