@@ -58,8 +58,8 @@ function(wasm_files begin)
   endif()
   set(wasm_sources ${wasm_sources} ${paths} PARENT_SCOPE)
 endfunction()
-wasm_files(libdeflate/lib/ adler32 crc32 deflate_compress deflate_decompress gzip_decompress utils
-           zlib_decompress)
+wasm_files(libdeflate/lib/ adler32 crc32 deflate_compress deflate_decompress gzip_compress
+           gzip_decompress utils zlib_decompress)
 wasm_files(zlib/ adler32 crc32 deflate inffast inflate inftrees trees zutil)
 wasm_files(lz4/lib/ lz4)
 wasm_files(libzstd/lib/common/ debug entropy_common error_private fse_decompress xxhash zstd_common)
