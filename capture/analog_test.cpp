@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "capture/test_capture.hpp"
+#include "tests/common/long_run.hpp"
 
 namespace biss::capture {
 namespace analog_test {
@@ -174,8 +175,8 @@ TEST(AutomaticThreshold, IsTheMiddleOfTheLevels) {
   EXPECT_EQ(read.edges.back().level, wire::Level::low);
 }
 
-#ifdef BISS_LONG
 TEST(AutomaticThreshold, IdleBeginningOfAnyLength_IsSkipped) {
+  if (!test::long_run()) GTEST_SKIP() << "make test-long runs it";
   std::vector<std::vector<Nanovolts>> rows(2'500'000, {millivolts(3'300)});
   for (std::size_t i = 0; i < rows.size(); i += 3) rows[i][0].count += 40'000'000;
   for (const Nanovolts sample : square(20, 4, 0, 3'300, 20)) rows.push_back({sample});
@@ -185,7 +186,6 @@ TEST(AutomaticThreshold, IdleBeginningOfAnyLength_IsSkipped) {
   EXPECT_EQ(read.edges.at(0), edge(0, 0, '1'));
   EXPECT_EQ(read.edges.at(1).time.count / 1'000'000, 2'500'003);
 }
-#endif
 
 TEST(AutomaticThreshold, BlockSize_DoesNotMatter) {
   std::vector<std::vector<Nanovolts>> rows;

@@ -10,6 +10,7 @@
 #include "capture/event_csv.hpp"
 #include "capture/test_capture.hpp"
 #include "capture/vcd.hpp"
+#include "tests/common/long_run.hpp"
 
 namespace biss::capture {
 namespace round_trip_test {
@@ -69,7 +70,7 @@ TEST(RoundTrip, RandomCaptures_ComeBackFromVcd) {
   constexpr std::uint64_t seed = 7'301;
   std::printf("seed %" PRIu64 "\n", seed);
   std::mt19937_64 random(seed);
-  for (int i = 0; i < 200 && !testing::Test::HasFailure(); ++i) {
+  for (std::uint64_t i = 0; i < test::rounds(200, 60) && !testing::Test::HasFailure(); ++i) {
     SCOPED_TRACE(i);
     const Capture capture = random_capture(random, false);
     expect_same(capture, read_vcd(text_of<VcdWriter>(capture), 1 + random() % 10'000));
@@ -80,7 +81,7 @@ TEST(RoundTrip, RandomCaptures_ComeBackFromEventCsv) {
   constexpr std::uint64_t seed = 7'302;
   std::printf("seed %" PRIu64 "\n", seed);
   std::mt19937_64 random(seed);
-  for (int i = 0; i < 200 && !testing::Test::HasFailure(); ++i) {
+  for (std::uint64_t i = 0; i < test::rounds(200, 60) && !testing::Test::HasFailure(); ++i) {
     SCOPED_TRACE(i);
     const Capture capture = random_capture(random, true);
     expect_same(capture, read_csv(text_of<EventCsvWriter>(capture), 1 + random() % 10'000));

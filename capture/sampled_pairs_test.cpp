@@ -18,6 +18,7 @@
 #include "capture/open.hpp"
 #include "capture/test_capture.hpp"
 #include "capture/test_samples.hpp"
+#include "tests/common/long_run.hpp"
 
 namespace biss::capture {
 namespace sampled_pairs_test {
@@ -201,7 +202,8 @@ TEST(SampledPairs, AnyPieceSizeAndStart_AgreesWithTheEdges) {
   for (const std::size_t unit : {1U, 2U, 5U, 8U}) {
     const RawLayout layout =
         layout_of(Hertz{2U + static_cast<std::uint32_t>(random())}, unit, 0, 7);
-    const std::string bytes = two_lines(random, unit, 0, 7, 30'000) + std::string(unit - 1, 'x');
+    const std::string bytes =
+        two_lines(random, unit, 0, 7, test::rounds(30'000, 5'000)) + std::string(unit - 1, 'x');
     const PairRead edges = pair_of(read_raw(bytes, layout), 0, 1);
     for (const std::size_t piece : {std::size_t{1}, std::size_t{64}, std::size_t{1'000},
                                     std::size_t{65'536}, std::size_t{64} << 20U}) {
@@ -407,8 +409,8 @@ std::size_t edges_if_bounded(const Opened& opened, std::size_t blocks) {
   return edges;
 }
 
-#ifdef BISS_LONG
 TEST(SampledPairs, MoreChangesThanAPieceTakes_AgreeWithTheEdgesInBoundedMemory) {
+  if (!test::long_run()) GTEST_SKIP() << "make test-long runs it";
   std::mt19937_64 random(13'113);
   const RawLayout layout = layout_of(megahertz(48), 1, 0, 1);
   const std::string calm = two_lines(random, 1, 0, 1, 200'000);
@@ -419,10 +421,9 @@ TEST(SampledPairs, MoreChangesThanAPieceTakes_AgreeWithTheEdgesInBoundedMemory) 
       edges_if_bounded(open_raw(memory_bytes(bytes), layout, {.piece_bytes = bytes.size()}), 0),
       most_changes);
 }
-#endif
 
-#ifdef BISS_LONG
 TEST(SrPairs, MoreChangesThanAPieceTakes_AgreeWithTheEdgesAndAreVerified) {
+  if (!test::long_run()) GTEST_SKIP() << "make test-long runs it";
   std::mt19937_64 random(13'114);
   const std::string bytes = noise(random, noisy_samples, 0, 1);
   std::string archive = zip_of(session_of({two_lines(random, 1, 0, 1, 5'000), bytes}));
@@ -434,7 +435,6 @@ TEST(SrPairs, MoreChangesThanAPieceTakes_AgreeWithTheEdgesAndAreVerified) {
     archive[entry + 16] = static_cast<char>(archive[entry + 16] ^ 1);
   }
 }
-#endif
 
 std::string dsl_of(std::string_view samples, std::uint64_t said, const RawLayout& layout,
                    std::size_t block_bytes) {
@@ -504,9 +504,9 @@ TEST(DslPairs, AnyByteDamaged_EndsAsTheEdges) {
   }
 }
 
-#ifdef BISS_LONG
 // A piece of such a file has fewer samples than the arrays take changes.
 TEST(DslPairs, ChangesInEverySample_AgreeWithTheEdgesInBoundedMemory) {
+  if (!test::long_run()) GTEST_SKIP() << "make test-long runs it";
   std::mt19937_64 random(13'115);
   const RawLayout layout{megahertz(24), 1, {{"MA", 2}, {"SLO", 5}}};
   const std::string samples = noise(random, noisy_samples + 37, 2, 5);
@@ -515,7 +515,6 @@ TEST(DslPairs, ChangesInEverySample_AgreeWithTheEdgesInBoundedMemory) {
   expect_same(read_pairs(opened_dsl(archive), 0, 1, 0), edges);
   EXPECT_LT(edges_if_bounded(opened_dsl(archive), 3), most_changes);
 }
-#endif
 
 TEST(DslPairs, SeveralBlocksAndTimesBeyondTheRange_AgreeWithTheEdges) {
   constexpr std::size_t block_bytes = std::size_t{1} << 21U;

@@ -12,6 +12,7 @@
 #include "capture/open.hpp"
 #include "capture/sr.hpp"
 #include "capture/test_samples.hpp"
+#include "tests/common/long_run.hpp"
 
 namespace biss::capture {
 namespace sr_test {
@@ -87,8 +88,8 @@ TEST(Sr, ChunksThatCutSamples_GiveTheSameEdges) {
   }
 }
 
-#ifdef BISS_LONG
 TEST(Sr, MemberLargerThanIsInflatedAtOnce_IsReadInPieces) {
+  if (!test::long_run()) GTEST_SKIP() << "make test-long runs it";
   std::string bytes(40U * 1024U * 1024U, '\3');
   bytes[35U * 1024U * 1024U] = '\2';
   Members members = session_of({});
@@ -104,7 +105,6 @@ TEST(Sr, MemberLargerThanIsInflatedAtOnce_IsReadInPieces) {
               CaptureCause::damaged);
   }
 }
-#endif
 
 TEST(Sr, ArchiveCutAnywhere_ReportsDamaged) {
   const std::string whole = zip_of(session_of({some_samples}));
@@ -237,8 +237,8 @@ TEST(Sr, FileOfItsOwn_IsReadWhereItLies) {
   std::filesystem::remove(path);
 }
 
-#ifdef BISS_LONG
 TEST(Sr, PipeOfMoreThanFitsInMemory_IsReadThroughAFile) {
+  if (!test::long_run()) GTEST_SKIP() << "make test-long runs it";
   constexpr std::uint64_t seed = 7'405;
   std::printf("seed %" PRIu64 "\n", seed);
   std::mt19937_64 random(seed);
@@ -257,7 +257,6 @@ TEST(Sr, PipeOfMoreThanFitsInMemory_IsReadThroughAFile) {
   EXPECT_FALSE(read.error);
   EXPECT_EQ(read.edges, plain_edges(layout, noise + noise + noise));
 }
-#endif
 
 TEST(SrWriter, RandomEdges_ComeBackAtTheirSamples) {
   constexpr std::uint64_t seed = 7'406;

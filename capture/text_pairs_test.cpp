@@ -15,6 +15,7 @@
 #include "capture/test_capture.hpp"
 #include "capture/test_pairs.hpp"
 #include "capture/vcd.hpp"
+#include "tests/common/long_run.hpp"
 
 namespace biss::capture {
 namespace text_pairs_test {
@@ -274,11 +275,7 @@ TEST(TextPairs, ErrorIsMetWhileReadingEdges_EdgesBeforeItAreSettledFirst) {
 }
 
 TEST(TextPairs, AnyPieceSize_GivesTheEdgesAndTheErrorOfBlocks) {
-#ifdef BISS_LONG
-  constexpr std::size_t captures = 500;
-#else
-  constexpr std::size_t captures = 36;
-#endif
+  const std::size_t captures = test::rounds(500, 18);
   std::size_t errors = 0;
   std::size_t regular = 0;
   std::size_t irregular = 0;

@@ -33,12 +33,8 @@ function(biss_kind target kind)
   if(NOT TARGET biss_${kind}_headers)
     file(CONFIGURE OUTPUT "${PROJECT_BINARY_DIR}/${kind}_headers.cpp" CONTENT "// No code.\n")
     add_library(biss_${kind}_headers OBJECT "${PROJECT_BINARY_DIR}/${kind}_headers.cpp")
-    target_link_libraries(biss_${kind}_headers PRIVATE biss_core biss_flags fmt::fmt
-                                                       nlohmann_json::nlohmann_json)
+    target_link_libraries(biss_${kind}_headers PRIVATE biss_core biss_flags fmt::fmt)
     set(headers ${biss_common_headers})
-    if(NOT kind STREQUAL room)
-      list(APPEND headers <nlohmann/json.hpp>)
-    endif()
     if(kind STREQUAL test)
       target_link_libraries(biss_test_headers PRIVATE GTest::gtest GTest::gmock)
       list(APPEND headers <gtest/gtest.h> <gmock/gmock.h>)
@@ -85,7 +81,7 @@ endfunction()
 
 # biss_room_test(NAME [LONG] SOURCE…): the room's unit tests, one CTest a case, labelled with the
 # room's name. LONG tests take minutes: they are labelled `long`, built with BISS_LONG_TESTS, and
-# optimised like a room. With BISS_LONG_TESTS all tests see the macro BISS_LONG, and may try more.
+# optimised like a room. Other tests try more in `make test-long`: tests/common/long_run.hpp.
 function(biss_room_test name)
   cmake_parse_arguments(PARSE_ARGV 1 test "LONG" "" "")
   if(NOT BISS_TESTS OR (test_LONG AND NOT BISS_LONG_TESTS))
@@ -101,9 +97,6 @@ function(biss_room_test name)
   add_executable(biss_${name}_test ${test_UNPARSED_ARGUMENTS})
   target_link_libraries(biss_${name}_test PRIVATE biss_${name} biss_flags GTest::gtest
                                                   GTest::gmock GTest::gtest_main)
-  if(BISS_LONG_TESTS)
-    target_compile_definitions(biss_${name}_test PRIVATE BISS_LONG)
-  endif()
   if(NOT test_LONG)
     biss_kind(biss_${name}_test test)
   endif()

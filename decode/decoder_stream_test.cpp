@@ -8,6 +8,7 @@
 
 #include "decode/test_cycle_text.hpp"
 #include "decode/test_line.hpp"
+#include "tests/common/long_run.hpp"
 
 namespace biss::decode::test {
 namespace decoder_stream_test {
@@ -100,12 +101,8 @@ TEST(DecoderStream, EdgesAtOneTime_TheirOrderDoesNotMatter) {
   const auto below = [&](int most) {
     return static_cast<int>(random() % static_cast<unsigned>(most));
   };
-#ifdef BISS_LONG
-  constexpr int lines = 20'000;
-#else
-  constexpr int lines = 4'000;
-#endif
-  for (int i = 0; i < lines; ++i) {
+  const std::uint64_t lines = biss::test::rounds(20'000, 1'000);
+  for (std::uint64_t i = 0; i < lines; ++i) {
     std::vector<int> ma;
     std::vector<int> slo;
     const int half = 2 + below(3);
@@ -139,7 +136,8 @@ TEST(DecoderStream, RandomEdges_GiveRowsInOrderAndEndIsFound) {
     last = cycle.time;
   });
   Picoseconds now{};
-  for (int i = 0; i < 1'000'000; ++i) {
+  const std::uint64_t edges = biss::test::rounds(1'000'000, 100'000);
+  for (std::uint64_t i = 0; i < edges; ++i) {
     // Idle and busy periods of many lengths.
     now += picoseconds(static_cast<std::int64_t>(random() >> (40U + random() % 24U)));
     const auto level = random() % 64 == 0  ? wire::Level::unknown
@@ -152,7 +150,7 @@ TEST(DecoderStream, RandomEdges_GiveRowsInOrderAndEndIsFound) {
     }
   }
   decoder.finish(now);
-  EXPECT_GT(rows, 1000U);
+  EXPECT_GT(rows, edges / 1'000);
 }
 
 }  // namespace decoder_stream_test

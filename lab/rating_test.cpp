@@ -12,6 +12,7 @@
 #include "biss/frame/format_text.hpp"
 #include "biss/safety/configurations.hpp"
 #include "sim/random.hpp"
+#include "tests/common/long_run.hpp"
 
 namespace biss::lab {
 namespace rating_test {
@@ -56,11 +57,7 @@ struct Candidate {
 
 // Few kinds of words, because the exact analysis of one takes a tenth of a second; in the quick tests
 // only the first that come up.
-#ifdef BISS_LONG
-constexpr std::size_t words_max = 1'000;
-#else
-constexpr std::size_t words_max = 64;
-#endif
+const std::size_t words_max = test::rounds(1'000, 64);
 
 Candidate random_candidate(sim::Random& random) {
   const auto one_of = [&](auto... values) {

@@ -10,15 +10,10 @@
 #include "decode/clean_cycles.hpp"
 #include "decode/decoder.hpp"
 #include "flow/cycle_flow.hpp"
+#include "tests/common/long_run.hpp"
 #include "tests/flow/flow_trial.hpp"
 
 namespace biss::flow_trial::flow_test {
-
-#ifdef BISS_LONG
-constexpr std::uint64_t trials = 500;
-#else
-constexpr std::uint64_t trials = 40;
-#endif
 
 void expect_same(const std::vector<std::string>& rows, const std::vector<std::string>& expected) {
   ASSERT_EQ(rows.size(), expected.size());
@@ -42,6 +37,7 @@ void compare(const Trial& trial, const Container& container, std::uint64_t numbe
 }
 
 TEST(Flow, EveryFaultInEveryContainer_SameCyclesAsEdgeByEdge) {
+  const std::uint64_t trials = test::rounds(500, 20);
   for (std::uint64_t number = 0; number < trials; ++number) {
     const Trial trial(number);
     for (const Container& container : change_containers(trial)) {

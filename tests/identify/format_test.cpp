@@ -6,6 +6,7 @@
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/format_text.hpp"
 #include "sim/random.hpp"
+#include "tests/common/long_run.hpp"
 #include "tests/identify/format_trial.hpp"
 
 namespace biss::trial::format_trial_test {
@@ -88,8 +89,9 @@ std::vector<identify::Sample> bits_without_checksum(std::uint64_t number) {
 }
 
 TEST(FindFormat, BitsWithoutChecksum_AreNeverSureAndEveryCandidateIsTheFormatOfItsText) {
+  const std::uint64_t captures = test::rounds(30, 10);
   std::size_t candidates = 0;
-  for (std::uint64_t number = 1; number <= 30; ++number) {
+  for (std::uint64_t number = 1; number <= captures; ++number) {
     const identify::FormatFinding finding = identify::find_format(bits_without_checksum(number));
     EXPECT_EQ(finding.sure(), nullptr) << number;
     for (const auto& each : finding.candidates) {
@@ -98,7 +100,7 @@ TEST(FindFormat, BitsWithoutChecksum_AreNeverSureAndEveryCandidateIsTheFormatOfI
       ++candidates;
     }
   }
-  EXPECT_GT(candidates, 30U);
+  EXPECT_GT(candidates, captures);
 }
 
 TEST(FindFormat, NoFrame_FindsNothing) {

@@ -10,6 +10,7 @@
 
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/master/request.hpp"
+#include "tests/common/long_run.hpp"
 #include "tests/exhaustive/scale.hpp"
 
 namespace timing_test::reset_test {
@@ -98,11 +99,7 @@ Picoseconds full_cycle(const CatalogueEntry& entry, Picoseconds period) {
   }
 }
 
-#ifdef BISS_LONG
-constexpr bool all = true;
-#else
-constexpr bool all = false;
-#endif
+const bool all = biss::test::long_run();
 
 std::vector<std::int64_t> clocks_khz(const CatalogueEntry& entry) {
   std::vector<std::int64_t> clocks{250, 500, 2'000, 10'000};
