@@ -18,7 +18,7 @@ endif()
 
 # Two measures halve the time of a build, most of which went into parsing and instantiating headers.
 # The headers below are parsed once for all rooms of a kind and once for all tests. The release build
-# joins ten source files of a target into one (CMAKE_UNITY_BUILD), the sources of verbs in four groups:
+# joins up to 32 source files of a target into one (CMAKE_UNITY_BUILD), of verbs up to 26:
 # a name that only one file uses has to be unique within its target, and a test file keeps its names
 # in a separate namespace.
 set(biss_common_headers
