@@ -128,14 +128,6 @@ class DecodedCapture {
   /// not been called since
   identify::ProtocolGuess protocol();
 
-  // For a JointReading, while this capture waits in read().
-  /// The next cycle of the capture.
-  void take(const decode::Cycle& cycle);
-  flow::ChangeWatcher* watcher() const { return watcher_; }
-  void set_end_time(Picoseconds end_time) { end_time_ = end_time; }
-  /// The cycles that `other` reads are the cycles that this one would read.
-  bool reads_as(const DecodedCapture& other) const;
-
   /// Whether the cycle begins between --since and --until.
   bool is_wanted(const decode::Cycle& cycle) const;
   /// One line for users: no cycle was found, and what to check.
@@ -181,7 +173,7 @@ class DecodedCapture {
   Picoseconds interval();
 
  private:
-  void begin_reading(OnCycle on_cycle, flow::ChangeWatcher* watcher);
+  void take(const decode::Cycle& cycle);
   bool identifies() const { return arguments_.identify && arguments_.device.format.empty(); }
   bool open_next();
   bool open_words();
