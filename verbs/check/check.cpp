@@ -14,6 +14,7 @@
 #include "decode/check.hpp"
 #include "report/summary.hpp"
 #include "verbs/common/decoded_capture.hpp"
+#include "verbs/common/fields.hpp"
 #include "verbs/common/identified.hpp"
 #include "verbs/common/table_output.hpp"
 #include "verbs/common/verb.hpp"
@@ -26,8 +27,6 @@ namespace {
 using decode::Rule;
 using decode::RuleResult;
 using decode::Verdict;
-using report::Cell;
-using report::Kind;
 
 constexpr std::string_view against_biss_c = "biss-c";
 constexpr std::string_view against_renishaw = "renishaw";
@@ -48,46 +47,37 @@ struct CheckOptions {
   report::Format to = report::Format::table;
 };
 
-// Limits are times for some rules and counts or shares for others. Thousandths of any unit are
-// written like picoseconds as nanoseconds.
-std::vector<report::Column> check_columns() {
-  return {{.name = "rule", .kind = Kind::text},
-          {.name = "limit", .kind = Kind::nanoseconds},
-          {.name = "worst", .kind = Kind::nanoseconds},
-          {.name = "unit", .kind = Kind::text},
-          {.name = "margin", .kind = Kind::nanoseconds},
-          {.name = "cycle", .kind = Kind::unsigned_integer},
-          {.name = "verdict", .kind = Kind::text},
-          {.name = "cases", .kind = Kind::unsigned_integer},
-          {.name = "source", .kind = Kind::text},
-          {.name = "note", .kind = Kind::text}};
-}
-
 Picoseconds count_of(std::uint64_t count) {
   return nanoseconds(static_cast<std::int64_t>(std::min<std::uint64_t>(count, INT64_MAX / 1'000)));
 }
 
-void put(report::TableWriter& writer, Rule rule, const RuleResult& result) {
+// Limits are times for some rules and counts or shares for others. Thousandths of any unit are
+// written like picoseconds as nanoseconds.
+FieldRow fields_of(Rule rule, const RuleResult& result) {
   const decode::RuleText& text = text_of(rule);
-  std::array<Cell, 10> cells{};
-  cells[0] = text.name;
-  cells[3] = text.unit;
+  std::optional<Picoseconds> limit, worst, margin;
   if (result.measured) {
-    cells[1] = picoseconds(result.measured->limit);
-    cells[2] = picoseconds(result.measured->worst);
-    cells[4] = picoseconds(result.measured->margin);
+    limit = picoseconds(result.measured->limit);
+    worst = picoseconds(result.measured->worst);
+    margin = picoseconds(result.measured->margin);
   } else if (!text.is_measured && result.verdict != Verdict::not_judged) {
-    cells[1] = Picoseconds{};
-    cells[2] = count_of(result.faults);
-    cells[4] = -count_of(result.faults);
+    limit = Picoseconds{};
+    worst = count_of(result.faults);
+    margin = -count_of(result.faults);
   }
-  cells[5] = result.cycle;
-  cells[6] = name_of(result.verdict);
-  cells[7] = result.cases;
-  cells[8] = text.source;
-  if (!result.note.empty()) cells[9] = result.note;
-  writer.row(cells);
+  return {{"rule", text.name},
+          {"limit", limit},
+          {"worst", worst},
+          {"unit", text.unit},
+          {"margin", margin},
+          {"cycle", result.cycle},
+          {"verdict", name_of(result.verdict)},
+          {"cases", result.cases},
+          {"source", text.source},
+          {"note", unless_empty(result.note)}};
 }
+
+std::vector<report::Column> check_columns() { return columns_of(fields_of(Rule{}, {})); }
 
 // Reads --against into the limits and, if it names a type and -f is not given, the format.
 // \return why that is wrong usage; empty if it is not
@@ -219,7 +209,7 @@ class CheckRun {
       const auto rule = static_cast<Rule>(i);
       const RuleResult result = check.result(rule);
       verdicts[static_cast<std::size_t>(result.verdict)].push_back(text_of(rule).name);
-      put(writer, rule, result);
+      write_row(writer, fields_of(rule, result));
     }
     messages.add_summary(summary(verdicts));
     if (!verdicts[static_cast<std::size_t>(Verdict::fail)].empty()) return ExitStatus::data_failed;

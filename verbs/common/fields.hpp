@@ -1,6 +1,7 @@
 // Tables whose rows bring their columns with them: each column is next to its value.
 #pragma once
 
+#include <algorithm>
 #include <memory>
 #include <optional>
 #include <string>
@@ -48,20 +49,28 @@ class Field {
 
 using FieldRow = std::vector<Field>;
 
+inline std::vector<report::Column> columns_of(const FieldRow& row) {
+  std::vector<report::Column> columns;
+  for (const Field& each : row) columns.push_back(each.column);
+  return columns;
+}
+
+/// \return as TableWriter::row()
+inline bool write_row(report::TableWriter& writer, const FieldRow& row) {
+  std::vector<report::Cell> cells;
+  for (const Field& each : row) cells.push_back(each.cell());
+  return writer.row(cells);
+}
+
 /// Writes rows that have the same columns as `columns`.
 /// \return false if the sink failed
 inline bool write_rows(const FieldRow& columns, const std::vector<FieldRow>& rows,
                        report::Format to, report::TextSink& sink,
                        report::TableOptions options = {}) {
-  std::vector<report::Column> shown;
-  for (const Field& each : columns) shown.push_back(each.column);
-  const auto table = report::make_table_writer(to, shown, sink, std::move(options));
-  for (const FieldRow& row : rows) {
-    std::vector<report::Cell> cells;
-    for (const Field& each : row) cells.push_back(each.cell());
-    if (!table->row(cells)) return false;
-  }
-  return table->finish();
+  const auto table = report::make_table_writer(to, columns_of(columns), sink, std::move(options));
+  return std::all_of(rows.begin(), rows.end(),
+                     [&](const FieldRow& row) { return write_row(*table, row); }) &&
+         table->finish();
 }
 
 /// The same for at least one row, as it looks in this output.

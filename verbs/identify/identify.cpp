@@ -17,6 +17,7 @@
 #include "report/summary.hpp"
 #include "rows/columns.hpp"
 #include "verbs/common/decoded_capture.hpp"
+#include "verbs/common/fields.hpp"
 #include "verbs/common/identified.hpp"
 #include "verbs/common/table_output.hpp"
 #include "verbs/common/verb.hpp"
@@ -29,46 +30,12 @@ using identify::FormatCandidate;
 using identify::FormatFinding;
 using identify::Protocol;
 using identify::ProtocolGuess;
-using report::Cell;
-using report::Kind;
 
 struct IdentifyOptions {
   CaptureArguments capture;
   std::string output;
   report::Format to = report::Format::table;
 };
-
-const std::vector<report::Column>& identify_columns() {
-  static const std::vector<report::Column> all{
-      {.name = "file", .kind = Kind::text},
-      {.name = "ma", .kind = Kind::text, .heading = "MA"},
-      {.name = "slo", .kind = Kind::text, .heading = "SLO"},
-      {.name = "inverted", .kind = Kind::text},
-      rows::clock_column(),
-      rows::line_delay_column(),
-      {.name = "ack_clocks", .kind = Kind::unsigned_integer, .heading = "ACK", .unit = "clocks"},
-      {.name = "format", .kind = Kind::text},
-      {.name = "confidence", .kind = Kind::real, .places = 2},
-      {.name = "equal", .kind = Kind::text},
-      {.name = "alternatives", .kind = Kind::text, .json = true},
-      {.name = "encoders", .kind = Kind::text},
-      {.name = "protocol", .kind = Kind::text},
-      {.name = "protocol_confidence", .kind = Kind::real, .heading = "sure", .places = 2},
-      {.name = "cycles", .kind = Kind::unsigned_integer},
-      {.name = "frames", .kind = Kind::unsigned_integer},
-      {.name = "timeout", .kind = Kind::text},
-      {.name = "from_cycle", .kind = Kind::unsigned_integer},
-      {.name = "to_cycle", .kind = Kind::unsigned_integer}};
-  return all;
-}
-
-// A table for people has the first nine columns; the summary has the rest.
-std::vector<report::Column> columns_for(report::Format to) {
-  constexpr std::ptrdiff_t shown = 9;
-  const auto& all = identify_columns();
-  if (to != report::Format::table) return all;
-  return {all.begin(), all.begin() + shown};
-}
 
 // Four places: confidences are not more precise.
 double rounded_down(double confidence) { return std::floor(confidence * 1e4) / 1e4; }
@@ -116,6 +83,10 @@ class ReleaseRule {
 
 // The measurements on one pair of lines.
 struct Line {
+  // Empty if the lines carry another protocol.
+  std::optional<std::string> ma;
+  std::optional<std::string> slo;
+  std::string inverted;
   decode::Statistics statistics;
   identify::SampleCollector samples;
   ReleaseRule release;
@@ -146,6 +117,61 @@ std::string alternatives_of(const FormatFinding& finding, report::Format to) {
   return joined(texts);
 }
 
+// The row of a format, or of another protocol.
+FieldRow fields_of(const std::string& file, const ProtocolGuess& guess, const Line& line,
+                   const identify::FormatPart& part, report::Format to) {
+  const decode::Statistics& statistics = line.statistics;
+  std::optional<Hertz> clock;
+  std::optional<Picoseconds> delay;
+  std::optional<std::uint64_t> ack;
+  std::optional<std::string> timeout;
+  if (statistics.period().count() != 0) {
+    clock = rate_of(picoseconds(statistics.period().median()));
+  }
+  if (statistics.line_delay().count() != 0) {
+    delay = picoseconds(statistics.line_delay().median());
+  }
+  if (statistics.ack_clocks().count() != 0) {
+    ack = static_cast<std::uint64_t>(statistics.ack_clocks().median());
+  }
+  if (const auto rule = line.release.rule()) timeout = biss::text_of(*rule);
+  const FormatFinding& finding = part.finding;
+  const bool any = !finding.candidates.empty();
+  const FormatCandidate best = any ? finding.candidates.front() : FormatCandidate{};
+  std::vector<std::string> equal;
+  for (const FrameFormat& each : best.equal) equal.push_back(text_of(each));
+  const auto when = [](bool known, const auto& value) {
+    return known ? std::optional(value) : std::nullopt;
+  };
+  const bool is_biss = line.ma.has_value();
+  const bool several = line.parts.size() > 1;
+  FieldRow row{
+      {"file", file},
+      {"ma", line.ma, {.heading = "MA"}},
+      {"slo", line.slo, {.heading = "SLO"}},
+      {"inverted", unless_empty(line.inverted)},
+      {"clock_hz", clock, rows::clock_column()},
+      {"line_delay_ns", delay, rows::line_delay_column()},
+      {"ack_clocks", ack, {.heading = "ACK", .unit = "clocks"}},
+      {"format", when(finding.sure() != nullptr, text_of(best.format))},
+      {"confidence", when(any && !finding.still, rounded_down(best.confidence)), {.places = 2}}};
+  // The summary has the rest for people.
+  if (to == report::Format::table) return row;
+  const FieldRow further{
+      {"equal", unless_empty(joined(equal))},
+      {"alternatives", unless_empty(is_biss ? alternatives_of(finding, to) : ""), {.json = true}},
+      {"encoders", unless_empty(encoders_text(best, best.encoders.size()))},
+      {"protocol", name_of(guess.protocol)},
+      {"protocol_confidence", guess.confidence, {.heading = "sure", .places = 2}},
+      {"cycles", when(is_biss, statistics.cycles())},
+      {"frames", when(is_biss, statistics.good())},
+      {"timeout", timeout},
+      {"from_cycle", when(several, part.from_cycle)},
+      {"to_cycle", when(several, part.to_cycle)}};
+  row.insert(row.end(), further.begin(), further.end());
+  return row;
+}
+
 class IdentifyRun {
  public:
   IdentifyRun(const IdentifyOptions& options, Host& host) : options_(options), host_(host) {}
@@ -161,7 +187,8 @@ class IdentifyRun {
     const ExitStatus opened = capture_.open(options_.capture);
     if (opened != ExitStatus::done) return opened;
     return write_captures(
-        capture_, options_.output, options_.to, [this] { return columns_for(options_.to); }, true,
+        capture_, options_.output, options_.to,
+        [this] { return columns_of(fields_of("", {}, {}, {}, options_.to)); }, true,
         std::bind_front(&IdentifyRun::judge, this));
   }
 
@@ -171,15 +198,22 @@ class IdentifyRun {
     const ProtocolGuess guess = capture_.protocol();
     const bool other = guess.protocol != Protocol::biss_c && guess.protocol != Protocol::unknown &&
                        guess.protocol != Protocol::clock_alone;
+    Line line;
+    const std::string& name = capture_.input().name();
     if (!capture_.has_lines() || other) {
-      put_other(writer, guess);
+      write_row(writer, fields_of(name, guess, line, {}, options_.to));
       report::Summary summary;
-      summary.title(capture_.input().name());
+      summary.title(name);
       add_protocol(summary, guess);
       messages.add_summary(summary.text());
       return ExitStatus::data_failed;
     }
-    Line line;
+    const decode::Lines& lines = capture_.lines().lines;
+    line.ma = capture_.ma_name();
+    line.slo = capture_.slo_name();
+    line.inverted = fmt::format("{}{}{}", lines.ma_inverted ? "MA" : "",
+                                lines.ma_inverted && lines.slo_inverted ? ";" : "",
+                                lines.slo_inverted ? "SLO" : "");
     const bool read = capture_.read([&line](std::uint64_t number, const decode::Cycle& cycle) {
       line.add(number, cycle);
       return true;
@@ -188,7 +222,7 @@ class IdentifyRun {
     if (line.parts.empty()) line.parts.emplace_back();
     bool sure = true;
     for (const identify::FormatPart& part : line.parts) {
-      put(writer, guess, line, part);
+      write_row(writer, fields_of(name, guess, line, part, options_.to));
       sure = sure && part.finding.sure() != nullptr;
     }
     messages.add_summary(summary(guess, line));
@@ -197,68 +231,6 @@ class IdentifyRun {
       return messages.fail(ExitStatus::data_failed, capture_.no_request());
     }
     return sure ? ExitStatus::done : ExitStatus::data_failed;
-  }
-
-  void put_other(report::TableWriter& writer, const ProtocolGuess& guess) {
-    std::vector<Cell> cells(identify_columns().size());
-    cells[0] = capture_.input().name();
-    cells[12] = name_of(guess.protocol);
-    cells[13] = guess.confidence;
-    cells.resize(columns_for(options_.to).size());
-    writer.row(cells);
-  }
-
-  void put(report::TableWriter& writer, const ProtocolGuess& guess, const Line& line,
-           const identify::FormatPart& part) {
-    const decode::Statistics& statistics = line.statistics;
-    std::vector<Cell> cells(identify_columns().size());
-    const decode::Lines& lines = capture_.lines().lines;
-    const std::string inverted = fmt::format("{}{}{}", lines.ma_inverted ? "MA" : "",
-                                             lines.ma_inverted && lines.slo_inverted ? ";" : "",
-                                             lines.slo_inverted ? "SLO" : "");
-    cells[0] = capture_.input().name();
-    cells[1] = capture_.ma_name();
-    cells[2] = capture_.slo_name();
-    if (!inverted.empty()) cells[3] = inverted;
-    if (statistics.period().count() != 0) {
-      cells[4] = rate_of(picoseconds(statistics.period().median()));
-    }
-    if (statistics.line_delay().count() != 0) {
-      cells[5] = picoseconds(statistics.line_delay().median());
-    }
-    if (statistics.ack_clocks().count() != 0) {
-      cells[6] = static_cast<std::uint64_t>(statistics.ack_clocks().median());
-    }
-    std::string format;
-    std::vector<std::string> equal;
-    std::string encoders;
-    const auto& candidates = part.finding.candidates;
-    if (!candidates.empty()) {
-      const FormatCandidate& best = candidates.front();
-      format = text_of(best.format);
-      for (const FrameFormat& each : best.equal) equal.push_back(text_of(each));
-      encoders = encoders_text(best, best.encoders.size());
-      if (part.finding.sure() != nullptr) cells[7] = format;
-      if (!part.finding.still) cells[8] = rounded_down(best.confidence);
-    }
-    const std::string equal_text = joined(equal);
-    const std::string alternatives = alternatives_of(part.finding, options_.to);
-    if (!equal.empty()) cells[9] = equal_text;
-    if (!alternatives.empty()) cells[10] = alternatives;
-    if (!encoders.empty()) cells[11] = encoders;
-    cells[12] = name_of(guess.protocol);
-    cells[13] = guess.confidence;
-    cells[14] = statistics.cycles();
-    cells[15] = statistics.good();
-    const auto rule = line.release.rule();
-    const std::string timeout = rule ? biss::text_of(*rule) : std::string();
-    if (rule) cells[16] = timeout;
-    if (line.parts.size() > 1) {
-      cells[17] = part.from_cycle;
-      cells[18] = part.to_cycle;
-    }
-    cells.resize(columns_for(options_.to).size());
-    writer.row(cells);
   }
 
   static void add_protocol(report::Summary& summary, const ProtocolGuess& guess) {

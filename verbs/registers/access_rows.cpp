@@ -2,67 +2,53 @@
 
 #include <fmt/format.h>
 
-#include <array>
 #include <optional>
 #include <string>
 
 #include "biss/control/register_map.hpp"
 #include "verbs/common/access_option.hpp"
+#include "verbs/common/fields.hpp"
 
 namespace biss::verbs {
 
 namespace {
 
 using decode::SeenAccess;
-using report::Cell;
-using report::Kind;
 
-void put_access(report::TableWriter& writer, const SeenAccess& access, std::optional<unsigned> id) {
-  const std::string address = fmt::format("0x{:02X}", access.address);
-  const std::string data = access.data ? fmt::format("{:02X}", *access.data) : std::string();
-  std::array<Cell, 10> cells{};
-  cells[0] = access.cycle;
-  cells[1] = access.time;
-  cells[2] = id;
-  cells[3] = name_of(access.kind);
+FieldRow fields_of(const SeenAccess& access, std::optional<std::uint8_t> id) {
+  std::optional<std::string> address, name, data;
   if (access.kind == SeenAccess::Kind::command) {
-    cells[5] = name_of(access.command);
+    name = name_of(access.command);
   } else if (access.header_sent) {
-    cells[4] = address;
-    cells[5] = register_field(access.address).name;
+    address = fmt::format("0x{:02X}", access.address);
+    name = register_field(access.address).name;
   }
-  if (!data.empty()) cells[6] = data;
-  cells[7] = name_of(access.outcome);
-  cells[8] = access.cycles;
-  cells[9] = access.busy;
-  writer.row(cells);
+  if (access.data) data = fmt::format("{:02X}", *access.data);
+  return {{"cycle", access.cycle},
+          {"time_ns", access.time, report::time_column("", "time")},
+          {"id", id},
+          {"access", name_of(access.kind)},
+          {"address", address},
+          {"name", name},
+          {"data", data},
+          {"outcome", name_of(access.outcome), {.role = report::Role::status}},
+          {"cycles", access.cycles},
+          {"busy_ns", access.busy, report::time_column("", "busy")}};
 }
 
 }  // namespace
 
-const std::vector<report::Column>& access_columns() {
-  static const std::vector<report::Column> all{
-      {.name = "cycle", .kind = Kind::unsigned_integer},
-      report::time_column("time_ns", "time"),
-      {.name = "id", .kind = Kind::unsigned_integer},
-      {.name = "access", .kind = Kind::text},
-      {.name = "address", .kind = Kind::text},
-      {.name = "name", .kind = Kind::text},
-      {.name = "data", .kind = Kind::text},
-      {.name = "outcome", .kind = Kind::text, .role = report::Role::status},
-      {.name = "cycles", .kind = Kind::unsigned_integer},
-      report::time_column("busy_ns", "busy")};
-  return all;
-}
+std::vector<report::Column> access_columns() { return columns_of(fields_of({}, {})); }
 
 void write_access(report::TableWriter& writer, const SeenAccess& access) {
   const bool command = access.kind == SeenAccess::Kind::command;
   if (!command || access.slaves == 0) {
     const bool known = access.header_sent && !command;
-    return put_access(writer, access, known ? std::optional<unsigned>(access.id) : std::nullopt);
+    write_row(writer, fields_of(access, known ? std::optional(access.id) : std::nullopt));
+    return;
   }
-  for (unsigned id = 0; id < control_max_slaves; ++id) {
-    if ((access.slaves >> id & 1U) != 0) put_access(writer, access, id);
+  for (std::uint8_t id = 0; id < control_max_slaves; ++id) {
+    if ((access.slaves >> id & 1U) != 0) write_row(writer, fields_of(access, id));
   }
 }
 

@@ -10,7 +10,7 @@ namespace biss::verbs {
 
 /// The columns. The first one is the number of the cycle in which an access begins; `cycles` is the
 /// number of its cycles.
-const std::vector<report::Column>& access_columns();
+std::vector<report::Column> access_columns();
 
 /// Writes a row, or a row for each slave of a command to several slaves. The ID is empty for a
 /// broadcast, and if a damaged header leaves it open.
