@@ -14,14 +14,9 @@ namespace {
 
 // The options that make the limit known.
 std::string_view source_of(decode::Limit limit) {
-  switch (limit) {
-    case decode::Limit::cycle_min:
-      return "-f NAME or --cycle-min";
-    case decode::Limit::release:
-      return "-f NAME or --timeout";
-    default:
-      return "-f NAME";
-  }
+  return limit == decode::Limit::cycle_min ? "-f NAME or --cycle-min"
+         : limit == decode::Limit::release ? "-f NAME or --timeout"
+                                           : "-f NAME";
 }
 
 // The rows of --only-errors: the rows of `--fail-on any` that a format does not explain, and faults
@@ -35,18 +30,17 @@ bool is_error(const decode::Cycle& cycle, std::optional<SafetyVerdict> verdict,
 }  // namespace
 
 ExitStatus DecodeRun::open() {
-  const std::string wrong = fail_on_.read(options_.fail_on);
-  if (!wrong.empty()) return host_.fail(ExitStatus::usage, wrong);
-  const std::string range = wrong_range(options_.capture.since, options_.capture.until);
-  if (!range.empty()) return host_.fail(ExitStatus::usage, range);
-  const std::string unusable = options_.motion.wrong_usage();
-  if (!unusable.empty()) return host_.fail(ExitStatus::usage, unusable);
+  for (const std::string& wrong :
+       {wrong_cause(options_.fail_on), wrong_range(options_.capture.since, options_.capture.until),
+        options_.motion.wrong_usage()}) {
+    if (!wrong.empty()) return host_.fail(ExitStatus::usage, wrong);
+  }
   CaptureArguments capture = options_.capture;
   // The values of a row depend on the cycles before it: take() leaves cycles out.
   capture.since = capture.until = std::nullopt;
   capture.words.needs_times = needs_times();
   const bool is_words = !capture.words.file.empty();
-  if (is_words && fail_on_.asks_line()) {
+  if (is_words && asks_line(options_.fail_on)) {
     return host_.fail(ExitStatus::usage,
                       "--fail-on: words show neither limits nor margins of a line");
   }
@@ -55,7 +49,7 @@ ExitStatus DecodeRun::open() {
   if (options_.to == report::Format::vcd && capture_.several()) {
     return host_.fail(ExitStatus::usage, "--to vcd: only for one capture and one pair of lines");
   }
-  if (const auto limit = fail_on_.unknown_limit(capture_.timing())) {
+  if (const auto limit = unknown_limit(options_.fail_on, capture_.timing())) {
     return host_.fail(ExitStatus::usage,
                       fmt::format("--fail-on: {} is not known for this encoder; give {}",
                                   name_of(*limit), source_of(*limit)));
@@ -69,7 +63,7 @@ std::string DecodeRun::needs_times() const {
   if (options_.capture.until) return "--until";
   if (options_.motion.velocity) return "--velocity";
   if (options_.to == report::Format::vcd) return "--to vcd";
-  return options_.safety.given() || fail_on_.asks_safety() ? "the safety monitor" : "";
+  return options_.safety.given() || asks_safety(options_.fail_on) ? "the safety monitor" : "";
 }
 
 ExitStatus DecodeRun::run() {
@@ -112,14 +106,14 @@ void DecodeRun::choose_table() {
 // at the beginning of the capture.
 std::string DecodeRun::choose_monitor() {
   const auto& format = capture_.format();
-  const bool asked = options_.safety.given() || fail_on_.asks_safety();
+  const bool asked = options_.safety.given() || asks_safety(options_.fail_on);
   if (capture_.words() != nullptr && !asked) return "";
   auto choice = verbs::choose_monitor(options_.safety, options_.capture.device.format, capture_);
   if (!choice) return choice.error();
   if (*choice) {
     now_.safety.emplace(*format, (*choice)->setup);
     now_.safety_name = std::move((*choice)->name);
-  } else if (fail_on_.asks_safety() && options_.safety.configuration != "off") {
+  } else if (asks_safety(options_.fail_on) && options_.safety.configuration != "off") {
     return format ? "--fail-on: this format is not one of BiSS Safety"
                   : "BiSS Safety: the contents of the words are unknown without -f";
   }
@@ -194,13 +188,14 @@ ExitStatus DecodeRun::end_rows(bool read, RunMessages& messages) {
   if (!has_request()) return messages.fail(ExitStatus::data_failed, capture_.no_request());
   messages.add_summary(summary());
   if (now_.motion) report_motion(messages);
-  if (!capture_.format() && fail_on_.asks_format()) {
+  if (!capture_.format() && asks_format(options_.fail_on)) {
     return messages.fail(ExitStatus::usage,
                          fmt::format("{}: --fail-on: nE, nW and crc are not known without the "
                                      "format of the frame; give -f",
                                      name));
   }
-  return fail_on_.met_by(now_.statistics, safety()) ? ExitStatus::data_failed : ExitStatus::done;
+  return is_met(options_.fail_on, now_.statistics, safety()) ? ExitStatus::data_failed
+                                                             : ExitStatus::done;
 }
 
 // Reports why a column of motion is empty although there is a position.

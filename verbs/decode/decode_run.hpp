@@ -22,7 +22,7 @@ namespace biss::verbs {
 struct DecodeOptions {
   CaptureArguments capture;
   SafetyArguments safety;
-  std::vector<std::string> fail_on;
+  FailOn fail_on;
   std::string output;
   report::Format to = report::Format::table;
   std::vector<std::string> columns;
@@ -83,7 +83,6 @@ class DecodeRun {
 
   const DecodeOptions& options_;
   Host& host_;
-  FailOn fail_on_;
   DecodedCapture capture_{host_};
   std::optional<rows::DecodeTable> table_;
   // The state for the current capture: each capture begins with a new one.

@@ -3,83 +3,100 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <map>
 #include <string_view>
 
 namespace biss::verbs {
 
 namespace {
 
-// Adds the value of that name to `values`. False if none of the first `count` values has it.
+// The value of this name among the first `count` ones.
 template <class Value>
-bool add_named(std::string_view name, std::size_t count, Value (*value_of)(std::size_t index),
-               std::vector<Value>& values) {
+std::optional<Value> named(std::string_view name, std::size_t count,
+                           Value (*value_of)(std::size_t index)) {
   for (std::size_t i = 0; i < count; ++i) {
-    if (name_of(value_of(i)) != name) continue;
-    values.push_back(value_of(i));
-    return true;
+    if (name_of(value_of(i)) == name) return value_of(i);
   }
-  return false;
+  return std::nullopt;
 }
 
-template <class Enumerator>
-Enumerator enumerator(std::size_t index) {
-  return static_cast<Enumerator>(index);
+std::optional<SafetyVerdict> verdict_named(std::string_view name) {
+  return named<SafetyVerdict>(name, safety_verdict_count, verdict_of);
+}
+
+std::optional<CycleStatus> status_named(std::string_view name) {
+  if (name == name_of(CycleStatus::ok)) return std::nullopt;
+  return named<CycleStatus>(name, cycle_status_count,
+                            [](std::size_t i) { return static_cast<CycleStatus>(i); });
+}
+
+std::optional<decode::Limit> limit_named(std::string_view name) {
+  return named<decode::Limit>(name, decode::limit_count,
+                              [](std::size_t i) { return static_cast<decode::Limit>(i); });
+}
+
+// Rows with this cause; nothing if there is no such cause.
+std::optional<std::uint64_t> rows_with(std::string_view cause, const decode::Statistics& all,
+                                       const decode::SafetyWatch* safety) {
+  if (cause == "any") return all.failed() + all.errors() + all.limited();
+  if (cause == "nE") return all.errors();
+  if (cause == "nW") return all.warnings();
+  if (cause == "marginal") return all.marginal();
+  if (cause == "limits") return all.limited();
+  if (cause == "safety") return safety == nullptr ? 0 : safety->faults();
+  if (const auto verdict = verdict_named(cause)) {
+    return safety == nullptr ? 0 : safety->count(*verdict);
+  }
+  if (const auto status = status_named(cause)) return all.count(*status);
+  if (const auto limit = limit_named(cause)) return all.count(*limit);
+  return std::nullopt;
+}
+
+template <class Fits>
+bool any_of(const FailOn& causes, Fits fits) {
+  return std::any_of(causes.begin(), causes.end(), fits);
 }
 
 }  // namespace
 
-std::string FailOn::read(const std::vector<std::string>& words) {
-  const std::map<std::string_view, bool*> single{{"any", &any_},       {"nE", &error_},
-                                                 {"nW", &warning_},    {"marginal", &marginal_},
-                                                 {"safety", &safety_}, {"limits", &limits_}};
-  for (const std::string& word : words) {
-    if (const auto found = single.find(word); found != single.end()) {
-      *found->second = true;
-      continue;
-    }
-    const bool known = add_named(word, safety_verdict_count, verdict_of, verdicts_) ||
-                       (word != name_of(CycleStatus::ok) &&
-                        add_named(word, cycle_status_count, enumerator<CycleStatus>, statuses_)) ||
-                       add_named(word, decode::limit_count, enumerator<decode::Limit>, each_limit_);
-    if (known) continue;
+std::string wrong_cause(const FailOn& causes) {
+  for (const std::string& cause : causes) {
+    if (rows_with(cause, {}, nullptr)) continue;
     return fmt::format(
         "--fail-on: '{}' is none of any, nE, nW, marginal, safety, its verdicts, limits, each of "
         "them and the causes of docs/status.md",
-        word);
+        cause);
   }
   return {};
 }
 
-std::optional<decode::Limit> FailOn::unknown_limit(const DeviceTiming& timing) const {
+bool asks_safety(const FailOn& causes) {
+  return any_of(causes, [](const auto& each) { return each == "safety" || verdict_named(each); });
+}
+
+bool asks_format(const FailOn& causes) {
+  return any_of(causes,
+                [](const auto& each) { return each == "nE" || each == "nW" || each == "crc"; });
+}
+
+bool asks_line(const FailOn& causes) {
+  return any_of(causes, [](const auto& each) {
+    return each == "marginal" || each == "limits" || limit_named(each);
+  });
+}
+
+std::optional<decode::Limit> unknown_limit(const FailOn& causes, const DeviceTiming& timing) {
   const decode::LimitWatch watch(timing);
-  const auto unknown = std::find_if_not(each_limit_.begin(), each_limit_.end(),
-                                        [&](decode::Limit limit) { return watch.knows(limit); });
-  return unknown == each_limit_.end() ? std::nullopt : std::optional(*unknown);
+  for (const std::string& cause : causes) {
+    const auto limit = limit_named(cause);
+    if (limit && !watch.knows(*limit)) return limit;
+  }
+  return std::nullopt;
 }
 
-bool FailOn::asks_format() const {
-  return error_ || warning_ ||
-         std::find(statuses_.begin(), statuses_.end(), CycleStatus::crc) != statuses_.end();
-}
-
-bool FailOn::met_by(const decode::Statistics& statistics, const decode::SafetyWatch* safety) const {
-  if (safety != nullptr) {
-    if (safety_ && safety->faults() != 0) return true;
-    const auto is_seen = [&](SafetyVerdict verdict) { return safety->count(verdict) != 0; };
-    if (std::any_of(verdicts_.begin(), verdicts_.end(), is_seen)) return true;
-  }
-  if (any_ && statistics.failed() != 0) return true;
-  if ((error_ || any_) && statistics.errors() != 0) return true;
-  if (warning_ && statistics.warnings() != 0) return true;
-  if (marginal_ && statistics.marginal() != 0) return true;
-  if ((limits_ || any_) && statistics.limited() != 0) return true;
-  if (std::any_of(each_limit_.begin(), each_limit_.end(),
-                  [&](auto limit) { return statistics.count(limit) != 0; })) {
-    return true;
-  }
-  return std::any_of(statuses_.begin(), statuses_.end(),
-                     [&](auto status) { return statistics.count(status) != 0; });
+bool is_met(const FailOn& causes, const decode::Statistics& statistics,
+            const decode::SafetyWatch* safety) {
+  return any_of(causes,
+                [&](const auto& each) { return *rows_with(each, statistics, safety) != 0; });
 }
 
 }  // namespace biss::verbs

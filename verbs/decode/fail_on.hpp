@@ -10,38 +10,27 @@
 
 namespace biss::verbs {
 
-class FailOn {
- public:
-  /// any, nE, nW, marginal, safety, a SafetyVerdict, limits, a Limit, or a CycleStatus other than
-  /// ok.
-  /// \return an empty text, or one line why a word is wrong
-  std::string read(const std::vector<std::string>& words);
+/// The causes of a failure: any, nE, nW, marginal, safety, a SafetyVerdict, limits, a Limit, or a
+/// CycleStatus other than ok.
+using FailOn = std::vector<std::string>;
 
-  /// Whether a safety monitor is needed.
-  bool asks_safety() const { return safety_ || !verdicts_.empty(); }
+/// One line why a word is not a cause; empty if all are causes. The other functions need that.
+std::string wrong_cause(const FailOn& causes);
 
-  /// Whether the format of the frame is needed: for nE, nW and crc.
-  bool asks_format() const;
+/// Whether a safety monitor is needed.
+bool asks_safety(const FailOn& causes);
 
-  /// Whether a line is needed: for marginal and limits.
-  bool asks_line() const { return marginal_ || limits_ || !each_limit_.empty(); }
+/// Whether the format of the frame is needed: for nE, nW and crc.
+bool asks_format(const FailOn& causes);
 
-  /// The first limit that is requested by name and unknown for this device.
-  std::optional<decode::Limit> unknown_limit(const DeviceTiming& timing) const;
+/// Whether a line is needed: for marginal and limits.
+bool asks_line(const FailOn& causes);
 
-  /// \param safety null without a monitor
-  bool met_by(const decode::Statistics& statistics, const decode::SafetyWatch* safety) const;
+/// The first limit that is requested by name and unknown for this device.
+std::optional<decode::Limit> unknown_limit(const FailOn& causes, const DeviceTiming& timing);
 
- private:
-  bool any_ = false;
-  bool error_ = false;
-  bool warning_ = false;
-  bool marginal_ = false;
-  bool safety_ = false;
-  bool limits_ = false;
-  std::vector<SafetyVerdict> verdicts_;
-  std::vector<CycleStatus> statuses_;
-  std::vector<decode::Limit> each_limit_;
-};
+/// Whether a row has one of the causes. \param safety null without a monitor
+bool is_met(const FailOn& causes, const decode::Statistics& statistics,
+            const decode::SafetyWatch* safety);
 
 }  // namespace biss::verbs

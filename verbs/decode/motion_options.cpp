@@ -2,8 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <charconv>
 #include <cmath>
+#include <utility>
 
 #include "verbs/common/verb.hpp"
 
@@ -25,38 +27,25 @@ std::optional<double> take_number(std::string_view& text) {
   return value;
 }
 
-// `67108864` or `2^26`, a whole number, from the front.
-std::optional<double> take_counts(std::string_view& text) {
+// The counts of a turn, `67108864/turn` or `2^26/turn`, or a length such as `50nm`.
+std::optional<rows::Scale> scale_in(std::string_view text) {
   constexpr unsigned most_bits = 63;
+  constexpr std::array<std::pair<std::string_view, double>, 3> lengths{
+      {{"nm", 1.0}, {"um", 1e3}, {"mm", nanometres_per_millimetre}}};
   const bool is_power = text.starts_with("2^");
   if (is_power) text.remove_prefix(2);
-  auto value = take_number(text);
-  if (value && *value != std::floor(*value)) return std::nullopt;
-  if (!is_power || !value) return value;
-  return *value <= most_bits ? std::optional(std::exp2(*value)) : std::nullopt;
-}
-
-std::optional<rows::Scale> scale_of_counts(std::string_view text) {
-  const auto counts = take_counts(text);
-  if (!counts || text != "/turn") return std::nullopt;
-  return per_turn(*counts);
-}
-
-std::optional<rows::Scale> scale_of_length(std::string_view text) {
   const auto value = take_number(text);
   if (!value) return std::nullopt;
+  if (text == "/turn") {
+    if (*value != std::floor(*value) || (is_power && *value > most_bits)) return std::nullopt;
+    return per_turn(is_power ? std::exp2(*value) : *value);
+  }
   while (text.starts_with(' ')) text.remove_prefix(1);
-  const double unit = text == "nm"   ? 1.0
-                      : text == "um" ? 1e3
-                      : text == "mm" ? nanometres_per_millimetre
-                                     : 0.0;
-  if (unit == 0.0) return std::nullopt;
-  return rows::Scale{.per_count = *value * unit / nanometres_per_millimetre, .unit = "mm"};
-}
-
-std::optional<rows::Scale> scale_in(std::string_view text) {
-  const auto counts = scale_of_counts(text);
-  return counts ? counts : scale_of_length(text);
+  for (const auto& [unit, nanometres] : lengths) {
+    if (is_power || text != unit) continue;
+    return rows::Scale{.per_count = *value * nanometres / nanometres_per_millimetre, .unit = "mm"};
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -68,11 +57,9 @@ std::optional<rows::Scale> scale_of(const CatalogueEntry& entry) {
   text = text.substr(0, text.find(','));
   // For two channels, the first one counts.
   text = text.substr(0, text.find(" and "));
-  if (text.ends_with(" a turn")) {
-    text.remove_suffix(std::string_view(" a turn").size());
-    return scale_of_counts(std::string(text) + "/turn");
-  }
-  return scale_of_length(text);
+  if (!text.ends_with(" a turn")) return scale_in(text);
+  text.remove_suffix(std::string_view(" a turn").size());
+  return scale_in(std::string(text) + "/turn");
 }
 
 namespace {

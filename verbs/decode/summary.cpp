@@ -56,9 +56,7 @@ std::string status_counts(const decode::Statistics& statistics) {
   std::string text;
   for (std::size_t i = 0; i < cycle_status_count; ++i) {
     const auto status = static_cast<CycleStatus>(i);
-    if (statistics.count(status) == 0) continue;
-    fmt::format_to(std::back_inserter(text), "{}{} {}", text.empty() ? "" : ", ",
-                   statistics.count(status), name_of(status));
+    report::append_count(text, statistics.count(status), name_of(status));
   }
   return text;
 }

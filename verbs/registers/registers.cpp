@@ -95,9 +95,7 @@ class RegistersRun {
                           accesses_, accesses_ == 1 ? "" : "es", bytes_and_commands_));
     std::string counted;
     for (std::size_t i = 0; i < counts_.size(); ++i) {
-      if (counts_[i] == 0) continue;
-      counted += fmt::format("{}{} {}", counted.empty() ? "" : ", ", counts_[i],
-                             name_of(static_cast<AccessOutcome>(i)));
+      report::append_count(counted, counts_[i], name_of(static_cast<AccessOutcome>(i)));
     }
     if (!counted.empty()) out.entry("outcome", counted);
     if (listener.stray_cds() != 0) {
