@@ -23,23 +23,11 @@ namespace {
 
 using decode::LineProblem;
 
-struct FileAndName {
-  std::string file;
-  std::string name;
-};
-
-// `FILE:NAME`; without a colon there is no file. The last colon counts, so that a drive letter or a
-// scope does no harm.
-FileAndName split(const std::string& text) {
-  const std::size_t colon = text.rfind(':');
-  if (colon == std::string::npos || colon == 0) return {"", text};
-  return {text.substr(0, colon), text.substr(colon + 1)};
-}
-
 // The line of this file that `text` names: empty if it names a line of another file.
 std::string name_in(const std::string& file, const std::string& text) {
-  const FileAndName parts = split(text);
-  return parts.file.empty() || parts.file == file ? parts.name : std::string();
+  const std::string own = file_of_line(text);
+  if (own.empty()) return text;
+  return own == file ? text.substr(own.size() + 1) : std::string();
 }
 
 bool contains(const std::vector<std::string>& list, const std::string& item) {
@@ -113,6 +101,12 @@ std::string pair_text(const std::vector<std::string>& names, const decode::Lines
 }
 
 }  // namespace
+
+std::string file_of_line(const std::string& text) {
+  // The last colon counts, so that a drive letter or a scope does no harm.
+  const std::size_t colon = text.rfind(':');
+  return colon == std::string::npos ? std::string() : text.substr(0, colon);
+}
 
 std::optional<ReadAmount> read_amount(const std::string& path) {
   struct stat file {};
@@ -202,9 +196,9 @@ std::uint64_t CaptureInput::bytes() const {
 // another capture.
 std::string CaptureInput::request_for(const std::string& text) const {
   if (paths_.size() > 1 || contains(lines(), text)) return text;
-  const FileAndName parts = split(text);
-  if (parts.file == paths_.front()) return parts.name;
-  return contains(arguments_.files, parts.file) ? std::string() : text;
+  const std::string file = file_of_line(text);
+  const bool names_a_file = file == paths_.front() || contains(arguments_.files, file);
+  return names_a_file ? name_in(paths_.front(), text) : text;
 }
 
 namespace {
@@ -359,8 +353,8 @@ tl::expected<std::vector<std::vector<CaptureFile>>, ExitStatus> list_captures(
     return tl::unexpected(host.fail(ExitStatus::usage, text));
   };
   std::vector<std::string>& files = arguments.files;
-  const std::string ma_file = split(arguments.ma).file;
-  const std::string slo_file = split(arguments.slo).file;
+  const std::string ma_file = file_of_line(arguments.ma);
+  const std::string slo_file = file_of_line(arguments.slo);
   const bool files_given = !files.empty();
   for (const std::string& file : {ma_file, slo_file}) {
     if (file.empty() || contains(files, file)) continue;

@@ -43,6 +43,9 @@ struct InputArguments {
   std::size_t beginning = edges_at_beginning;
 };
 
+/// `FILE` of `FILE:NAME`; empty for a name without a file.
+std::string file_of_line(const std::string& text);
+
 /// How much of a file has been read: up to the furthest of its descriptors, because readers of
 /// archives open it again.
 struct ReadAmount {

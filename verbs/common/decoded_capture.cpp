@@ -16,12 +16,6 @@ namespace biss::verbs {
 
 namespace {
 
-// `FILE` of `FILE:NAME`.
-std::string file_of_line(const std::string& text) {
-  const std::size_t colon = text.rfind(':');
-  return colon == std::string::npos ? std::string() : text.substr(0, colon);
-}
-
 constexpr std::uint64_t least_contradiction = 20;
 
 // The frame is whole, and not one of the format.
@@ -323,24 +317,14 @@ void DecodedCapture::measure_polarity(decode::FoundLines& found) {
   found.look_swapped = found.look_swapped && !found.lines.slo_inverted;
 }
 
-std::vector<report::Column> DecodedCapture::columns() const {
-  std::vector<report::Column> columns;
-  if (arguments_.keep_unknown) return columns;
-  if (captures_.size() > 1) columns.push_back({.name = "file"});
-  if (!arguments_.each) return columns;
-  columns.push_back({.name = "ma", .heading = "MA"});
-  columns.push_back({.name = "slo", .heading = "SLO"});
-  return columns;
-}
-
-std::vector<report::Cell> DecodedCapture::cells() const {
-  std::vector<report::Cell> cells;
-  if (arguments_.keep_unknown) return cells;
-  if (captures_.size() > 1) cells.emplace_back(input_.name());
-  if (!arguments_.each) return cells;
-  cells.emplace_back(ma_name());
-  cells.emplace_back(slo_name());
-  return cells;
+FieldRow DecodedCapture::fields() const {
+  FieldRow fields;
+  if (arguments_.keep_unknown) return fields;
+  if (captures_.size() > 1) fields.emplace_back("file", input_.name());
+  if (!arguments_.each) return fields;
+  fields.emplace_back("ma", ma_name(), report::Column{.heading = "MA"});
+  fields.emplace_back("slo", slo_name(), report::Column{.heading = "SLO"});
+  return fields;
 }
 
 Picoseconds DecodedCapture::interval() {
@@ -363,25 +347,15 @@ void DecodedCapture::begin_steps(OnCycle on_cycle, flow::ChangeWatcher* watcher)
   wanted_ = true;
   decoder_.emplace(reader(), [this](const decode::Cycle& cycle) { take(cycle); });
   const decode::CleanCycleFinder finder(format_, reading_timing(), margin_);
-  if (!finder.may_find()) return;
   const decode::Lines& own = lines().lines;
   flow_.emplace(input_.pairs(own), finder, own, *decoder_, watcher_);
 }
 
-bool DecodedCapture::step() {
-  if (flow_) return wanted_ && flow_->step();
-  const auto block = input_.next();
-  if (block.empty() || !wanted_) return false;
-  if (watcher_ != nullptr) watcher_->take(block);
-  decoder_->push(block, lines().lines);
-  return true;
-}
+bool DecodedCapture::step() { return wanted_ && flow_->step(); }
 
 bool DecodedCapture::end_steps() {
-  if (flow_) {
-    input_.end_pairs();
-    flow_->flush();
-  }
+  input_.end_pairs();
+  flow_->flush();
   end_time_ = input_.end_time();
   decoder_->finish(end_time_);
   flow_.reset();
@@ -401,12 +375,7 @@ bool DecodedCapture::read(const OnCycle& on_cycle, flow::ChangeWatcher* watcher)
     }
     return wanted_;
   };
-  if (flow_) {
-    flow_->run(static_cast<unsigned>(std::min<std::uint64_t>(arguments_.threads, 1024)), go_on);
-  } else {
-    while (go_on() && step()) {
-    }
-  }
+  flow_->run(static_cast<unsigned>(std::min<std::uint64_t>(arguments_.threads, 1024)), go_on);
   const bool whole = end_steps();
   warn_of_contradictions();
   return whole;

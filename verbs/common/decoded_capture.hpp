@@ -16,6 +16,7 @@
 #include "identify/protocol.hpp"
 #include "report/table.hpp"
 #include "verbs/common/capture_input.hpp"
+#include "verbs/common/fields.hpp"
 #include "verbs/common/format_option.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/common/word_log.hpp"
@@ -94,11 +95,9 @@ class DecodedCapture {
 
   /// More than one capture or pair of lines may be read.
   bool several() const { return captures_.size() > 1 || arguments_.each; }
-  /// Columns that name the capture and the lines of a row: `file` if there are several captures,
-  /// `ma` and `slo` with --each; otherwise none.
-  std::vector<report::Column> columns() const;
-  /// Their cells; they refer to this object and are valid until next().
-  std::vector<report::Cell> cells() const;
+  /// Columns that name the capture and the lines of a row, with their cells: `file` if there are
+  /// several captures, `ma` and `slo` with --each; otherwise none. \pre next() was true
+  FieldRow fields() const;
 
   /// Reads to the end, with a progress line.
   /// \param watcher sees the changes that are read; null: none
@@ -208,7 +207,7 @@ class DecodedCapture {
   bool timed_ = true;
   std::vector<decode::FoundLines> pairs_;
   std::size_t pair_ = 0;
-  // The reading of the current capture: the flow if it may have clean cycles.
+  // The reading of the current capture.
   OnCycle on_cycle_;
   std::uint64_t number_ = 0;
   bool wanted_ = true;

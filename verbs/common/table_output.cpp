@@ -29,7 +29,7 @@ class CaptureRows final : public report::TableWriter {
         output_(output),
         needs_all_(needs_all) {}
 
-  void set_last_cells(std::vector<report::Cell> cells) { last_ = std::move(cells); }
+  void set_last(FieldRow fields) { last_ = std::move(fields); }
   // False when the rows cannot be written, or are of no use because their reader has left.
   bool good() const { return good_; }
 
@@ -37,7 +37,7 @@ class CaptureRows final : public report::TableWriter {
     if (!last_.empty()) {
       row_.assign(cells.begin(), cells.end());
       row_.resize(columns_ - last_.size());
-      row_.insert(row_.end(), last_.begin(), last_.end());
+      for (const Field& each : last_) row_.push_back(each.cell());
       cells = row_;
     }
     for (std::size_t i = 0; i < places_.size(); ++i) {
@@ -56,7 +56,7 @@ class CaptureRows final : public report::TableWriter {
   std::vector<report::Cell> chosen_;
   const Output& output_;
   bool needs_all_;
-  std::vector<report::Cell> last_;
+  FieldRow last_;
   std::vector<report::Cell> row_;
   bool good_ = true;
 };
@@ -152,7 +152,7 @@ ExitStatus write_captures(
   Output output(capture.host());
   if (!output.open(output_path)) return output.status();
   std::vector<report::Column> all = columns();
-  for (report::Column& column : capture.columns()) {
+  for (report::Column& column : columns_of(capture.fields())) {
     const bool taken = std::any_of(all.begin(), all.end(), [&](const report::Column& each) {
       return each.name == column.name;
     });
@@ -170,7 +170,7 @@ ExitStatus write_captures(
   RunMessages messages;
   ExitStatus status = ExitStatus::done;
   do {
-    rows.set_last_cells(capture.cells());
+    rows.set_last(capture.fields());
     status = std::max(status, write(rows, messages));
   } while (rows.good() && status < ExitStatus::usage && capture.next());
   if (!rows.good()) return output.status();
