@@ -78,11 +78,6 @@ char* put_nanoseconds(char* at, Picoseconds time) {
   return at;
 }
 
-void append_nanoseconds(std::string& out, Picoseconds time) {
-  std::array<char, number_chars> text;
-  out.append(text.data(), put_nanoseconds(text.data(), time));
-}
-
 void append_fixed(std::string& out, Magnitude number, unsigned shift, unsigned places) {
   std::uint64_t kept = number.value;
   const unsigned kept_places = std::min(shift, places);
@@ -182,6 +177,25 @@ void append_padded(std::string& out, std::string_view text, std::size_t width, b
   if (right_aligned) out.append(spaces, ' ');
   out.append(text);
   if (!right_aligned) out.append(spaces, ' ');
+}
+
+void append_wrapped(std::string& out, std::string_view text, Wrap wrap) {
+  std::size_t column = wrap.first;
+  bool first = true;
+  while (!text.empty()) {
+    const std::string_view word = text.substr(0, text.find(' '));
+    if (!first && column + 1 + word.size() > wrap.width) {
+      out += '\n' + std::string(wrap.indent, ' ');
+      column = wrap.indent;
+    } else if (!first) {
+      out += ' ';
+      ++column;
+    }
+    out += word;
+    column += word.size();
+    text.remove_prefix(std::min(word.size() + 1, text.size()));
+    first = false;
+  }
 }
 
 }  // namespace biss::report

@@ -33,7 +33,6 @@ void append_number(std::string& out, Number value) {
 
 /// Nanoseconds with up to three digits after the point, exact, no trailing zeros: `112`, `-0.5`.
 char* put_nanoseconds(char* at, Picoseconds time);
-void append_nanoseconds(std::string& out, Picoseconds time);
 
 /// The whole text as a number; nothing if it is not a number.
 template <class Number, class... Base>
@@ -90,5 +89,15 @@ std::size_t display_width(std::string_view text);
 
 /// Appends `text` with spaces before (or after) it up to `width` columns.
 void append_padded(std::string& out, std::string_view text, std::size_t width, bool right_aligned);
+
+/// Columns, counted from 0.
+struct Wrap {
+  std::size_t first = 0;   ///< the column at which the text begins
+  std::size_t indent = 0;  ///< the column at which its further lines begin
+  std::size_t width = 0;   ///< of a line; a longer word is not broken
+};
+
+/// Appends `text` broken at spaces, without a line feed at its end.
+void append_wrapped(std::string& out, std::string_view text, Wrap wrap);
 
 }  // namespace biss::report

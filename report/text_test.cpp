@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <clocale>
 #include <cstdint>
 #include <cstdio>
@@ -15,9 +16,8 @@ namespace biss::report {
 namespace text_test {
 
 std::string nanoseconds_text(std::int64_t picosecond_count) {
-  std::string out;
-  append_nanoseconds(out, picoseconds(picosecond_count));
-  return out;
+  std::array<char, number_chars> text;
+  return {text.data(), put_nanoseconds(text.data(), picoseconds(picosecond_count))};
 }
 
 std::string fixed(std::int64_t value, unsigned shift, unsigned places) {

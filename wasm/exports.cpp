@@ -23,7 +23,7 @@
 #include "decode/control_listener.hpp"
 #include "device/words.hpp"
 #include "report/row_store.hpp"
-#include "verbs/common/declared.hpp"
+#include "verbs/common/help.hpp"
 #include "verbs/common/host.hpp"
 #include "verbs/common/output.hpp"
 #include "verbs/common/verb.hpp"

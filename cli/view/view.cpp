@@ -18,7 +18,6 @@
 #include "verbs/common/host.hpp"
 #include "verbs/common/output.hpp"
 #include "verbs/common/page.hpp"
-#include "verbs/common/page_settings.hpp"
 #include "verbs/decode/motion_options.hpp"
 #include "verbs/decode/safety.hpp"
 

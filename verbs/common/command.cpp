@@ -52,10 +52,11 @@ std::vector<std::string> verb_names(const DeclaredVerb& verb) {
   return names;
 }
 
-std::string unknown_verb_text(const std::string& name, const std::vector<std::string>& verbs) {
-  const std::string meant = nearest(name, verbs);
-  return meant.empty() ? fmt::format("unknown verb '{}'", name)
-                       : fmt::format("unknown verb '{}'; did you mean '{}'?", name, meant);
+std::string unknown_text(std::string_view kind, const std::string& name,
+                         const std::vector<std::string>& known) {
+  const std::string meant = nearest(name, known);
+  return fmt::format("unknown {} '{}'{}", kind, name,
+                     meant.empty() ? "" : fmt::format("; did you mean '{}'?", meant));
 }
 
 // Removes the values of an earlier run.
@@ -74,9 +75,7 @@ WrongWords take_given(DeclaredVerb& command, const std::vector<std::string>& wor
   WrongWords wrong;
   DeclaredVerb* verb = &command;
   for (const std::string& word : words) {
-    DeclaredVerb* const below =
-        find_record(verb->verbs, [&](const DeclaredVerb& each) { return each.text.name == word; });
-    if (below != nullptr) {
+    if (DeclaredVerb* const below = find_named(verb->verbs, word)) {
       verb = below;
       verb->parsed = true;
     } else if (DeclaredOption* const argument = find_record(verb->options, takes_argument)) {
@@ -87,8 +86,7 @@ WrongWords take_given(DeclaredVerb& command, const std::vector<std::string>& wor
   }
   for (const GivenOption& given : options) {
     const std::string& name = given.first;
-    DeclaredOption* const option =
-        find_record(verb->options, [&](const DeclaredOption& each) { return each.name() == name; });
+    DeclaredOption* const option = find_named(verb->options, name);
     if (option == nullptr) {
       wrong.further.push_back(name);
     } else if (!given.second.empty()) {
@@ -140,14 +138,13 @@ std::string usage_text(const DeclaredVerb& verb, const WrongWords& words, const 
   if (words.further.empty()) return verb.needs_verb() ? "no verb given" : text;
   const std::string& extra = words.further.front();
   const std::string name = extra.substr(0, extra.find('='));
-  const std::string meant = nearest(name, option_names(verb));
+  const std::vector<std::string> options = option_names(verb);
   // The name of an option is an argument after `--`.
-  if (!extra.starts_with('-') || meant == name) {
-    return verb.verbs.empty() ? fmt::format("unexpected argument '{}'", extra)
-                              : unknown_verb_text(extra, verb_names(verb));
+  if (extra.starts_with('-') && nearest(name, options) != name) {
+    return unknown_text("option", name, options);
   }
-  return meant.empty() ? fmt::format("unknown option '{}'", name)
-                       : fmt::format("unknown option '{}'; did you mean '{}'?", name, meant);
+  return verb.verbs.empty() ? fmt::format("unexpected argument '{}'", extra)
+                            : unknown_text("verb", extra, verb_names(verb));
 }
 
 }  // namespace
@@ -174,12 +171,11 @@ ExitStatus Command::print_help(const HelpOptions& options) const {
   const DeclaredVerb* verb = root_.get();
   std::string path = verb->text.name;
   for (const std::string& name : options.verb) {
-    const auto* next =
-        find_record(verb->verbs, [&](const DeclaredVerb& each) { return each.text.name == name; });
+    const DeclaredVerb* const next = find_named(verb->verbs, name);
     if (next == nullptr) {
       return host_.fail(
           ExitStatus::usage,
-          fmt::format("{} (see '{} --help')", unknown_verb_text(name, verb_names(*verb)), path));
+          fmt::format("{} (see '{} --help')", unknown_text("verb", name, verb_names(*verb)), path));
     }
     verb = next;
     path += ' ' + name;

@@ -4,34 +4,26 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <sstream>
+#include <type_traits>
 #include <utility>
 
 namespace biss::verbs {
 namespace {
 
-bool convert(const std::string& text, double& target) {
+template <class Number>
+bool convert(const std::string& text, Number& target) {
   char* end = nullptr;
-  target = static_cast<double>(std::strtold(text.c_str(), &end));
+  if constexpr (std::is_floating_point_v<Number>) {
+    target = static_cast<Number>(std::strtold(text.c_str(), &end));
+  } else if constexpr (std::is_signed_v<Number>) {
+    target = std::strtoll(text.c_str(), &end, 0);
+  } else {
+    target = std::strtoull(text.c_str(), &end, 0);
+  }
   return *end == '\0';
-}
-
-bool convert(const std::string& text, std::uint64_t& target) {
-  char* end = nullptr;
-  target = std::strtoull(text.c_str(), &end, 0);
-  return *end == '\0';
-}
-
-bool convert(const std::string& text, std::int64_t& target) {
-  char* end = nullptr;
-  target = std::strtoll(text.c_str(), &end, 0);
-  return *end == '\0';
-}
-
-bool convert(const std::string& text, bool& target) {
-  target = text == "true" || text == "1";
-  return target || text == "false" || text == "0";
 }
 
 bool convert(const std::string& text, std::string& target) {
@@ -39,27 +31,16 @@ bool convert(const std::string& text, std::string& target) {
   return true;
 }
 
-template <class T>
-SetValues into_one(T& target) {
-  return
-      [&target](const std::vector<std::string>& values) { return convert(values.back(), target); };
+template <class Value>
+bool convert_all(const std::vector<std::string>& texts, Value& target) {
+  return convert(texts.back(), target);
 }
 
-template <class T>
-SetValues into_list(std::vector<T>& target) {
-  return [&target](const std::vector<std::string>& values) {
-    target.clear();
-    return std::all_of(values.begin(), values.end(), [&](const std::string& value) {
-      return convert(value, target.emplace_back());
-    });
-  };
-}
-
-SetValues into_each(std::function<void(const std::string&)> set) {
-  return [set = std::move(set)](const std::vector<std::string>& values) {
-    for (const std::string& value : values) set(value);
-    return true;
-  };
+template <class Value>
+bool convert_all(const std::vector<std::string>& texts, std::vector<Value>& target) {
+  target.clear();
+  return std::all_of(texts.begin(), texts.end(),
+                     [&](const std::string& text) { return convert(text, target.emplace_back()); });
 }
 
 template <class T>
@@ -172,38 +153,29 @@ bool Option::given() const { return !option_->given.empty(); }
 
 const std::vector<std::string>& Option::values() const { return option_->given; }
 
-Option Verb::add_option(const std::string& name, std::string& target,
+Option Verb::add_option(const std::string& name, Target target,
                         const std::string& description) const {
-  return declared(name, "TEXT", description, false, into_one(target));
-}
-
-Option Verb::add_option(const std::string& name, std::vector<std::string>& target,
-                        const std::string& description) const {
-  return declared(name, "TEXT", description, true, into_list(target));
-}
-
-Option Verb::add_option(const std::string& name, std::vector<double>& target,
-                        const std::string& description) const {
-  return declared(name, "FLOAT", description, true, into_list(target));
-}
-
-Option Verb::add_option(const std::string& name, std::vector<std::uint64_t>& target,
-                        const std::string& description) const {
-  return declared(name, "UINT", description, true, into_list(target));
-}
-
-Option Verb::add_option(const std::string& name, std::int64_t& target,
-                        const std::string& description) const {
-  return declared(name, "INT", description, false, into_one(target));
+  // In the order of Target.
+  constexpr std::array<const char*, 5> values{"TEXT", "INT", "TEXT", "FLOAT", "UINT"};
+  const bool repeats = target.index() > 1;
+  return declared(name, values[target.index()], description, repeats, [target](const auto& texts) {
+    return std::visit([&](auto place) { return convert_all(texts, place.get()); }, target);
+  });
 }
 
 Option Verb::add_flag(const std::string& name, bool& target, const std::string& description) const {
-  return declared(name, "", description, true, into_one(target));
+  return declared(name, "", description, true, [&target](const auto& texts) {
+    target = texts.back() == "true" || texts.back() == "1";
+    return target || texts.back() == "false" || texts.back() == "0";
+  });
 }
 
 Option Verb::add_text_option(const std::string& name, std::function<void(const std::string&)> set,
                              const std::string& description, bool repeats) const {
-  return declared(name, "TEXT", description, repeats, into_each(std::move(set)));
+  return declared(name, "TEXT", description, repeats, [set = std::move(set)](const auto& texts) {
+    std::for_each(texts.begin(), texts.end(), set);
+    return true;
+  });
 }
 
 Option Verb::declared(const std::string& names, const std::string& value,
@@ -218,8 +190,7 @@ void Verb::after_parsing(std::function<void()> check) const {
 }
 
 Option Verb::get_option(const std::string& name) const {
-  DeclaredOption* const found =
-      find_record(verb_->options, [&](const DeclaredOption& each) { return each.name() == name; });
+  DeclaredOption* const found = find_named(verb_->options, name);
   if (found == nullptr) throw std::logic_error("no option " + name);
   return Option(found);
 }

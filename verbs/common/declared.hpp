@@ -49,6 +49,7 @@ struct DeclaredVerb {
   std::vector<std::function<void()>> checks{};
   bool parsed = false;
 
+  const std::string& name() const { return text.name; }
   /// A verb below this one must be named.
   bool needs_verb() const { return !run && !verbs.empty(); }
 };
@@ -58,6 +59,12 @@ template <class Records, class Fits>
 auto* find_record(Records& records, Fits fits) {
   const auto found = std::find_if(records.begin(), records.end(), fits);
   return found == records.end() ? nullptr : &*found;
+}
+
+/// The same by its name.
+template <class Records>
+auto* find_named(Records& records, const std::string& name) {
+  return find_record(records, [&](const auto& each) { return each.name() == name; });
 }
 
 /// Why options are wrong, as one line.
@@ -75,9 +82,6 @@ struct WrongWords {
 };
 
 inline constexpr const char* empty_value = "empty; a value is needed";
-
-/// A verb and those below it as JSON, with their options; wasm/biss.d.mts has the fields.
-std::string described(const DeclaredVerb& verb);
 
 /// Adds a value as written, or the values that it is split into.
 void give(DeclaredOption& option, const std::string& value);

@@ -4,11 +4,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
 #include <sstream>
 #include <utility>
 #include <vector>
 
-#include "verbs/common/wrap.hpp"
+#include "report/text.hpp"
 
 namespace biss::verbs {
 namespace {
@@ -31,7 +33,7 @@ void append_entry(std::string& out, const std::string& name, std::string_view te
   } else {
     out += line + std::string(text_column - line.size(), ' ');
   }
-  append_wrapped(out, text, {text_column, text_column, help_width});
+  report::append_wrapped(out, text, {text_column, text_column, help_width});
   out += '\n';
 }
 
@@ -101,9 +103,9 @@ std::string usage_of(const DeclaredVerb& verb, const std::string& path) {
 
 std::string help_text(const DeclaredVerb& verb, const std::string& path) {
   std::string out;
-  append_wrapped(out, verb.text.purpose + '.', {0, 0, help_width});
+  report::append_wrapped(out, verb.text.purpose + '.', {0, 0, help_width});
   out += "\n\nUsage: ";
-  append_wrapped(out, usage_of(verb, path), {7, 9, help_width});
+  report::append_wrapped(out, usage_of(verb, path), {7, 9, help_width});
   out += '\n';
   append_options(out, verb);
   if (!verb.verbs.empty()) out += "\nVerbs:\n";
@@ -292,5 +294,31 @@ complete -o default -F _biss biss
 )",
                      parts.paths, parts.values, parts.words);
 }
+
+namespace {
+
+constexpr std::array<const char*, 5> scope_names{"reading", "file", "judging", "rows", "command"};
+
+nlohmann::json json_of(const DeclaredVerb& verb) {
+  nlohmann::json options = nlohmann::json::array();
+  for (const DeclaredOption& option : verb.options) {
+    options.push_back({{"names", option.names},
+                       {"name", option.name()},
+                       {"value", option.value},
+                       {"meaning", option.meaning},
+                       {"heading", option.heading},
+                       {"scope", scope_names[static_cast<std::size_t>(option.scope)]},
+                       {"repeats", option.repeats},
+                       {"required", option.required},
+                       {"choices", option.choices}});
+  }
+  nlohmann::json below = nlohmann::json::array();
+  for (const DeclaredVerb& each : verb.verbs) below.push_back(json_of(each));
+  return {{"name", verb.text.name}, {"options", options}, {"verbs", below}};
+}
+
+}  // namespace
+
+std::string described(const DeclaredVerb& verb) { return json_of(verb).dump(); }
 
 }  // namespace biss::verbs

@@ -19,4 +19,7 @@ std::string man_page(const DeclaredVerb& command, std::string_view version);
 /// encoders for --format.
 std::string bash_completion(const DeclaredVerb& command);
 
+/// A verb and those below it as JSON, with their options; wasm/biss.d.mts has the fields.
+std::string described(const DeclaredVerb& verb);
+
 }  // namespace biss::verbs

@@ -44,6 +44,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "biss/base/units.hpp"
@@ -116,6 +117,12 @@ struct VerbText {
   std::vector<std::string> examples;
 };
 
+/// The place of the value of an option, or of its values.
+template <class... Values>
+using TargetOf = std::variant<std::reference_wrapper<Values>...>;
+using Target = TargetOf<std::string, std::int64_t, std::vector<std::string>, std::vector<double>,
+                        std::vector<std::uint64_t>>;
+
 /// A verb whose options are declared. A handle: copied freely, valid as long as the Command. Each
 /// `target` must live until the command line is parsed. An empty value of an option is wrong usage.
 class Verb {
@@ -128,16 +135,7 @@ class Verb {
   /// The same verb; the options that are declared by this handle are for this.
   Verb scope(Scope scope) const { return Verb(verb_, heading_, scope); }
 
-  Option add_option(const std::string& name, std::string& target,
-                    const std::string& description) const;
-  Option add_option(const std::string& name, std::vector<std::string>& target,
-                    const std::string& description) const;
-  Option add_option(const std::string& name, std::vector<double>& target,
-                    const std::string& description) const;
-  Option add_option(const std::string& name, std::vector<std::uint64_t>& target,
-                    const std::string& description) const;
-  Option add_option(const std::string& name, std::int64_t& target,
-                    const std::string& description) const;
+  Option add_option(const std::string& name, Target target, const std::string& description) const;
   Option add_flag(const std::string& name, bool& target, const std::string& description) const;
   /// `set` gets the text of each value; see wrong_value().
   /// \param repeats it may be given several times

@@ -9,13 +9,13 @@
 #include "draw/text.hpp"
 #include "explain/diagnose.hpp"
 #include "report/summary.hpp"
+#include "report/text.hpp"
 #include "verbs/common/decoded_capture.hpp"
 #include "verbs/common/explained.hpp"
 #include "verbs/common/identified.hpp"
 #include "verbs/common/table_output.hpp"
 #include "verbs/common/terminal.hpp"
 #include "verbs/common/verb.hpp"
-#include "verbs/common/wrap.hpp"
 #include "verbs/decode/safety.hpp"
 #include "verbs/explain/drawing.hpp"
 #include "verbs/explain/finding_text.hpp"
@@ -228,7 +228,7 @@ class ExplainRun {
 
   void append_entry(std::string& text, std::string_view label, std::string_view entry) const {
     text += label;
-    append_wrapped(text, entry, {label.size(), label.size(), text_columns()});
+    report::append_wrapped(text, entry, {label.size(), label.size(), text_columns()});
     text += '\n';
   }
 

@@ -95,6 +95,25 @@ class PartMaker {
     return collect(panels);
   }
 
+  // \param room the most characters of both texts \pre read() was done
+  CapturePart make(const std::vector<Option>& given, std::size_t room) {
+    CapturePart part;
+    part.settings = part_settings(page_settings(given));
+    json report = report_with(part.settings);
+    const auto pack = [&] {
+      part.notes = notes();
+      report["rows"] = rows();
+      report["notes"] = part.notes;
+      part.report = packed(report.dump(-1, ' ', false, json::error_handler_t::replace));
+    };
+    pack();
+    const std::size_t chosen = count_;
+    part.capture = packed_part(room - std::min(room, part.report.size()));
+    if (count_ != chosen) pack();
+    return part;
+  }
+
+ private:
   // The lines of the part have different names and their own polarity.
   PageSettings part_settings(const PageSettings& given) const {
     DecodedCapture& capture = run_.capture();
@@ -129,9 +148,6 @@ class PartMaker {
     }
   }
 
-  /// Cycles in the part.
-  std::size_t count() const { return count_; }
-
   // The rows of the cycles in the part, as `biss decode --to csv` writes them.
   std::string rows() const {
     std::string text = header_;
@@ -139,8 +155,8 @@ class PartMaker {
     return text;
   }
 
-  // The report without verbs, rows and notes.
-  json report(const PageSettings& settings) const {
+  // The report without rows and notes.
+  json report_with(const PageSettings& settings) const {
     return {{"name", name_},
             {"settings",
              {{"format", settings.format},
@@ -154,11 +170,9 @@ class PartMaker {
             {"failed", failed_},
             {"summary", plain(run_.summary())},
             {"envelope", overview_->envelope()},
-            {"causes", overview_->causes()}};
+            {"causes", overview_->causes()},
+            {"verbs", answers_}};
   }
-
-  /// The results of the verbs by the names of their panels, as RunResult of wasm/biss.d.mts.
-  const json& answers() const { return answers_; }
 
   std::vector<std::string> notes() const {
     std::vector<std::string> notes;
@@ -186,7 +200,6 @@ class PartMaker {
     return notes;
   }
 
- private:
   // A panel of the page, and the verb whose answer it shows.
   struct Panel {
     std::string name;
@@ -283,6 +296,7 @@ class PartMaker {
   std::string header_;
   // Cycles of the excerpt that are in the part.
   std::size_t count_ = 0;
+  // The results of the verbs by the names of their panels.
   json answers_ = json::object();
   // The text that `biss registers --to jsonl` writes.
   report::StringSink access_text_;
@@ -312,21 +326,7 @@ tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, De
   PartMaker maker(options, run, name);
   const ExitStatus status = maker.read(given);
   if (status != ExitStatus::done) return tl::unexpected(status);
-  CapturePart part;
-  part.settings = maker.part_settings(page_settings(given));
-  json report = maker.report(part.settings);
-  report["verbs"] = maker.answers();
-  const auto pack = [&] {
-    part.notes = maker.notes();
-    report["rows"] = maker.rows();
-    report["notes"] = part.notes;
-    part.report = packed(report.dump(-1, ' ', false, json::error_handler_t::replace));
-  };
-  pack();
-  const std::size_t chosen = maker.count();
-  part.capture = maker.packed_part(room - std::min(room, part.report.size()));
-  if (maker.count() != chosen) pack();
-  return part;
+  return maker.make(given, room);
 }
 
 }  // namespace biss::verbs

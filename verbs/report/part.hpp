@@ -7,7 +7,7 @@
 #include <tl/expected.hpp>
 #include <vector>
 
-#include "verbs/common/page_settings.hpp"
+#include "verbs/common/page.hpp"
 #include "verbs/decode/decode_run.hpp"
 
 namespace biss::verbs {

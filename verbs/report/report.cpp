@@ -10,7 +10,6 @@
 
 #include "report/summary.hpp"
 #include "verbs/common/page.hpp"
-#include "verbs/common/page_settings.hpp"
 #include "verbs/common/text_file.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/decode/decode_run.hpp"
