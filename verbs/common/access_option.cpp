@@ -35,53 +35,34 @@ std::optional<std::uint8_t> number(std::string_view text, unsigned least, unsign
   return static_cast<std::uint8_t>(*value);
 }
 
-std::string read_ids(std::string_view text, ControlAccess& access) {
-  while (!text.empty()) {
-    const auto id = number(take_until(text, ','), 0, control_max_slaves - 1);
-    if (!id) return "the ID must be 0 to 7";
-    access.slave = *id;
-    access.slaves = static_cast<std::uint8_t>(access.slaves | 1U << *id);
-  }
-  return {};
-}
-
-std::string read_bytes(std::string_view text, std::vector<std::uint8_t>& bytes) {
-  for (; text.size() >= 2; text.remove_prefix(2)) {
-    const auto byte = dump::hex_number(text.substr(0, 2));
-    if (!byte) break;
-    bytes.push_back(static_cast<std::uint8_t>(*byte));
-  }
-  if (text.empty() && !bytes.empty() && bytes.size() <= sequential_max_bytes) return {};
-  return "give 1 to 64 bytes, each as two hexadecimal digits";
-}
-
-// Why not all registers of the access exist and belong to one slave; empty if they do.
-std::string check_registers(const ControlAccess& access, std::size_t count) {
-  if (!(access.slaves & (access.slaves - 1U))) {
-    if (access.address + count <= register_count) return {};
-    return fmt::format("only {} registers follow from 0x{:02X} on, not {}",
-                       register_count - access.address, access.address, count);
-  }
-  return "give one ID: a register access addresses one slave";
-}
-
 std::string read_registers(std::string_view rest, ControlAccess& access) {
-  const char mark = access.kind == AccessKind::read ? ',' : '=';
+  const bool is_read = access.kind == AccessKind::read;
+  const char mark = is_read ? ',' : '=';
   const bool more = rest.find(mark) != std::string_view::npos;
   const auto address = number(take_until(rest, mark), 0, register_count - 1);
   if (!address) return "the address must be 0 to 0x7F";
   access.address = *address;
-  if (access.kind == AccessKind::write) {
-    if (!more) return "expected write:ADDRESS=BYTES";
-    std::string wrong = read_bytes(rest, access.data);
-    return wrong.empty() ? check_registers(access, access.data.size()) : wrong;
-  }
-  if (more) {
+  if (!is_read && !more) return "expected write:ADDRESS=BYTES";
+  if (is_read && more) {
     const auto count = number(rest, 1, sequential_max_bytes);
     if (!count) return "the count must be 1 to 64";
     access.size = *count;
+  } else if (more) {
+    while (const auto byte = dump::hex_byte(rest.substr(0, 2))) {
+      access.data.push_back(*byte);
+      rest.remove_prefix(2);
+    }
+    if (!rest.empty() || access.data.empty() || access.data.size() > sequential_max_bytes) {
+      return "give 1 to 64 bytes, each as two hexadecimal digits";
+    }
   }
-  return check_registers(access, access.size);
+  if ((access.slaves & (access.slaves - 1U)) != 0) {
+    return "give one ID: a register access addresses one slave";
+  }
+  const std::size_t count = is_read ? access.size : access.data.size();
+  if (access.address + count <= register_count) return {};
+  return fmt::format("only {} registers follow from 0x{:02X} on, not {}",
+                     register_count - access.address, access.address, count);
 }
 
 std::string read_command(std::string_view rest, ControlAccess& access) {
@@ -114,9 +95,13 @@ std::string read_parts(std::string_view text, ControlAccess& access) {
     text = text.substr(0, at);
   }
   if (text.find('/') != std::string_view::npos) {
-    const std::string_view ids = take_until(text, '/');
-    if (ids.empty()) return "the ID must be 0 to 7";
-    if (std::string wrong = read_ids(ids, access); !wrong.empty()) return wrong;
+    std::string_view ids = take_until(text, '/');
+    do {
+      const auto id = number(take_until(ids, ','), 0, control_max_slaves - 1);
+      if (!id) return "the ID must be 0 to 7";
+      access.slave = *id;
+      access.slaves = static_cast<std::uint8_t>(access.slaves | 1U << *id);
+    } while (!ids.empty());
   }
   const std::string_view kind = take_until(text, ':');
   if (kind == "command") {

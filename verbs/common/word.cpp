@@ -122,6 +122,25 @@ BitView first_bits(const BitView& all, std::uint64_t count) {
   return all.first(static_cast<std::size_t>(count));
 }
 
+// The frame at the place of the reading, in a word with its bits in order.
+Word line_of(const Word& ordered, const WordReading& place, const FrameFormat& format) {
+  const auto first = static_cast<std::size_t>(std::max<std::int64_t>(place.first_bit, 0));
+  BitView clocks = ordered.view().from(std::min(first, ordered.size_bits));
+  clocks = first_bits(clocks, place.bits);
+  const std::size_t payload = format.payload_bits();
+  const bool whole = clocks.size_bits() >= payload;
+  if (place.payload && whole) clocks = clocks.from(clocks.size_bits() - payload);
+  const std::string_view missing = place.payload           ? "1010"
+                                   : place.first_bit == -2 ? "10"
+                                   : place.first_bit == -1 ? "1"
+                                                           : "";
+  Word out;
+  for (const char bit : missing) out.append(bit == '1');
+  for (std::size_t i = 0; i < clocks.size_bits(); ++i) out.append(clocks[i]);
+  if (place.payload && whole) out.append(false);
+  return out;
+}
+
 enum class Fit : std::uint8_t { none, structure, checksum };
 
 // Stricter than the decoder: the word begins as in the reading, and has zeros outside of the frame.
@@ -147,8 +166,8 @@ Fit fit_of(const Word& word, const Word& line, const WordReading& place,
 // The places that are worth a try, in words with their bits in order.
 std::vector<WordReading> places_in(const std::vector<Word>& words, const WordReading& order,
                                    const FrameCodec<>& codec) {
-  std::vector<WordReading> places(4, order);
-  for (std::size_t i = 0; i < 3; ++i) places[i + 1].first_bit = std::array{1, -1, -2}[i];
+  std::vector<WordReading> places;
+  for (const int first_bit : {0, 1, -1, -2}) places.emplace_back(order).first_bit = first_bit;
   std::size_t clocks = 0;
   bool is_low = true;
   for (const Word& word : words) {
@@ -189,29 +208,6 @@ std::string options_of(const WordReading& reading) {
 
 const std::vector<std::string> byte_orders{"big", "little", "little16", "little32", "little64"};
 
-// Every order of bits and bytes, with the words in that order.
-template <class Try>
-void for_each_order(const std::vector<Word>& words, const WordReading& given,
-                    const Try& try_order) {
-  for (const std::string& byte_order : byte_orders) {
-    for (const unsigned k : {0U, 1U, 2U, 3U}) {
-      WordReading order;
-      order.digits = given.digits;
-      order.byte_order = byte_order;
-      order.bit_order = k % 2 == 0 ? "msb" : "lsb";
-      order.invert = k / 2 == 1;
-      const std::size_t group = 8 * bytes_of_group(order, words.front().bytes.size());
-      const bool moves = group > 8 || k % 2 == 1;
-      std::vector<Word> ordered;
-      for (const Word& word : words) {
-        if (moves && word.size_bits % group != 0) break;
-        ordered.push_back(in_order(word, order));
-      }
-      if (ordered.size() == words.size()) try_order(ordered, order);
-    }
-  }
-}
-
 // Which readings fit, each tried once.
 class Search {
  public:
@@ -225,9 +221,15 @@ class Search {
       const bool is_new = std::find(words.begin(), words.end(), word) == words.end();
       if (is_new && words.size() < words_to_try) words.push_back(word);
     }
-    for_each_order(words, given, [this](const auto& ordered, const WordReading& order) {
-      for (const WordReading& place : places_in(ordered, order, codec_)) try_place(ordered, place);
-    });
+    // In every order of bits and bytes.
+    for (const std::string& byte_order : byte_orders) {
+      for (const unsigned k : {0U, 1U, 2U, 3U}) {
+        try_order(words, {.digits = given.digits,
+                          .bit_order = k % 2 == 0 ? "msb" : "lsb",
+                          .byte_order = byte_order,
+                          .invert = k / 2 == 1});
+      }
+    }
   }
 
   std::string text() const {
@@ -243,16 +245,23 @@ class Search {
   }
 
  private:
+  void try_order(const std::vector<Word>& words, const WordReading& order) {
+    const std::size_t group = 8 * bytes_of_group(order, words.front().bytes.size());
+    const bool moves = group > 8 || order.bit_order == "lsb";
+    std::vector<Word> ordered;
+    for (const Word& word : words) {
+      if (moves && word.size_bits % group != 0) return;
+      ordered.push_back(in_order(word, order));
+    }
+    for (const WordReading& place : places_in(ordered, order, codec_)) try_place(ordered, place);
+  }
+
   void try_place(const std::vector<Word>& ordered, WordReading place) {
     std::vector<Word> lines;
     std::size_t structure = 0;
     std::size_t good = 0;
-    WordReading moved;
-    moved.first_bit = place.first_bit;
-    moved.bits = place.bits;
-    moved.payload = place.payload;
     for (const Word& word : ordered) {
-      lines.push_back(arrange(word, moved, codec_.format()));
+      lines.push_back(line_of(word, place, codec_.format()));
       const Fit fit = fit_of(word, lines.back(), place, codec_);
       structure += fit != Fit::none ? 1U : 0U;
       good += fit == Fit::checksum ? 1U : 0U;
@@ -340,23 +349,7 @@ void add_word_options(Verb given, WordReading& reading, const Option& of) {
 }
 
 Word arrange(const Word& word, const WordReading& reading, const FrameFormat& format) {
-  const Word ordered = in_order(word, reading);
-  const auto first = static_cast<std::size_t>(std::max<std::int64_t>(reading.first_bit, 0));
-  BitView clocks = ordered.view().from(std::min(first, ordered.size_bits));
-  clocks = first_bits(clocks, reading.bits);
-  const std::size_t payload = format.payload_bits();
-  const bool whole = clocks.size_bits() >= payload;
-  if (reading.payload && whole) clocks = clocks.from(clocks.size_bits() - payload);
-  Word out;
-  const std::string_view missing =
-      reading.payload ? "1010"
-                      : std::string_view("10").substr(0, reading.has_ack()         ? 0U
-                                                         : reading.first_bit == -1 ? 1U
-                                                                                   : 2U);
-  for (const char bit : missing) out.append(bit == '1');
-  for (std::size_t i = 0; i < clocks.size_bits(); ++i) out.append(clocks[i]);
-  if (reading.payload && whole) out.append(false);
-  return out;
+  return line_of(in_order(word, reading), reading, format);
 }
 
 bool is_good(const Word& word, const WordReading& reading, const FrameFormat& format) {
