@@ -33,12 +33,8 @@ const StorageType& type_of(Hdf5Storage storage) { return types[static_cast<std::
 bool put_hdf5_attribute(hid_t object, const char* name, std::string_view text) {
   if (text.empty()) return true;
   const Hdf5Id type(BISS_HDF5(H5Tcopy)(BISS_HDF5(H5T_C_S1_g)), BISS_HDF5(H5Tclose));
-  const Hdf5Id space(BISS_HDF5(H5Screate)(H5S_SCALAR), BISS_HDF5(H5Sclose));
-  if (BISS_HDF5(H5Tset_size)(type.get(), text.size()) < 0) return false;
-  const Hdf5Id made(
-      BISS_HDF5(H5Acreate2)(object, name, type.get(), space.get(), H5P_DEFAULT, H5P_DEFAULT),
-      BISS_HDF5(H5Aclose));
-  return made.good() && BISS_HDF5(H5Awrite)(made.get(), type.get(), text.data()) >= 0;
+  return BISS_HDF5(H5Tset_size)(type.get(), text.size()) >= 0 &&
+         put_hdf5_attribute(object, name, type.get(), text.data());
 }
 
 bool put_hdf5_attribute(hid_t object, const char* name, hid_t type, const void* value) {
