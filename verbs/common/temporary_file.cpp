@@ -89,10 +89,6 @@ int TemporaryFile::create(const std::string& target) {
     if (::access(descriptor_path(descriptor_).c_str(), F_OK) == 0) return descriptor_;
     ::close(std::exchange(descriptor_, -1));
   }
-  return create_named();
-}
-
-int TemporaryFile::create_named() {
   name_ = make_beside(target_, [this](const std::string& name) {
     descriptor_ = ::open(name.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     return descriptor_ >= 0;
@@ -104,25 +100,15 @@ bool TemporaryFile::take_name() {
   // Each close flushes: the last chance of a network file system to report that it is full.
   const int copy = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
   if (copy < 0 || ::close(copy) != 0) return false;
-  if (name_.empty()) return link_and_rename();
-  if (std::rename(name_.c_str(), target_.c_str()) != 0) return false;
-  forget(std::exchange(name_, {}));
-  ::close(std::exchange(descriptor_, -1));
-  return true;
-}
-
-bool TemporaryFile::link_and_rename() {
-  const auto link_to = [this](const std::string& name) {
-    return ::linkat(AT_FDCWD, descriptor_path(descriptor_).c_str(), AT_FDCWD, name.c_str(),
-                    AT_SYMLINK_FOLLOW) == 0;
-  };
-  if (!link_to(target_)) {
-    // No call replaces a file by a file without a name, so the new file gets a name for a moment.
-    if (errno != EEXIST) return false;
-    name_ = make_beside(target_, link_to);
-    if (name_.empty() || std::rename(name_.c_str(), target_.c_str()) != 0) return false;
-    forget(std::exchange(name_, {}));
+  // No call replaces a file by a file without a name, so the new file gets a name for a moment.
+  if (name_.empty()) {
+    name_ = make_beside(target_, [this](const std::string& name) {
+      return ::linkat(AT_FDCWD, descriptor_path(descriptor_).c_str(), AT_FDCWD, name.c_str(),
+                      AT_SYMLINK_FOLLOW) == 0;
+    });
   }
+  if (name_.empty() || std::rename(name_.c_str(), target_.c_str()) != 0) return false;
+  forget(std::exchange(name_, {}));
   ::close(std::exchange(descriptor_, -1));
   return true;
 }

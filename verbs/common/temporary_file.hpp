@@ -29,9 +29,6 @@ class TemporaryFile {
   bool exists() const { return descriptor_ >= 0; }
 
  private:
-  int create_named();
-  bool link_and_rename();
-
   std::string target_;
   std::string name_;  // empty while the file has none
   int descriptor_ = -1;
