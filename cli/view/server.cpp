@@ -202,23 +202,20 @@ class Server {
  public:
   Server(ServedPage& page, const ServedCapture& capture) : page_(page), capture_(capture) {}
 
-  error_code listen(std::uint16_t port) {
+  error_code listen(std::uint16_t port) try {
     const tcp::endpoint place(asio::ip::address_v4::loopback(), port);
-    error_code problem;
-    acceptor_.open(place.protocol(), problem);
+    acceptor_.open(place.protocol());
     // A port that was in use a moment ago.
-    if (!problem && port != 0) {
-      acceptor_.set_option(tcp::acceptor::reuse_address(true), problem);
-    }
-    if (!problem) acceptor_.bind(place, problem);
-    if (!problem) acceptor_.listen(asio::socket_base::max_listen_connections, problem);
+    if (port != 0) acceptor_.set_option(tcp::acceptor::reuse_address(true));
+    acceptor_.bind(place);
+    acceptor_.listen();
     // The browser is started from here.
-    if (!problem) ::fcntl(acceptor_.native_handle(), F_SETFD, FD_CLOEXEC);
-    for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
-      if (!problem) signals_.add(number, problem);
-    }
-    if (!problem) page_.set_port(acceptor_.local_endpoint(problem).port());
-    return problem;
+    ::fcntl(acceptor_.native_handle(), F_SETFD, FD_CLOEXEC);
+    for (const int number : {SIGINT, SIGTERM, SIGHUP}) signals_.add(number);
+    page_.set_port(acceptor_.local_endpoint().port());
+    return {};
+  } catch (const boost::system::system_error& problem) {
+    return problem.code();
   }
 
   void run() {

@@ -32,8 +32,8 @@ std::vector<std::string_view> doubts_of(const CatalogueEntry& entry) {
 
 // The entries that a word matches: all entries for an empty word.
 struct Matches {
-  std::vector<const CatalogueEntry*> encoders;
-  std::vector<const SafetyConfiguration*> configurations;
+  std::vector<CatalogueEntry> encoders;
+  std::vector<SafetyConfiguration> configurations;
 };
 
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
@@ -50,46 +50,42 @@ Matches matches_of(std::string_view word) {
   for (const CatalogueEntry& each : catalogue) {
     const bool matches =
         contains(each.name, word) || contains(each.vendor, word) || contains(each.product, word);
-    if (matches) found.encoders.push_back(&each);
+    if (matches) found.encoders.push_back(each);
   }
   for (const SafetyConfiguration& each : safety_configurations) {
     const bool matches =
         contains(each.name, word) ||
         std::any_of(found.encoders.begin(), found.encoders.end(),
-                    [&](const auto* encoder) { return each.name.starts_with(encoder->name); });
-    if (matches) found.configurations.push_back(&each);
+                    [&](const auto& encoder) { return each.name.starts_with(encoder.name); });
+    if (matches) found.configurations.push_back(each);
   }
   return found;
 }
 
-FieldRow list_fields(const CatalogueEntry* entry) {
-  return {{"name", entry->name},
-          {"vendor", entry->vendor},
-          {"format", entry->format},
+FieldRow list_fields(const CatalogueEntry& entry) {
+  return {{"name", entry.name},
+          {"vendor", entry.vendor},
+          {"format", entry.format},
           {"clock",
-           entry->clock_known() ? std::optional(entry->timing.clock_max) : std::nullopt,
+           entry.clock_known() ? std::optional(entry.timing.clock_max) : std::nullopt,
            {.unit = "MHz", .shift = 6, .places = 0}},
-          {"doubts", unless_0(doubts_of(*entry).size())}};
+          {"doubts", unless_0(doubts_of(entry).size())}};
 }
 
-FieldRow configuration_fields(const SafetyConfiguration* each) {
-  return {{"safety configuration", each->name},
-          {"format", each->format},
-          {"compared", unless_0(unsigned{each->setup.comparison.compare_bits})},
+FieldRow configuration_fields(const SafetyConfiguration& each) {
+  return {{"safety configuration", each.name},
+          {"format", each.format},
+          {"compared", unless_0(unsigned{each.setup.comparison.compare_bits})},
           {"cycle",
-           static_cast<std::uint64_t>(each->setup.cycle_min.count),
+           static_cast<std::uint64_t>(each.setup.cycle_min.count),
            {.unit = "us", .shift = 6, .places = 2}}};
 }
 
 bool write_lists(const Matches& found, Output& output) {
-  const auto write = [&output](const auto& things, auto fields_of) {
-    std::vector<FieldRow> rows;
-    for (const auto* each : things) rows.push_back(fields_of(each));
-    return rows.empty() || write_rows(rows, report::Format::table, output);
-  };
+  constexpr auto table = report::Format::table;
   const bool both = !found.encoders.empty() && !found.configurations.empty();
-  return write(found.encoders, list_fields) && (!both || output.write("\n")) &&
-         write(found.configurations, configuration_fields);
+  return write_rows(found.encoders, table, output, list_fields) && (!both || output.write("\n")) &&
+         write_rows(found.configurations, table, output, configuration_fields);
 }
 
 std::string ack_text(const DeviceTiming& timing) {
@@ -129,13 +125,13 @@ std::string detail(const CatalogueEntry& entry) {
   return out.text();
 }
 
-FieldRow fields_of(const CatalogueEntry* entry) {
-  const DeviceTiming& timing = entry->timing;
+FieldRow fields_of(const CatalogueEntry& entry) {
+  const DeviceTiming& timing = entry.timing;
   const bool fixed = timing.ack_clocks != 0;
-  return {{"name", entry->name},
-          {"vendor", entry->vendor},
-          {"product", entry->product},
-          {"format", entry->format},
+  return {{"name", entry.name},
+          {"vendor", entry.vendor},
+          {"product", entry.product},
+          {"format", entry.format},
           {"clock_min_hz", timing.clock_min},
           {"clock_max_hz", timing.clock_max},
           {"ack_max_ns", fixed ? std::nullopt : std::optional(timing.ack_max)},
@@ -143,10 +139,10 @@ FieldRow fields_of(const CatalogueEntry* entry) {
           {"timeout", text_of(timing.timeout)},
           {"cycle_min_ns", unless_0(timing.cycle_min)},
           {"internal_delay_ns", unless_0(timing.internal_delay_max)},
-          {"resolution", entry->resolution},
-          {"remark", entry->remark},
-          {"uncertain", fmt::format("{}", fmt::join(doubts_of(*entry), "; "))},
-          {"source", entry->source}};
+          {"resolution", entry.resolution},
+          {"remark", entry.remark},
+          {"uncertain", fmt::format("{}", fmt::join(doubts_of(entry), "; "))},
+          {"source", entry.source}};
 }
 
 std::string no_match(const std::string& name) {
@@ -159,7 +155,7 @@ std::string no_match(const std::string& name) {
 ExitStatus run_encoders(const EncodersOptions& options, Host& host) {
   const CatalogueEntry* const exact = find_encoder(options.name);
   const bool as_table = options.to == report::Format::table;
-  const Matches found = exact == nullptr ? matches_of(options.name) : Matches{{exact}, {}};
+  const Matches found = exact == nullptr ? matches_of(options.name) : Matches{{*exact}, {}};
   if (found.encoders.empty() && found.configurations.empty()) {
     return host.fail(ExitStatus::data_failed, no_match(options.name));
   }
@@ -171,16 +167,14 @@ ExitStatus run_encoders(const EncodersOptions& options, Host& host) {
   const ExitStatus written = write_output(host, options.output, [&](Output& output) {
     if (as_table)
       return exact != nullptr ? output.write(detail(*exact)) : write_lists(found, output);
-    std::vector<FieldRow> rows;
-    for (const CatalogueEntry* entry : found.encoders) rows.push_back(fields_of(entry));
-    return write_rows(rows, options.to, output);
+    return write_rows(found.encoders, options.to, output, fields_of);
   });
   if (written == ExitStatus::done && exact == nullptr && as_table) {
     host.print_summary(fmt::format(
-        "\n{} encoder{}, {} safety configuration{}; -f accepts both. A dash: the source does not "
+        "\n{}, {}; -f accepts both. A dash: the source does not "
         "state it.\n'biss encoders NAME' shows an encoder's timing and what is uncertain.\n",
-        found.encoders.size(), found.encoders.size() == 1 ? "" : "s", found.configurations.size(),
-        found.configurations.size() == 1 ? "" : "s"));
+        report::counted(found.encoders.size(), "encoder"),
+        report::counted(found.configurations.size(), "safety configuration")));
   }
   return written;
 }
