@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <libdeflate.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -68,12 +67,15 @@ tl::expected<void, verbs::VerbError> ServedCapture::open(
 }
 
 tl::expected<std::uint64_t, std::string> ServedCapture::look(bool closely) {
-  if (problem_.empty()) problem_ = wrong_identity();
-  if (problem_.empty()) problem_ = wrong_content(closely);
+  struct stat about {};
+  if (problem_.empty() && ::fstat(descriptor_, &about) != 0) {
+    problem_ = fmt::format("{}: {}", path_, std::strerror(errno));
+  }
+  if (problem_.empty()) problem_ = wrong_identity(about);
+  if (problem_.empty()) problem_ = wrong_content(about, closely);
   if (problem_.empty() && follow_) problem_ = wrong_kind();
   if (!problem_.empty()) return tl::unexpected(problem_);
-  struct stat about {};
-  if (!follow_ || ::fstat(descriptor_, &about) != 0) return size_;
+  if (!follow_) return size_;
   const auto available = static_cast<std::uint64_t>(about.st_size);
   if (available > size_) extend_to(whole_size(available));
   if (closely && !sample_bytes_) problem_ = wrong_lines(available);
@@ -82,10 +84,8 @@ tl::expected<std::uint64_t, std::string> ServedCapture::look(bool closely) {
 }
 
 // The file of this name must be the open file, and must still begin with the served bytes.
-std::string ServedCapture::wrong_identity() const {
+std::string ServedCapture::wrong_identity(const struct stat& opened) const {
   struct stat named {};
-  struct stat opened {};
-  if (::fstat(descriptor_, &opened) != 0) return fmt::format("{}: {}", path_, std::strerror(errno));
   if (static_cast<std::uint64_t>(opened.st_size) < size_) {
     return fmt::format(
         "{}: has shrunk from {} to {} bytes while it was read; start biss view again", path_, size_,
@@ -102,12 +102,11 @@ std::string ServedCapture::wrong_identity() const {
   return {};
 }
 
-std::string ServedCapture::wrong_content(bool closely) {
+std::string ServedCapture::wrong_content(const struct stat& opened, bool closely) {
   const bool same_ends =
       text_at(0, head_.size()) == head_ && text_at(size_ - tail_.size(), tail_.size()) == tail_;
-  struct stat about {};
-  if (same_ends && (!closely || ::fstat(descriptor_, &about) != 0)) return {};
-  const timespec changed = about.st_ctim;
+  if (same_ends && !closely) return {};
+  const timespec changed = opened.st_ctim;
   const bool unchanged = changed.tv_sec == compared_.tv_sec && changed.tv_nsec == compared_.tv_nsec;
   timespec now{};
   ::clock_gettime(CLOCK_REALTIME, &now);

@@ -1,6 +1,8 @@
 // The capture that `biss view` gives to its page: a file that may grow, and must not change otherwise.
 #pragma once
 
+#include <sys/stat.h>
+
 #include <cstddef>
 #include <cstdint>
 #include <ctime>
@@ -39,8 +41,8 @@ class ServedCapture {
 
  private:
   // These return one line of text for the user if the file can no longer be served, else nothing.
-  std::string wrong_identity() const;
-  std::string wrong_content(bool closely);
+  std::string wrong_identity(const struct stat& opened) const;
+  std::string wrong_content(const struct stat& opened, bool closely);
   std::string wrong_kind() const;
   std::string wrong_lines(std::uint64_t available);
   // The line of text for this reason.

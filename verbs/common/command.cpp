@@ -101,9 +101,7 @@ WrongWords take_given(DeclaredVerb& command, const std::vector<std::string>& wor
 }
 
 ExitStatus print(Host& host, const std::string& text, const std::string& path = "-") {
-  Output output(host);
-  const bool good = output.open(path) && output.write(text) && output.finish();
-  return good ? ExitStatus::done : output.status();
+  return write_output(host, path, [&](Output& output) { return output.write(text); });
 }
 
 // The files that the command line names, and standard output, which every verb may use.

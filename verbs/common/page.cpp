@@ -18,24 +18,18 @@ namespace fs = std::filesystem;
 // The capture comes before the core, so that the browser has it when the page's script runs.
 constexpr std::string_view core_element = R"(<script type="text/plain" id="biss-core">)";
 
-std::vector<fs::path> usual_places() {
-  std::error_code problem;
-  const fs::path command = fs::read_symlink("/proc/self/exe", problem);
-  if (problem) return {};
-  const fs::path above = command.parent_path().parent_path();
-  return {above / "share/biss/biss.html", above / "view/dist/biss.html"};
-}
-
 tl::unexpected<VerbError> no_page(std::string text) {
   return tl::unexpected(VerbError{ExitStatus::io, std::move(text)});
 }
 
 tl::expected<fs::path, VerbError> find_page() {
+  std::error_code problem;
+  const fs::path above = fs::read_symlink("/proc/self/exe", problem).parent_path().parent_path();
   std::string tried;
-  for (const fs::path& place : usual_places()) {
-    std::error_code problem;
-    if (fs::is_regular_file(place, problem)) return place;
-    tried += (tried.empty() ? "" : " and ") + place.string();
+  for (const char* const name : {"share/biss/biss.html", "view/dist/biss.html"}) {
+    const fs::path place = above / name;
+    if (!above.empty() && fs::is_regular_file(place, problem)) return place;
+    if (!above.empty()) tried += (tried.empty() ? "" : " and ") + place.string();
   }
   return no_page(
       fmt::format("the page biss.html is not there{}{}; build it (make view), or name "

@@ -14,15 +14,6 @@ namespace biss::verbs {
 
 namespace {
 
-SafetyChoice by_widths() { return {.setup = SafetySetup{}, .name = "by the words' widths"}; }
-
-// Setup and name of the configuration that the format implies.
-SafetyChoice implied(std::string_view format_text, const FrameFormat& format) {
-  const SafetyConfiguration* known = implied_configuration(format_text, format);
-  if (known == nullptr) return by_widths();
-  return {.setup = known->setup, .name = std::string(known->name)};
-}
-
 void put(const SafetyArguments& arguments, Picoseconds cycle, SafetySetup& setup) {
   setup.latch = arguments.latch;
   if (!arguments.counter.empty()) {
@@ -125,10 +116,10 @@ tl::expected<SafetyChoice, std::string> choose_safety(const SafetyArguments& arg
                                                       std::string_view format_text,
                                                       const FrameFormat& format,
                                                       Picoseconds cycle) {
-  SafetyChoice choice = arguments.by_widths ? by_widths() : implied(format_text, format);
-  if (const auto* named = find_safety_configuration(arguments.configuration)) {
-    choice = {.setup = named->setup, .name = arguments.configuration};
-  }
+  SafetyChoice choice{.setup = {}, .name = "by the words' widths"};
+  const auto* known = find_safety_configuration(arguments.configuration);
+  if (known == nullptr && !arguments.by_widths) known = implied_configuration(format_text, format);
+  if (known != nullptr) choice = {.setup = known->setup, .name = std::string(known->name)};
   put(arguments, cycle, choice.setup);
   if (const auto mistake = check_safety(format, UnratedSafetySetup(choice.setup))) {
     return tl::unexpected(fmt::format("BiSS Safety: {}", message_of(*mistake)));

@@ -140,12 +140,13 @@ class RegistersRun {
                       "for the registers from 0x40 on",
                       lost ? "known " : ""));
     }
-    Output file(host_);
-    if (!file.open(options_.dump)) return file.status();
-    const std::string text = write_as(dump::format_of(options_.dump), *found, "registers");
-    if (!file.write(text) || !file.finish()) return file.status();
-    if (banks_only && direct) host_.print_summary(text_of_banks(*found));
-    return ExitStatus::done;
+    const ExitStatus written = write_output(host_, options_.dump, [&](Output& file) {
+      return file.write(write_as(dump::format_of(options_.dump), *found, "registers"));
+    });
+    if (written == ExitStatus::done && banks_only && direct) {
+      host_.print_summary(text_of_banks(*found));
+    }
+    return written;
   }
 
   const RegistersOptions& options_;

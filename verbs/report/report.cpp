@@ -95,9 +95,9 @@ class ReportRun {
   }
 
   ExitStatus write(const std::string& page, const std::string& contains) {
-    Output output(host_);
-    if (!output.open(options_.output)) return output.status();
-    if (!output.write(page) || !output.finish()) return output.status();
+    const ExitStatus written =
+        write_output(host_, options_.output, [&](Output& output) { return output.write(page); });
+    if (written != ExitStatus::done) return written;
     report::Summary out;
     const bool is_file = options_.output != "-";
     out.title(fmt::format("{}: {:.2f} MB", is_file ? options_.output : "standard output",
