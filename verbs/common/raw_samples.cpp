@@ -42,22 +42,6 @@ capture::Differential differential_of(const std::string& text) {
   return differential;
 }
 
-void add_analog_options(Verb verb, capture::AnalogOptions& analog) {
-  verb.add_text_option(
-          "--threshold",
-          [&analog](const std::string& text) { analog.threshold = threshold_of(text); },
-          "Threshold of analog channels and its hysteresis (100mV by default); by default both are "
-          "measured for each channel at the beginning of the capture")
-      .type_name("VOLTAGE[:VOLTAGE]");
-  verb.add_text_option(
-          "--differential",
-          [&analog](const std::string& text) {
-            analog.differentials.push_back(differential_of(text));
-          },
-          "Take the analog channels A and B as one line, A minus B; repeatable", true)
-      .type_name("A-B[=NAME]");
-}
-
 }  // namespace
 
 void add_raw_options(Verb verb, RawSamples& raw) {
@@ -73,7 +57,19 @@ void add_raw_options(Verb verb, RawSamples& raw) {
   add_count_option(verb, "--raw-bytes", set_bytes,
                    "Bytes per raw sample, lowest byte first; 1 by default", capture::max_unit_bytes)
       .needs(rate);
-  add_analog_options(verb, raw.analog);
+  verb.add_text_option(
+          "--threshold",
+          [&raw](const std::string& text) { raw.analog.threshold = threshold_of(text); },
+          "Threshold of analog channels and its hysteresis (100mV by default); by default both are "
+          "measured for each channel at the beginning of the capture")
+      .type_name("VOLTAGE[:VOLTAGE]");
+  verb.add_text_option(
+          "--differential",
+          [&raw](const std::string& text) {
+            raw.analog.differentials.push_back(differential_of(text));
+          },
+          "Take the analog channels A and B as one line, A minus B; repeatable", true)
+      .type_name("A-B[=NAME]");
 }
 
 capture::RawLayout layout_of(const RawSamples& raw, const std::string& ma, const std::string& slo) {

@@ -147,7 +147,7 @@ class ConvertRun {
     if (!output.open(options_.output)) return output.status();
     CaptureOutput capture(format_, cutter_->names(), rate_, output);
     losses_.emplace(format_, cutter_->names(), rate_);
-    const ExitStatus status = copy_edges(capture, output);
+    ExitStatus status = copy_edges(capture, output);
     if (status != ExitStatus::done) return status;
     const bool damaged = !input_.error().empty();
     if (damaged && !options_.partial) {
@@ -167,7 +167,8 @@ class ConvertRun {
           fmt::format("--until: {} has no level of the lines before {}; nothing to convert",
                       input_.name(), text_of(*options_.until)));
     }
-    if (!finish(capture)) return status_of(capture);
+    status = finish(capture);
+    if (status != ExitStatus::done) return status;
     if (!output.finish()) return output.status();
     host_.print_summary(summary());
     return damaged ? host_.fail(ExitStatus::io, input_.error()) : ExitStatus::done;
@@ -179,29 +180,23 @@ class ConvertRun {
       if (progress.due()) progress.show(input_.progress_text(progress.seconds()));
       const auto block = input_.next();
       if (block.empty()) break;
-      if (!write(cutter_->push(block), capture)) return status_of(capture);
+      const ExitStatus written = write(cutter_->push(block), capture);
+      if (written != ExitStatus::done) return written;
     }
-    if (!write(cutter_->finish(input_.end_time()), capture)) return status_of(capture);
-    return ExitStatus::done;
+    return write(cutter_->finish(input_.end_time()), capture);
   }
 
-  ExitStatus status_of(const CaptureOutput& capture) const {
-    return refused_.empty() ? capture.status() : host_.fail(ExitStatus::io, refused_);
-  }
-
-  // The time of an edge, or of the end, in the output; empty if the output cannot have it.
-  std::optional<Picoseconds> shifted(Picoseconds time) {
+  // The time of an edge, or of the end, in the output; or why the output cannot have it.
+  tl::expected<Picoseconds, std::string> shifted(Picoseconds time) const {
     if (shift_.count > 0 && time.count > std::numeric_limits<std::int64_t>::max() - shift_.count) {
-      refused_ = fmt::format("{}: times of more than 106 days; cut a part out of it with --since",
-                             input_.name());
-      return std::nullopt;
+      return tl::unexpected(fmt::format(
+          "{}: times of more than 106 days; cut a part out of it with --since", input_.name()));
     }
     const Picoseconds moved = time + shift_;
     if (!losses_->too_many_samples(moved)) return moved;
-    refused_ = fmt::format(
+    return tl::unexpected(fmt::format(
         "{}: more than {} samples at {}; give a lower --rate, or cut a part out with --until",
-        input_.name(), most_samples, text_of(rate_));
-    return std::nullopt;
+        input_.name(), most_samples, text_of(rate_)));
   }
 
   // A capture that begins before zero, or at --since in samples, is moved as a whole.
@@ -214,8 +209,8 @@ class ConvertRun {
     }
   }
 
-  bool write(std::span<const wire::Edge> edges, CaptureOutput& capture) {
-    if (edges.empty()) return true;
+  ExitStatus write(std::span<const wire::Edge> edges, CaptureOutput& capture) {
+    if (edges.empty()) return ExitStatus::done;
     if (changes_ == 0) {
       first_ = edges.front().time;
       choose_shift(first_);
@@ -223,20 +218,21 @@ class ConvertRun {
     made_.clear();
     for (wire::Edge edge : edges) {
       const auto time = shifted(edge.time);
-      if (!time) return false;
+      if (!time) return host_.fail(ExitStatus::io, time.error());
       edge.time = *time;
       losses_->add(edge);
       made_.push_back(edge);
     }
     changes_ += edges.size();
-    return capture.write(made_);
+    return capture.write(made_) ? ExitStatus::done : capture.status();
   }
 
-  bool finish(CaptureOutput& capture) {
+  ExitStatus finish(CaptureOutput& capture) {
     end_ = cutter_->end_of(input_.end_time());
     if (changes_ == 0) choose_shift(end_);
     const auto end = shifted(end_);
-    return end && capture.finish(*end);
+    if (!end) return host_.fail(ExitStatus::io, end.error());
+    return capture.finish(*end) ? ExitStatus::done : capture.status();
   }
 
   std::string summary() const {
@@ -266,7 +262,6 @@ class ConvertRun {
   Picoseconds end_;
   std::uint64_t changes_ = 0;
   std::vector<wire::Edge> made_;
-  std::string refused_;
 };
 
 }  // namespace

@@ -31,12 +31,12 @@ struct ReportOptions {
   DecodeOptions decode;
   std::string output;
   std::string page;
+  std::optional<Verb> verb;
 };
 
 class ReportRun {
  public:
-  ReportRun(ReportOptions& options, const Verb& verb, Host& host)
-      : options_(options), verb_(verb), host_(host) {}
+  ReportRun(ReportOptions& options, Host& host) : options_(options), host_(host) {}
 
   ExitStatus run() {
     const std::vector<std::string>& files = options_.decode.capture.files;
@@ -63,7 +63,7 @@ class ReportRun {
     }
     status = decode.next();
     if (status != ExitStatus::done) return status;
-    const std::vector<Option> given = verb_.given_options();
+    const std::vector<Option> given = options_.verb->given_options();
     const std::string name = fs::path(files.front()).filename().string();
     if (const auto text = whole_capture()) {
       const std::string view = page_settings(given).link_text();
@@ -108,7 +108,6 @@ class ReportRun {
   }
 
   ReportOptions& options_;
-  const Verb& verb_;
   Host& host_;
 };
 
@@ -116,27 +115,24 @@ class ReportRun {
 
 void add_report(Command& command) {
   const auto options = std::make_shared<ReportOptions>();
-  const auto verb = std::make_shared<std::optional<Verb>>();
-  *verb = command.add_verb(
+  const Verb verb = command.add_verb(
       {.name = "report",
        .purpose = "Write a page that shows a capture in any browser, in a single file",
        .examples = {"biss report capture.vcd -f resolute-26 -o report.html",
                     "biss report ma.csv slo.csv --ma ma.csv:D0 --slo slo.csv:D1 -o report.html",
                     "biss report samples.bin --raw-rate 100MHz --ma D0 --slo D3 -o report.html"}},
-      [options, verb](Host& host) { return ReportRun(*options, **verb, host).run(); });
+      [options](Host& host) { return ReportRun(*options, host).run(); });
   CaptureArguments& capture = options->decode.capture;
   capture.identify = true;
-  // For the verbs that judge the same cycles.
-  capture.signal = true;
-  (*verb)
-      ->add_option("FILE", capture.files,
-                   "The capture (VCD, FST, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV "
-                   "and binary, raw samples; also compressed by gzip or zstd); files with one line "
-                   "each are read as one capture")
+  verb.add_option("FILE", capture.files,
+                  "The capture (VCD, FST, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV "
+                  "and binary, raw samples; also compressed by gzip or zstd); files with one line "
+                  "each are read as one capture")
       .file(FileUse::read);
-  add_reading_options(**verb, capture);
-  add_output_option(**verb, options->output, "The page to write").required();
-  add_page_option(**verb, options->page);
+  add_reading_options(verb, capture);
+  add_output_option(verb, options->output, "The page to write").required();
+  add_page_option(verb, options->page);
+  options->verb = verb;
 }
 
 }  // namespace biss::verbs
