@@ -15,14 +15,10 @@ std::string printable(std::string_view text) {
 
 }  // namespace
 
-Summary& Summary::title(std::string_view text) {
-  lines_.push_back({true, printable(text), {}, {}});
-  return *this;
-}
+void Summary::title(std::string_view text) { lines_.push_back({true, printable(text), {}, {}}); }
 
-Summary& Summary::entry(std::string_view key, std::string_view value, std::string_view note) {
+void Summary::entry(std::string_view key, std::string_view value, std::string_view note) {
   lines_.push_back({false, printable(key), printable(value), printable(note)});
-  return *this;
 }
 
 std::string Summary::text() const {

@@ -15,9 +15,9 @@ namespace biss::report {
 class Summary {
  public:
   /// A separate line above the next entries, after a blank line unless it is the first.
-  Summary& title(std::string_view text);
+  void title(std::string_view text);
   /// A line; an empty key continues the line above.
-  Summary& entry(std::string_view key, std::string_view value, std::string_view note = {});
+  void entry(std::string_view key, std::string_view value, std::string_view note = {});
 
   bool empty() const { return lines_.empty(); }
   /// The block, each line ended by `\n`; control characters are replaced.

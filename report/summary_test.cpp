@@ -7,12 +7,12 @@ namespace summary_test {
 
 TEST(Summary, KeysValuesAndNotes_AreAligned) {
   Summary summary;
-  summary.title("encoder.vcd")
-      .entry("clock", "10.000 MHz", "(9.998 .. 10.000 .. 10.002)")
-      .entry("line delay", "112 ns", "compensated")
-      .entry("lines", "MA = channel 0, SLO = channel 1, found by their behaviour")
-      .title("frames")
-      .entry("ok", "12");
+  summary.title("encoder.vcd");
+  summary.entry("clock", "10.000 MHz", "(9.998 .. 10.000 .. 10.002)");
+  summary.entry("line delay", "112 ns", "compensated");
+  summary.entry("lines", "MA = channel 0, SLO = channel 1, found by their behaviour");
+  summary.title("frames");
+  summary.entry("ok", "12");
   EXPECT_EQ(summary.text(),
             "encoder.vcd\n"
             "clock       10.000 MHz  (9.998 .. 10.000 .. 10.002)\n"
@@ -25,7 +25,8 @@ TEST(Summary, KeysValuesAndNotes_AreAligned) {
 
 TEST(Summary, NonAsciiAndControl_KeepTheColumns) {
   Summary summary;
-  summary.entry("µ", "編", "x").entry("ab", "c\nd", "y");
+  summary.entry("µ", "編", "x");
+  summary.entry("ab", "c\nd", "y");
   EXPECT_EQ(summary.text(), "µ   編   x\nab  c\uFFFDd  y\n");
 }
 

@@ -140,11 +140,6 @@ Option Option::file(FileUse use, std::string (*path_of)(const std::string& value
   return *this;
 }
 
-Option Option::scope(Scope scope) {
-  option_->scope = scope;
-  return *this;
-}
-
 Scope Option::scope() const { return option_->scope; }
 
 std::string Option::name() const { return option_->name(); }
@@ -215,8 +210,6 @@ void Verb::add_help_flag() const {
 }
 
 void Verb::on_run(Run run) const { verb_->run = std::move(run); }
-
-bool Verb::parsed() const { return verb_->parsed; }
 
 void wrong_value(const std::string& name, const std::string& why) {
   throw WrongUsage(name + ": " + why);

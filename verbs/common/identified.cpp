@@ -7,7 +7,6 @@
 #include <bit>
 
 #include "biss/frame/format_text.hpp"
-#include "report/summary.hpp"
 #include "verbs/common/decoded_capture.hpp"
 
 namespace biss::verbs {

@@ -5,12 +5,7 @@
 #include <vector>
 
 #include "identify/format.hpp"
-
-namespace biss::report {
-
-class Summary;
-
-}  // namespace biss::report
+#include "report/summary.hpp"
 
 namespace biss::verbs {
 

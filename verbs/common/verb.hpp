@@ -96,10 +96,9 @@ class Option {
   /// file_conflict(). `path_of` takes the path from the value, and nothing if the value has none.
   /// Without it the help calls the value FILE.
   Option file(FileUse use, std::string (*path_of)(const std::string& value) = nullptr);
-  /// The scope of the handle unless it is given; an argument is for this verb alone.
-  Option scope(Scope scope);
 
   std::string name() const;
+  /// The scope of the handle; an argument is for this verb alone.
   Scope scope() const;
   bool given() const;
   /// The values on the command line, in their order.
@@ -151,8 +150,6 @@ class Verb {
   Verb add_verb(const VerbText& text, Run run = {}) const;
   void on_run(Run run) const;
   void add_help_flag() const;
-  /// The command line names this verb.
-  bool parsed() const;
   /// Calls `check` when the command line of this verb is parsed; see wrong_value().
   void after_parsing(std::function<void()> check) const;
 

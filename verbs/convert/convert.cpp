@@ -151,17 +151,14 @@ class ConvertRun {
     if (status != ExitStatus::done) return status;
     const bool damaged = !input_.error().empty();
     if (damaged && !options_.partial) {
-      output.abandon();
       return host_.fail(ExitStatus::io, input_.error() + " (--partial: convert the part before)");
     }
     if (cutter_->is_before(input_.end_time())) {
-      output.abandon();
       return host_.fail(ExitStatus::data_failed,
                         fmt::format("--since: {} ends earlier, at {}; nothing to convert",
                                     input_.name(), text_of(input_.end_time())));
     }
     if (changes_ == 0 && cutter_->past_end()) {
-      output.abandon();
       return host_.fail(
           ExitStatus::data_failed,
           fmt::format("--until: {} has no level of the lines before {}; nothing to convert",
