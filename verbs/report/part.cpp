@@ -7,7 +7,6 @@
 #include <filesystem>
 #include <future>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "biss/frame/format_text.hpp"
 #include "capture/zip.hpp"
@@ -56,20 +55,16 @@ class LineRows final : public report::TableWriter {
 
 class PartMaker {
  public:
-  PartMaker(DecodeOptions& options, DecodeRun& run, std::string_view name)
+  PartMaker(const DecodeOptions& options, DecodeRun& run, std::string_view name)
       : options_(options), run_(run), name_(name) {}
 
   // Reads the capture, and runs the verbs of the page's panels on it.
   // \param given the options of the report
   ExitStatus read(const std::vector<Option>& given) {
     DecodedCapture& capture = run_.capture();
-    const auto& format = capture.format();
-    options_.motion.velocity = format && format->channel_list[0].position_bits() != 0;
-    excerpt_.emplace(capture.lines().lines);
-    overview_.emplace(run_.columns());
     const ExitStatus begun = run_.begin_rows();
     if (begun != ExitStatus::done) return begun;
-    LineRows rows(run_.columns(), *overview_);
+    LineRows rows(run_.columns(), overview_);
     header_ = rows.header();
     // Each in a thread of its own, as long as the system gives threads.
     std::vector<Panel> panels = panels_for(given);
@@ -79,15 +74,15 @@ class PartMaker {
     const auto take = [&](std::uint64_t number, const decode::Cycle& cycle) {
       listener_.push(number, cycle);
       run_.take(number, cycle, rows);
-      excerpt_->add({number, cycle.time, rows.take(), run_.took_error(), choose()});
+      excerpt_.add({number, cycle.time, rows.take(), run_.took_error(), choose()});
       return true;
     };
     RunMessages messages;
-    const ExitStatus ended = run_.end_rows(capture.read(take, &*excerpt_), messages);
+    const ExitStatus ended = run_.end_rows(capture.read(take, &excerpt_), messages);
     listener_.finish();
     access_rows_->finish();
-    excerpt_->finish(capture.input().end_time());
-    count_ = excerpt_->cycles().size();
+    excerpt_.finish(capture.input().end_time());
+    count_ = excerpt_.cycles().size();
     if (ended != ExitStatus::done) {
       messages.print(capture.host());
       return ended;
@@ -141,7 +136,7 @@ class PartMaker {
   // All cycles of the excerpt for which there is room.
   std::string packed_part(std::size_t room) {
     for (;;) {
-      std::string text = packed(excerpt_->vcd(count_));
+      std::string text = packed(excerpt_.vcd(count_));
       if (text.size() <= room || count_ == 0) return text;
       const double share = static_cast<double>(room) / static_cast<double>(text.size());
       count_ = static_cast<std::size_t>(static_cast<double>(count_) * share * 0.97);
@@ -151,7 +146,7 @@ class PartMaker {
   // The rows of the cycles in the part, as `biss decode --to csv` writes them.
   std::string rows() const {
     std::string text = header_;
-    for (std::size_t i = 0; i < count_; ++i) text += excerpt_->cycles()[i].row;
+    for (std::size_t i = 0; i < count_; ++i) text += excerpt_.cycles()[i].row;
     return text;
   }
 
@@ -166,11 +161,11 @@ class PartMaker {
               {"invertSlo", settings.invert_slo},
               {"units", "counts"},
               {"further", settings.further_text()}}},
-            {"cycles", overview_->rows()},
+            {"cycles", overview_.rows()},
             {"failed", failed_},
             {"summary", plain(run_.summary())},
-            {"envelope", overview_->envelope()},
-            {"causes", overview_->causes()},
+            {"envelope", overview_.envelope()},
+            {"causes", overview_.causes()},
             {"verbs", answers_}};
   }
 
@@ -179,16 +174,16 @@ class PartMaker {
     notes.push_back(fmt::format(
         "This report has the waveform and the rows of {} of {} request cycles: the first "
         "ones, and failed ones with their neighbours.",
-        count_, overview_->rows()));
+        count_, overview_.rows()));
     notes.push_back(failed_shown() == failed_
                         ? fmt::format("All {} failed cycles are in it.", failed_)
                         : fmt::format("{} of {} failed cycles are in it, the earliest ones.",
                                       failed_shown(), failed_));
-    if (excerpt_->lost() != 0) {
+    if (excerpt_.lost() != 0) {
       notes.push_back(fmt::format(
           "{} of the cycles chosen are not in it, because they have too many edges or are "
           "before 0.",
-          excerpt_->lost()));
+          excerpt_.lost()));
     }
     if (accesses_ > accesses_max) {
       notes.push_back(fmt::format("The first {1} of {0} accesses to registers are in it.",
@@ -267,7 +262,7 @@ class PartMaker {
   }
 
   std::uint64_t failed_shown() const {
-    const auto begin = excerpt_->cycles().begin();
+    const auto begin = excerpt_.cycles().begin();
     return static_cast<std::uint64_t>(
         std::count_if(begin, begin + static_cast<std::ptrdiff_t>(count_),
                       [](const ExcerptCycle& cycle) { return cycle.failed; }));
@@ -286,11 +281,11 @@ class PartMaker {
     return text;
   }
 
-  DecodeOptions& options_;
+  const DecodeOptions& options_;
   DecodeRun& run_;
   std::string name_;
-  std::optional<Excerpt> excerpt_;
-  std::optional<Overview> overview_;
+  Excerpt excerpt_{run_.capture().lines().lines};
+  Overview overview_{run_.columns()};
   std::uint64_t good_ = 0;
   std::uint64_t failed_ = 0;
   std::string header_;
@@ -323,6 +318,8 @@ std::string packed(std::string_view bytes) {
 tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, DecodeRun& run,
                                                       const std::vector<Option>& given,
                                                       std::string_view name, std::size_t room) {
+  const auto& format = run.capture().format();
+  options.motion.velocity = format && format->channel_list[0].position_bits() != 0;
   PartMaker maker(options, run, name);
   const ExitStatus status = maker.read(given);
   if (status != ExitStatus::done) return tl::unexpected(status);
