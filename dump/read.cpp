@@ -55,38 +55,30 @@ DumpResult read_dump(std::istream& stream, std::string head, const DumpOptions& 
   if (head.empty() || blank) return tl::unexpected(DumpError{DumpCause::empty});
   const auto format = recognise(head);
   if (!format) return tl::unexpected(DumpError{DumpCause::unknown_format});
-  DumpResult result;
-  if (*format == DumpFormat::binary) {
-    result = read_binary(stream, std::move(head), options);
-  } else {
+  try {
+    if (*format == DumpFormat::binary) return read_binary(stream, std::move(head), options);
     LineSource lines(stream, std::move(head));
-    result = readers[static_cast<std::size_t>(*format) - 1](lines, options);
+    return readers[static_cast<std::size_t>(*format) - 1](lines, options);
+  } catch (DumpError& error) {
+    error.format = format;
+    return tl::unexpected(error);
   }
-  if (!result) result.error().format = format;
-  return result;
 }
 
-DumpResult read_binary(std::istream& stream, std::string head, const DumpOptions& options) {
+RegisterDump read_binary(std::istream& stream, std::string head, const DumpOptions& options) {
   std::string bytes = std::move(head);
   const std::size_t had = bytes.size();
   bytes.resize(std::max(had, image_bytes + 1));  // one more than there may be
-  if (stream) {
-    stream.read(bytes.data() + had, static_cast<std::streamsize>(bytes.size() - had));
-    bytes.resize(had + static_cast<std::size_t>(stream.gcount()));
-    if (stream.bad()) return tl::unexpected(DumpError{DumpCause::read_failed});
-  } else {
-    bytes.resize(had);
-  }
+  stream.read(bytes.data() + had, static_cast<std::streamsize>(bytes.size() - had));
+  if (stream.bad()) throw DumpError{DumpCause::read_failed};
+  bytes.resize(had + static_cast<std::size_t>(stream.gcount()));
   RegisterDump dump;
   for (std::size_t i = 0; i < bytes.size(); ++i) {
-    const auto byte = static_cast<std::uint8_t>(bytes[i]);
-    if (const auto cause = set_byte_at_offset(dump, i, byte, options)) {
-      return tl::unexpected(DumpError{*cause, 0, 0, "at most 256 banks", {}});
-    }
+    auto* const at = byte_at_offset(dump, i, options);
+    if (at == nullptr) throw DumpError{DumpCause::outside, 0, 0, "at most 256 banks", {}};
+    *at = static_cast<std::uint8_t>(bytes[i]);
   }
-  if (bytes.size() % bank_bytes != 0) {
-    return tl::unexpected(DumpError{DumpCause::not_whole_banks});
-  }
+  if (bytes.size() % bank_bytes != 0) throw DumpError{DumpCause::not_whole_banks};
   return dump;
 }
 

@@ -42,7 +42,4 @@ std::optional<DumpFormat> recognise(std::string_view head);
 /// Reads the rest of the stream after `head`, in bounded memory. Fails with any DumpCause.
 DumpResult read_dump(std::istream& stream, std::string head, const DumpOptions& options);
 
-/// The same for banks of 64 bytes one after the other, whatever their bytes look like.
-DumpResult read_binary(std::istream& stream, std::string head, const DumpOptions& options);
-
 }  // namespace biss::dump

@@ -1,10 +1,12 @@
 // RegisterDump: the registers of one slave, as far as they are known.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "biss/control/register_map.hpp"
 #include "biss/eds/bank.hpp"
@@ -13,6 +15,11 @@ namespace biss::dump {
 
 /// 64 registers; those that are unknown, or that the device does not have, are empty.
 using DumpedBytes = std::array<std::optional<std::uint8_t>, bank_bytes>;
+
+/// Whether one of the registers is known.
+inline bool any_known(std::span<const std::optional<std::uint8_t>> bytes) {
+  return std::any_of(bytes.begin(), bytes.end(), [](const auto& byte) { return byte.has_value(); });
+}
 
 /// The registers 0x40…0x7F, which are in no bank.
 inline constexpr unsigned first_direct = reg::bsel;

@@ -9,7 +9,7 @@
 namespace biss::dump {
 namespace {
 
-constexpr std::size_t block_bytes = 65'536;
+constexpr int end_of_text = std::char_traits<char>::eof();
 constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
 
 struct CauseText {
@@ -66,52 +66,39 @@ std::string_view first_row(std::string_view text) {
 }
 
 LineSource::LineSource(std::istream& stream, std::string head)
-    : stream_(stream), buffer_(std::move(head)) {
-  if (std::string_view(buffer_).starts_with(byte_order_mark)) at_ = byte_order_mark.size();
+    : stream_(stream), head_(std::move(head)) {
+  if (std::string_view(head_).starts_with(byte_order_mark)) at_ = byte_order_mark.size();
 }
 
-// The end of a line: LF, CR and LF, or CR alone; npos if more has to be read.
-std::size_t LineSource::find_end(std::size_t from) const {
-  const std::size_t end = buffer_.find_first_of("\r\n", from);
-  if (end == std::string::npos || buffer_[end] == '\n') return end;
-  if (end + 1 == buffer_.size()) return ended_ ? end : std::string::npos;
-  return buffer_[end + 1] == '\n' ? end + 1 : end;
+int LineSource::peek() {
+  return at_ < head_.size() ? static_cast<unsigned char>(head_[at_]) : stream_.peek();
 }
 
+int LineSource::take() {
+  return at_ < head_.size() ? static_cast<unsigned char>(head_[at_++]) : stream_.get();
+}
+
+// A line ends in LF, CR and LF, or CR alone.
 bool LineSource::next() {
-  if (error_) return false;
-  std::size_t feed = find_end(at_);
-  while (feed == std::string::npos && buffer_.size() - at_ <= max_line_bytes && !ended_) {
-    const std::size_t searched = buffer_.size() - at_;
-    if (!fill()) return false;
-    feed = find_end(searched - std::min<std::size_t>(searched, 1));
-  }
-  const std::size_t end = std::min(feed, buffer_.size());
-  if (end == at_ && feed == std::string::npos) return false;
+  if (error_ || (peek() == end_of_text && !stream_.bad())) return false;
   ++number_;
-  line_ = std::string_view(buffer_).substr(at_, end - at_);
-  if (line_.size() > max_line_bytes) {
+  line_.clear();
+  for (int c = take(); c != end_of_text && c != '\n'; c = take()) {
+    if (c == '\r' && peek() != '\n') break;
+    line_ += static_cast<char>(c);
+    if (line_.size() <= max_line_bytes) continue;
     error_ = DumpError{DumpCause::line_too_long, number_};
     return false;
   }
-  at_ = std::min(end + 1, buffer_.size());
-  return true;
+  if (stream_.bad()) error_ = DumpError{DumpCause::read_failed, number_};
+  return !error_;
 }
 
-// Drops the lines that were read and reads a block; false when the stream fails.
-bool LineSource::fill() {
-  buffer_.erase(0, at_);
-  at_ = 0;
-  const std::size_t kept = buffer_.size();
-  buffer_.resize(kept + block_bytes);
-  stream_.read(buffer_.data() + kept, static_cast<std::streamsize>(block_bytes));
-  buffer_.resize(kept + static_cast<std::size_t>(stream_.gcount()));
-  if (stream_.bad()) {
-    error_ = DumpError{DumpCause::read_failed, number_ + 1};
-    return false;
-  }
-  ended_ = !stream_;
-  return true;
+std::string_view LineSource::next_row() {
+  std::string_view row;
+  while (row.empty() && next()) row = without_comment(line_);
+  if (error_) throw *error_;
+  return row;
 }
 
 DumpError LineSource::error_at(std::string_view place, DumpCause cause,

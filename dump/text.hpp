@@ -2,6 +2,7 @@
 // that name their place.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <istream>
@@ -70,6 +71,9 @@ class LineSource {
 
   /// Reads the next line. False at the end and after an error: `line_too_long`, `read_failed`.
   bool next();
+  /// The next line that is not empty without its `#` comment, trimmed; empty at the end. Throws
+  /// error().
+  std::string_view next_row();
   /// The line without its line feed; valid until next().
   std::string_view line() const { return line_; }
   /// From 1.
@@ -80,20 +84,20 @@ class LineSource {
   DumpError error_at(std::string_view place, DumpCause cause, const char* expected = nullptr) const;
 
  private:
-  bool fill();
-  std::size_t find_end(std::size_t from) const;
+  int peek();
+  int take();
 
   std::istream& stream_;
-  std::string buffer_;
-  std::size_t at_ = 0;
-  std::string_view line_;
+  std::string head_;
+  std::size_t at_ = 0;  // in the head
+  std::string line_;
   std::uint64_t number_ = 0;
-  bool ended_ = false;
   std::optional<DumpError> error_;
 };
 
 /// White space within a line.
-constexpr bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+inline constexpr std::string_view blanks = " \t\r";
+constexpr bool is_blank(char c) { return blanks.find(c) != std::string_view::npos; }
 
 /// Without white space at both ends.
 constexpr std::string_view trimmed(std::string_view text) {
@@ -112,11 +116,9 @@ std::string_view first_row(std::string_view text);
 
 /// Removes the next word from the front of `rest`; empty at the end.
 constexpr std::string_view next_word(std::string_view& rest) {
-  while (!rest.empty() && is_blank(rest.front())) rest.remove_prefix(1);
-  std::size_t size = 0;
-  while (size < rest.size() && !is_blank(rest[size])) ++size;
-  const std::string_view word = rest.substr(0, size);
-  rest.remove_prefix(size);
+  rest.remove_prefix(std::min(rest.find_first_not_of(blanks), rest.size()));
+  const std::string_view word = rest.substr(0, rest.find_first_of(blanks));
+  rest.remove_prefix(word.size());
   return word;
 }
 
@@ -130,9 +132,7 @@ constexpr int hex_value(char c) {
 
 /// How many hexadecimal digits a text begins with.
 constexpr std::size_t hex_digits_at_front(std::string_view text) {
-  std::size_t digits = 0;
-  while (digits < text.size() && hex_value(text[digits]) >= 0) ++digits;
-  return digits;
+  return std::min(text.find_first_not_of("0123456789ABCDEFabcdef"), text.size());
 }
 
 /// The number in up to 8 digits of this base, 10 or 16; empty for any other text.

@@ -11,10 +11,6 @@ namespace {
 
 constexpr std::size_t row_bytes = 16;
 
-bool any_known(std::span<const std::optional<std::uint8_t>> bytes) {
-  return std::any_of(bytes.begin(), bytes.end(), [](const auto& byte) { return byte.has_value(); });
-}
-
 }  // namespace
 
 void append_hex_rows(std::string& out, const DumpedBytes& bytes, unsigned first_address,
