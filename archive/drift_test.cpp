@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <limits>
+#include <nlohmann/json.hpp>
 
 namespace biss::archive {
 namespace drift_test {
@@ -32,28 +33,31 @@ TEST(Drift, LargestValues_DoNotOverflow) {
 }
 
 TEST(Drift, Days_HaveTheMedianOfTheirCaptures) {
-  std::vector<FileEntry> files(4);
-  std::vector<LinkEntry> links(4);
-  std::vector<PlacedLink> captures;
+  Summary summary;
+  summary.parts.done = {1};
   const Day days[] = {11, 10, 11, 11};
   const std::int64_t delays[] = {30, 5, 10, 20};
   for (std::size_t i = 0; i < 4; ++i) {
-    files[i].day = days[i];
-    links[i].counts.cycles = 100;
-    links[i].counts.by_status[static_cast<std::size_t>(CycleStatus::crc)] = i;
-    links[i].ranges[static_cast<std::size_t>(Quantity::line_delay)] = {0, delays[i], 99};
-    captures.push_back({&files[i], &links[i]});
+    FileEntry file;
+    file.day = days[i];
+    LinkEntry& link = file.links.emplace_back();
+    link.counts.cycles = 100;
+    link.counts.by_status[static_cast<std::size_t>(CycleStatus::crc)] = i;
+    link.ranges[static_cast<std::size_t>(Quantity::line_delay)] = {0, delays[i], 99};
+    summary.add(file);
   }
-  const auto rows = days_of(captures);
+  report::StringSink sink;
+  ASSERT_TRUE(write_summary(summary, sink));
+  const auto rows = nlohmann::json::parse(sink.text())["encoders"][0]["days"];
   ASSERT_EQ(rows.size(), 2U);
-  EXPECT_EQ(rows[0].day, 10);
-  EXPECT_EQ(rows[1].captures, 3U);
-  EXPECT_EQ(rows[1].counts.cycles, 300U);
-  EXPECT_EQ(rows[1].counts.faults(), 5U);
-  EXPECT_EQ(rows[1].medians[static_cast<std::size_t>(Quantity::line_delay)], 20);
-  EXPECT_FALSE(rows[1].medians[static_cast<std::size_t>(Quantity::ack)]);
+  EXPECT_EQ(rows[0]["date"], "1970-01-11");
+  EXPECT_EQ(rows[1]["captures"], 3);
+  EXPECT_EQ(rows[1]["cycles"], 300);
+  EXPECT_EQ(rows[1]["faults"], 5);
+  EXPECT_EQ(rows[1]["line_delay_ps"], 20);
+  EXPECT_TRUE(rows[1]["ack_ps"].is_null());
   // 10 000, 0, 20 000 and 30 000 in a million.
-  EXPECT_EQ(fault_rates_of(captures)[3].value, 30'000);
+  EXPECT_EQ(fault_rates_of(captures_of(summary).begin()->second)[3].value, 30'000);
 }
 
 }  // namespace drift_test

@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <compare>
+#include <limits>
+#include <regex>
 
 #include "report/text.hpp"
 
@@ -58,6 +61,21 @@ int rank_of(const FileEntry& entry) {
   return worst_shares(entry).back().part != 0 ? 2 : 3;
 }
 
+using std::chrono::year_month_day;
+
+// Nothing unless these are the numbers of a day.
+std::optional<Day> day_of_parts(std::string_view year, std::string_view month,
+                                std::string_view day) {
+  const auto y = report::number_in<unsigned>(year);
+  const auto m = report::number_in<unsigned>(month);
+  const auto d = report::number_in<unsigned>(day);
+  if (!y || !m || !d) return std::nullopt;
+  const year_month_day date{std::chrono::year(static_cast<int>(*y)), std::chrono::month(*m),
+                            std::chrono::day(*d)};
+  if (!date.ok()) return std::nullopt;
+  return static_cast<Day>(std::chrono::sys_days(date).time_since_epoch().count());
+}
+
 }  // namespace
 
 bool is_foreign(std::string_view cause) {
@@ -102,6 +120,92 @@ std::string utf8_text(std::string_view text) {
     rest.remove_prefix(point.bytes);
   }
   return valid ? std::string(text) : escaped;
+}
+
+// ---- Days
+
+std::optional<Day> day_in(std::string_view path) {
+  // Digits in a path are not all dates: `2024-03-17`, `20240317`, `20240317093000`.
+  static const std::regex date(
+      "(?:^|[^0-9])"
+      "(?:(199[0-9]|20[0-9]{2})([-_./])([0-9]{2})\\2([0-9]{2})"
+      "|(199[0-9]|20[0-9]{2})()([0-9]{2})([0-9]{2})(?:[0-9]{6})?)"
+      "(?![0-9])");
+  std::optional<Day> last;
+  const char* const end = path.data() + path.size();
+  for (std::cregex_iterator at(path.data(), end, date), none; at != none; ++at) {
+    const std::cmatch& found = *at;
+    const std::size_t year = found[1].matched ? 1 : 5;
+    const auto day = day_of_parts(found.str(year), found.str(year + 2), found.str(year + 3));
+    if (day) last = day;
+  }
+  return last;
+}
+
+Day day_of(std::int64_t time) {
+  constexpr std::int64_t day_ns = std::int64_t{86'400} * 1'000'000'000;
+  return static_cast<Day>(time / day_ns - (time % day_ns < 0 ? 1 : 0));
+}
+
+std::string day_text(Day day) {
+  const year_month_day date{std::chrono::sys_days(std::chrono::days(day))};
+  return fmt::format("{:04}-{:02}-{:02}", static_cast<int>(date.year()),
+                     static_cast<unsigned>(date.month()), static_cast<unsigned>(date.day()));
+}
+
+std::optional<Day> day_from(std::string_view text) {
+  if (text.size() != 10 || text[4] != '-' || text[7] != '-') return std::nullopt;
+  return day_of_parts(text.substr(0, 4), text.substr(5, 2), text.substr(8));
+}
+
+// ---- Histograms
+
+using decode::Distribution;
+
+Histogram::Histogram(const Distribution& values) : count_(values.count()) {
+  if (count_ == 0) return;
+  min_ = values.min();
+  max_ = values.max();
+  values.for_each_bucket(
+      [this](std::int64_t begin, std::uint64_t count) { buckets_[begin] += count; });
+}
+
+void Histogram::add(const Histogram& other) {
+  if (other.count_ == 0) return;
+  min_ = count_ == 0 ? other.min_ : std::min(min_, other.min_);
+  max_ = std::max(max_, other.max_);
+  count_ += other.count_;
+  for (const auto& [begin, count] : other.buckets_) buckets_[begin] += count;
+}
+
+std::int64_t Histogram::median() const {
+  const std::uint64_t rank = (count_ - 1) / 2;
+  std::uint64_t below = 0;
+  auto at = buckets_.begin();
+  while (below + at->second <= rank) below += (at++)->second;
+  return std::clamp(Distribution::bucket_middle(at->first), min_, max_);
+}
+
+bool Histogram::assign(const std::vector<Bucket>& buckets, std::int64_t min, std::int64_t max) {
+  std::uint64_t count = 0;
+  std::int64_t before = -1;
+  for (const auto& [begin, values] : buckets) {
+    if (begin <= before || Distribution::bucket_begin(begin) != begin) return false;
+    if (values == 0 || values > std::numeric_limits<std::uint64_t>::max() - count) return false;
+    before = begin;
+    count += values;
+  }
+  const bool fits = buckets.empty()
+                        ? min == 0 && max == 0
+                        : min >= 0 && min <= max &&
+                              Distribution::bucket_begin(min) == buckets.front().first &&
+                              Distribution::bucket_begin(max) == buckets.back().first;
+  if (!fits) return false;
+  buckets_ = {buckets.begin(), buckets.end()};
+  count_ = count;
+  min_ = min;
+  max_ = max;
+  return true;
 }
 
 }  // namespace biss::archive

@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -23,6 +24,11 @@ static_assert(hash_of("a") == 0xAF63DC4C8601EC8CU);
 /// before it, as the last member. Always of the same size.
 inline std::string checksum_end(std::uint64_t hash) {
   return fmt::format(",\n\"checksum\":\"{:016x}\"}}\n", hash);
+}
+/// Whether a text ends with the checksum of the bytes before it.
+inline bool checksum_holds(std::string_view text) {
+  const std::size_t hashed = text.size() - std::min(text.size(), checksum_end(0).size());
+  return text.substr(hashed) == checksum_end(hash_of(text.substr(0, hashed)));
 }
 /// Follows the name of a file if the checksum at its end does not match its bytes.
 inline constexpr std::string_view checksum_wrong =

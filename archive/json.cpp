@@ -207,7 +207,7 @@ std::string journal_line(const StampedEntry& stamped) {
   const Json json{{"bytes", json_of(stamped.stamp.bytes)},
                   {"time_ns", fmt::format("{}", stamped.stamp.time)},
                   {"entry", stamped.entry}};
-  const std::string text = text_of(json);
+  const std::string text = json.dump();
   return fmt::format("{:016x} {}", hash_of(text), text);
 }
 

@@ -33,9 +33,6 @@ inline Json text_or_null(const std::string& text) {
   return text.empty() ? Json(nullptr) : Json(text);
 }
 
-/// One line, like all texts of this room. \pre its texts are valid UTF-8
-inline std::string text_of(const Json& json) { return json.dump(); }
-
 [[noreturn]] inline void wrong_json(const std::string& what) { throw std::runtime_error(what); }
 
 /// The text of text_or_null().

@@ -116,11 +116,6 @@ class Walk {
     Status status{};
     if (::stat(path.c_str(), &status) != 0) return leave_out(path, "cannot_open", reason(errno));
     take(path, status);
-    while (!folders_.empty()) {
-      const std::string folder = std::move(folders_.back());
-      folders_.pop_back();
-      walk_folder(folder);
-    }
   }
 
   void walk_folder(const std::string& folder) {
@@ -144,7 +139,7 @@ class Walk {
 
   void take(const std::string& path, const Status& status) {
     if (S_ISDIR(status.st_mode)) {
-      folders_.push_back(path);
+      walk_folder(path);
     } else if (!S_ISREG(status.st_mode)) {
       leave_out(path, "not_a_file", "a pipe, a socket or a device");
     } else if (!is_own_file(path, status)) {
@@ -174,7 +169,6 @@ class Walk {
   // lead to.
   Places ends_;
   std::set<std::string> file_ends_;
-  std::vector<std::string> folders_;
   std::set<std::string> folder_links_;
   std::set<std::string> file_links_;
   std::vector<ListedFile> files_;

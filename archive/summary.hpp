@@ -140,18 +140,6 @@ std::vector<DatedValue> medians_of(std::span<const PlacedLink> captures, Quantit
 /// Faults in a million cycles, a value for each capture with cycles.
 std::vector<DatedValue> fault_rates_of(std::span<const PlacedLink> captures);
 
-/// The captures of one day.
-struct DayFigures {
-  Day day = 0;
-  std::uint64_t captures = 0;
-  Counts counts;
-  /// By Quantity: the lower median of the medians of the captures.
-  std::array<std::optional<std::int64_t>, quantity_count> medians;
-};
-
-/// In the order of the days.
-std::vector<DayFigures> days_of(std::span<const PlacedLink> captures);
-
 /// The links of each group, in the order of the files.
 std::map<GroupKey, std::vector<PlacedLink>> captures_of(const Summary& summary);
 

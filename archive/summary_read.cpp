@@ -1,7 +1,6 @@
 // The JSON of a summary, read: every figure is checked before it is used.
-#include <array>
 #include <exception>
-#include <streambuf>
+#include <sstream>
 #include <utility>
 
 #include "archive/hash.hpp"
@@ -14,33 +13,6 @@ namespace {
 
 constexpr std::uint64_t version_read = 1;
 constexpr std::uint64_t most_parts = std::uint64_t{1} << 20U;
-
-// Passes a text on and hashes it, except for its last bytes, which hold the checksum.
-class CheckedText : public std::streambuf {
- public:
-  explicit CheckedText(std::istream& text) : text_(text) {}
-
-  // \pre all was read
-  bool checksum_holds() const { return end_ == checksum_end(hash_); }
-
- private:
-  int_type underflow() override {
-    text_.read(block_.data(), static_cast<std::streamsize>(block_.size()));
-    const auto size = static_cast<std::size_t>(text_.gcount());
-    if (size == 0) return traits_type::eof();
-    end_.append(block_.data(), size);
-    const std::size_t hashed = end_.size() - std::min(end_.size(), checksum_end(0).size());
-    hash_ = hash_of(std::string_view(end_).substr(0, hashed), hash_);
-    end_.erase(0, hashed);
-    setg(block_.data(), block_.data(), block_.data() + size);
-    return traits_type::to_int_type(block_[0]);
-  }
-
-  std::istream& text_;
-  std::array<char, 65536> block_{};
-  std::string end_;
-  std::uint64_t hash_ = hash_of("");
-};
 
 Parts read_parts(const Json& json) {
   Parts parts;
@@ -94,7 +66,7 @@ void compare_sums(const Summary& summary) {
   if (!same) wrong_json("the figures of its encoders are not the sums of its files");
 }
 
-Summary summary_from(std::istream& text) {
+Summary summary_from(std::string_view text) {
   using Event = Json::parse_event_t;
   Summary summary;
   std::string key;
@@ -107,9 +79,7 @@ Summary summary_from(std::istream& text) {
     if (key == "encoders") read_group(parsed, summary);
     return key != "files" && key != "encoders";
   };
-  CheckedText checked(text);
-  std::istream stream(&checked);
-  const Json json = Json::parse(stream, take, false);
+  const Json json = Json::parse(text, take, false);
   if (json.is_discarded()) wrong_json("it is not JSON, or ends early");
   if (!json.is_object() || !json.contains("biss_archive")) {
     wrong_json("it is not a summary of biss archive");
@@ -125,7 +95,7 @@ Summary summary_from(std::istream& text) {
   summary.list = {member_number(list, "files"), *hash};
   summary.parts = read_parts(json.at("shards"));
   compare_sums(summary);
-  if (!checked.checksum_holds()) wrong_json(std::string(checksum_wrong));
+  if (!checksum_holds(text)) wrong_json(std::string(checksum_wrong));
   return summary;
 }
 
@@ -133,7 +103,9 @@ Summary summary_from(std::istream& text) {
 
 tl::expected<Summary, std::string> read_summary(std::istream& text) {
   try {
-    return summary_from(text);
+    std::ostringstream all;
+    all << text.rdbuf();
+    return summary_from(all.str());
   } catch (const std::exception& error) {
     return tl::unexpected(std::string(error.what()));
   }

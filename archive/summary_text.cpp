@@ -1,4 +1,5 @@
 // The JSON of a summary, written.
+#include <algorithm>
 #include <set>
 
 #include "archive/hash.hpp"
@@ -18,7 +19,7 @@ class ObjectWriter {
 
   void member(std::string_view name, const Json& value) {
     begin(name);
-    write(text_of(value));
+    write(value.dump());
   }
   // Calls each(add): add(json) writes an element.
   template <class Each>
@@ -28,7 +29,7 @@ class ObjectWriter {
     bool first = true;
     each([&](const Json& element) {
       write(first ? "\n" : ",\n");
-      write(text_of(element));
+      write(element.dump());
       first = false;
     });
     write(first ? "]" : "\n]");
@@ -80,53 +81,71 @@ std::set<std::string> encoders_of(const std::vector<PlacedLink>& captures) {
   return names;
 }
 
+constexpr std::array drifting{Quantity::line_delay, Quantity::ack, Quantity::period};
+
 Json drift_json(const std::vector<PlacedLink>& captures) {
   Json json{{"faults_ppm_per_year", number_or_null(change_per_year(fault_rates_of(captures)))}};
-  for (const Quantity quantity : {Quantity::line_delay, Quantity::ack, Quantity::period}) {
+  for (const Quantity quantity : drifting) {
     json[fmt::format("{}_per_year", name_of(quantity))] =
         number_or_null(change_per_year(medians_of(captures, quantity)));
   }
   return json;
 }
 
-Json day_json(const DayFigures& day) {
-  Json json{{"date", day_text(day.day)},
-            {"captures", json_of(day.captures)},
-            {"cycles", json_of(day.counts.cycles)},
-            {"faults", json_of(day.counts.faults())},
-            {"errors", json_of(day.counts.errors)},
-            {"warnings", json_of(day.counts.warnings)},
-            {"limited", json_of(day.counts.limited)},
-            {"marginal", json_of(day.counts.marginal)}};
-  for (const Quantity quantity : {Quantity::line_delay, Quantity::ack, Quantity::period}) {
-    json[std::string(name_of(quantity))] =
-        number_or_null(day.medians[static_cast<std::size_t>(quantity)]);
+// The lower median of the medians of the captures.
+std::optional<std::int64_t> median_of(const std::vector<PlacedLink>& captures, Quantity quantity) {
+  auto medians = medians_of(captures, quantity);
+  if (medians.empty()) return std::nullopt;
+  const auto middle = medians.begin() + static_cast<std::ptrdiff_t>((medians.size() - 1) / 2);
+  std::nth_element(medians.begin(), middle, medians.end(),
+                   [](const DatedValue& a, const DatedValue& b) { return a.value < b.value; });
+  return middle->value;
+}
+
+Json day_json(Day day, const std::vector<PlacedLink>& captures) {
+  Counts counts;
+  for (const PlacedLink& each : captures) counts.add(each.link->counts);
+  Json json{{"date", day_text(day)},
+            {"captures", json_of(std::uint64_t{captures.size()})},
+            {"cycles", json_of(counts.cycles)},
+            {"faults", json_of(counts.faults())},
+            {"errors", json_of(counts.errors)},
+            {"warnings", json_of(counts.warnings)},
+            {"limited", json_of(counts.limited)},
+            {"marginal", json_of(counts.marginal)}};
+  for (const Quantity quantity : drifting) {
+    json[std::string(name_of(quantity))] = number_or_null(median_of(captures, quantity));
   }
   return json;
 }
 
-Json group_json(const GroupKey& key, const Group& group, const std::vector<PlacedLink>& captures) {
-  Json json{{"folder", key.folder},
-            {"ma", key.ma},
-            {"slo", key.slo},
-            {"format", text_or_null(key.format)},
-            {"encoders", encoders_of(captures)},
-            {"captures", json_of(group.captures)}};
-  json.update(json_of(group.counts));
-  for (std::size_t i = 0; i < quantity_count; ++i) {
-    json[std::string(name_of(static_cast<Quantity>(i)))] = group.histograms[i];
-  }
-  json["drift"] = drift_json(captures);
-  json["days"] = Json::array();
-  for (const DayFigures& day : days_of(captures)) json["days"].push_back(day_json(day));
-  return json;
-}
-
+// Captures of one format.
 struct FormatTotals {
   std::set<std::string> encoders;
   std::uint64_t captures = 0;
   Counts counts;
 };
+
+void add_totals(Json& json, const std::string& format, const FormatTotals& totals) {
+  json["format"] = text_or_null(format);
+  json["encoders"] = totals.encoders;
+  json["captures"] = json_of(totals.captures);
+  json.update(json_of(totals.counts));
+}
+
+Json group_json(const GroupKey& key, const Group& group, const std::vector<PlacedLink>& captures) {
+  Json json{{"folder", key.folder}, {"ma", key.ma}, {"slo", key.slo}};
+  add_totals(json, key.format, {encoders_of(captures), group.captures, group.counts});
+  for (std::size_t i = 0; i < quantity_count; ++i) {
+    json[std::string(name_of(static_cast<Quantity>(i)))] = group.histograms[i];
+  }
+  json["drift"] = drift_json(captures);
+  std::map<Day, std::vector<PlacedLink>> by_day;
+  for (const PlacedLink& each : captures) by_day[*each.file->day].push_back(each);
+  json["days"] = Json::array();
+  for (const auto& [day, of_day] : by_day) json["days"].push_back(day_json(day, of_day));
+  return json;
+}
 
 }  // namespace
 
@@ -150,10 +169,8 @@ bool write_summary(const Summary& summary, report::TextSink& sink) {
   writer.member("causes", Json(totals.causes));
   writer.list("formats", [&](const auto& add) {
     for (const auto& [format, of_format] : formats) {
-      Json json{{"format", text_or_null(format)},
-                {"encoders", of_format.encoders},
-                {"captures", json_of(of_format.captures)}};
-      json.update(json_of(of_format.counts));
+      Json json;
+      add_totals(json, format, of_format);
       add(json);
     }
   });
