@@ -156,8 +156,8 @@ class Planner {
                                                              : PartKind::data,
               .text = first.field,
               .from = begin_of(first),
-              .to = end_of(bits.back())};
-    part.name = first.field;
+              .to = end_of(bits.back()),
+              .name = first.field};
     if (first.payload_bit) {
       put_value(part, bits);
     } else {
@@ -294,15 +294,12 @@ class Planner {
                          time_text_(*drawing_.cycle.early));
     }
     if (status == CycleStatus::truncated && format_) {
-      return fmt::format("MA stops after {} of {} bits", received_bits(), format_->payload_bits());
+      const auto received =
+          std::count_if(drawing_.bits.begin(), drawing_.bits.end(),
+                        [](const DrawnBit& bit) { return bit.payload_bit.has_value(); });
+      return fmt::format("MA stops after {} of {} bits", received, format_->payload_bits());
     }
     return std::string(words_of(status).failure);
-  }
-
-  std::size_t received_bits() const {
-    return static_cast<std::size_t>(
-        std::count_if(drawing_.bits.begin(), drawing_.bits.end(),
-                      [](const DrawnBit& bit) { return bit.payload_bit.has_value(); }));
   }
 
   const CycleDrawing& drawing_;

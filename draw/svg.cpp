@@ -252,43 +252,37 @@ class PanelWriter {
   }
 
   void put_bits(std::size_t slo_top) {
-    std::string grid;
-    std::string points;
-    std::string texts;
-    const std::size_t middle = slo_top + wave_height / 2;
-    y_ += 6 + text_height;
-    bool wrong = false;
+    std::vector<std::pair<std::size_t, const DrawnBit*>> shown;  // with its x
     for (const DrawnBit& bit : drawing_.bits) {
       if (!bit.sampled_at || !axis_.shows(*bit.sampled_at)) continue;
       const std::size_t tick = axis_.at(*bit.sampled_at);
-      if (!in_row(tick)) continue;
-      const std::size_t x = x_of(tick);
-      const std::size_t point = !bit.level ? middle : *bit.level ? slo_top : slo_top + wave_height;
-      grid += fmt::format("M{} {}V{}", x, point + 4, y_ - 10);
-      points += fmt::format("M{} {}l4 4l-4 4l-4 -4z", x, point - 4);
-      const bool differs = bit.expected && bit.level && *bit.expected != *bit.level;
-      texts += fmt::format("<text x=\"{}\" y=\"{}\" class=\"{}mid\">{}</text>\n", x, y_,
-                           differs ? "bad " : "",
-                           !bit.level   ? "x"
-                           : *bit.level ? "1"
-                                        : "0");
-      if (differs) {
-        wrong = true;
-        texts += fmt::format("<text x=\"{}\" y=\"{}\" class=\"soft mid\">{}</text>\n", x,
-                             y_ + text_height, *bit.expected ? "1" : "0");
-      }
+      if (in_row(tick)) shown.emplace_back(x_of(tick), &bit);
     }
-    if (points.empty()) {
-      y_ -= text_height;
-      return;
+    y_ += 6;
+    if (shown.empty()) return;
+    y_ += text_height;
+    std::string grid;
+    std::string points;
+    for (const auto& [x, bit] : shown) {
+      const std::size_t below_high = !bit->level ? wave_height / 2 : *bit->level ? 0 : wave_height;
+      grid += fmt::format("M{} {}V{}", x, slo_top + below_high + 4, y_ - 10);
+      points += fmt::format("M{} {}l4 4l-4 4l-4 -4z", x, slo_top + below_high - 4);
     }
     put("<path class=\"grid\" stroke-dasharray=\"1 2\" d=\"{}\"/>", grid);
     put("<path class=\"point\" d=\"{}\"/>", points);
-    out_ += texts;
+    const std::size_t y = y_;
+    std::size_t lowest = y;
+    for (const auto& [x, bit] : shown) {
+      const bool differs = bit->expected && bit->level && *bit->expected != *bit->level;
+      put_text(x, differs ? "bad mid" : "mid", !bit->level ? "x" : *bit->level ? "1" : "0");
+      if (!differs) continue;
+      lowest = y_ = y + text_height;
+      put_text(x, "soft mid", *bit->expected ? "1" : "0");
+      y_ = y;
+    }
     put_text(margin, "soft", "bit");
-    if (!wrong) return;
-    y_ += text_height;
-    put_text(margin, "soft", "expected");
+    y_ = lowest;
+    if (lowest != y) put_text(margin, "soft", "expected");
   }
 
   void put_track(const Track& track) {
