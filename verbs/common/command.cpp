@@ -209,6 +209,8 @@ ExitStatus Command::run(const std::vector<std::string>& words, const GivenOption
 ExitStatus Command::run_given(const WrongWords& words) {
   try {
     return check_and_run(words);
+  } catch (const VerbError& error) {
+    return host_.fail(error);
   } catch (const std::bad_alloc&) {
     return host_.fail(ExitStatus::io, "out of memory");
   } catch (const std::exception& error) {

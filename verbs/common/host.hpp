@@ -1,6 +1,8 @@
 // The services of the program that runs a verb: the command, Python, a page, another verb.
 #pragma once
 
+#include <fmt/format.h>
+
 #include <atomic>
 #include <chrono>
 #include <functional>
@@ -10,6 +12,8 @@
 #include <string>
 #include <string_view>
 #include <thread>
+#include <tl/expected.hpp>
+#include <utility>
 #include <vector>
 
 #include "capture/edge_source.hpp"
@@ -20,11 +24,29 @@ namespace biss::verbs {
 
 struct InputArguments;
 
-/// Why a verb ends early: the exit status, and one line with the reason.
+/// Why a verb ends early: the exit status, and one line with the reason. A verb that throws it ends
+/// as by Host::fail().
 struct VerbError {
   ExitStatus status = ExitStatus::usage;
   std::string text;
 };
+
+/// The error of wrong usage, with a text as for fmt::format().
+template <class... Arguments>
+VerbError wrong_usage(fmt::format_string<Arguments...> text, Arguments&&... arguments) {
+  return {ExitStatus::usage, fmt::format(text, std::forward<Arguments>(arguments)...)};
+}
+/// The value; throws a VerbError if there is none.
+template <class Value>
+Value value_or_fail(tl::expected<Value, std::string> result,
+                    ExitStatus otherwise = ExitStatus::usage) {
+  if (!result) throw VerbError{otherwise, std::move(result.error())};
+  return *std::move(result);
+}
+/// Throws a VerbError unless the text, the reason of a failure, is empty.
+inline void fail_if(std::string why, ExitStatus otherwise = ExitStatus::usage) {
+  if (!why.empty()) throw VerbError{otherwise, std::move(why)};
+}
 
 /// A capture that a program has in memory; the verbs name it as they name files.
 struct GivenCapture {
