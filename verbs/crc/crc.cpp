@@ -8,12 +8,12 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <tl/expected.hpp>
 #include <utility>
 #include <vector>
 
 #include "biss/frame/codec.hpp"
 #include "biss/frame/decode.hpp"
+#include "biss/frame/encode.hpp"
 #include "biss/frame/line_order.hpp"
 #include "biss/master/spi_read.hpp"
 #include "biss/timing/cycle.hpp"
@@ -41,32 +41,31 @@ struct CrcOptions {
   std::string output;
 };
 
-// A frame from START on, as on the line.
-struct FrameWords {
-  struct ChannelWord {
-    std::uint64_t data = 0;
-    std::uint16_t crc = 0;
-  };
-  std::optional<bool> cds = false;  // empty: neither START nor CDS was received
-  std::array<ChannelWord, max_channels> channels{};
-  std::optional<bool> stop = false;  // empty: not received
+// A frame as on the line, from START to STOP, or to the last bit of the CRC if STOP was not received.
+struct FrameLine {
+  BitView bits;
+  /// START, CDS and STOP were received; else they have their correct levels.
+  bool has_frame = true;
+
+  bool cds() const { return bits[1]; }
+  bool has_stop(const FrameFormat& format) const {
+    return has_frame && bits.size_bits() > 2 + format.payload_bits();
+  }
+  // The data and the CRC of a channel.
+  std::pair<std::uint64_t, std::uint16_t> words(const FrameFormat& format, std::size_t k) const {
+    std::size_t at = 2;
+    for (std::size_t i = 0; i < k; ++i) at += format.channel_list[i].total_bits();
+    const ChannelFormat& channel = format.channel_list[k];
+    return {bits.word(at, channel.data_bits),
+            static_cast<std::uint16_t>(bits.word(at + channel.data_bits, channel.crc.width_bits))};
+  }
 };
 
 // The frame found in a buffer.
 struct Received {
   std::optional<FrameStart> start;
-  std::optional<FrameWords> line;  // empty if the bits end before the last bit of the CRC
+  std::optional<FrameLine> line;  // empty if the bits end before the last bit of the CRC
   std::optional<FrameFault> fault;
-};
-
-// A row of the human-readable table: bits of the frame that belong together.
-struct Part {
-  std::string name;
-  std::optional<std::size_t> channel;  // from 1
-  std::uint64_t word = 0;              // as on the line
-  unsigned bits = 0;
-  std::string value;
-  std::string meaning;
 };
 
 std::string both(std::uint64_t value) {
@@ -88,8 +87,9 @@ std::string crc_meaning(const ChannelFormat& channel) {
       crc.without_flags ? " without nE and nW" : "");
 }
 
-// One field of a channel's data.
-Part part_of(const ChannelFormat& format, const LineField& field, std::uint64_t data) {
+// One field of a channel's data: its name and its meaning.
+std::pair<std::string_view, std::string> texts_of(const ChannelFormat& format,
+                                                  const LineField& field, const Channel& channel) {
   // In the order of FieldKind.
   constexpr std::array<std::pair<std::string_view, std::string_view>, 7> texts{
       {{"position", "the whole position"},
@@ -100,84 +100,29 @@ Part part_of(const ChannelFormat& format, const LineField& field, std::uint64_t 
        {"", "warning"},
        {"padding", "not judged"}}};
   const auto& [name, meaning] = texts[static_cast<std::size_t>(field.kind)];
-  const Channel channel = unpack(format, data);
-  const std::uint64_t word = field.place.of(data);
-  Part part{
-      std::string(name),   {}, word, field.place.bits, both(field.value(format, channel, data)),
-      std::string(meaning)};
   if (field.is_flag()) {
     const bool good = field.kind == FieldKind::error ? channel.nE : channel.nW;
-    part.name = field.name;
-    if (good) part.meaning = fmt::format("no {}", meaning);
-  } else if (field.kind == FieldKind::position && !format.coded()) {
-    part.meaning = "most significant bit first";
-  } else {
-    part.meaning += field.gray ? ", Gray code" : "";
-    part.meaning += field.lsb ? ", least significant bit first" : "";
+    return {field.name, fmt::format("{}{}", good ? "no " : "", meaning)};
   }
-  return part;
-}
-
-std::vector<Part> parts_of(const FrameFormat& format, const FrameWords& line,
-                           const PlainCodec& codec) {
-  std::vector<Part> parts;
-  if (line.cds) {
-    const bool wrong_cds = format.cds0 && *line.cds;
-    parts = {{"START", {}, 1, 1, "1", "the first 1 after ACK"},
-             {"CDS",
-              {},
-              *line.cds,
-              1,
-              both(*line.cds),
-              wrong_cds     ? "wrong: always 0"
-              : format.cds0 ? "always 0"
-                            : "control data"}};
+  if (field.kind == FieldKind::position && !format.coded()) {
+    return {name, "most significant bit first"};
   }
-  for (std::size_t k = 0; k < format.channel_count; ++k) {
-    const ChannelFormat& channel = format.channel_list[k];
-    const auto [data, crc] = line.channels[k];
-    for_each_field(channel, [&](const LineField& field) {
-      parts.push_back(part_of(channel, field, line.channels[k].data));
-      parts.back().channel = k + 1;
-    });
-    if (!channel.crc.present()) continue;
-    const std::uint16_t computed = codec.crc(k, data, line.cds.value_or(false));
-    const unsigned bits = channel.crc.width_bits;
-    std::string meaning = crc_meaning(channel);
-    if (crc != computed) {
-      meaning = fmt::format("wrong: {} computed; {}", crc_text(computed, bits), meaning);
-    }
-    parts.push_back({"CRC", k + 1, crc, bits, crc_text(crc, bits), std::move(meaning)});
-  }
-  if (line.stop) {
-    parts.push_back(
-        {"STOP",
-         {},
-         *line.stop,
-         1,
-         both(*line.stop),
-         *line.stop ? "wrong: 0 until the timeout has passed" : "until the timeout has passed"});
-  }
-  return parts;
-}
-
-std::string binary(std::uint64_t word, unsigned bits) {
-  return bits == 0 ? "" : fmt::format("{:0{}b}", word, bits);
+  return {name, fmt::format("{}{}{}", meaning, field.gray ? ", Gray code" : "",
+                            field.lsb ? ", least significant bit first" : "")};
 }
 
 // From the right, so that the groups are the hexadecimal digits.
 std::string in_fours(std::uint64_t word, unsigned bits) {
-  std::string out = binary(word, bits);
+  std::string out = bits == 0 ? "" : fmt::format("{:0{}b}", word, bits);
   for (unsigned i = 4; i < bits; i += 4) out.insert(bits - i, 1, ' ');
   return out;
 }
 
 // START to the last CRC bit, as text.
-std::string line_bits(const FrameFormat& format, const FrameWords& line) {
-  std::string out = !line.cds ? "" : *line.cds ? "11" : "10";
-  for (std::size_t k = 0; k < format.channel_count; ++k) {
-    out += binary(line.channels[k].data, format.channel_list[k].data_bits);
-    out += binary(line.channels[k].crc, format.channel_list[k].crc.width_bits);
+std::string line_bits(const FrameFormat& format, const FrameLine& line) {
+  std::string out;
+  for (std::size_t i = line.has_frame ? 0 : 2; i < 2 + format.payload_bits(); ++i) {
+    out += line.bits[i] ? '1' : '0';
   }
   return out;
 }
@@ -187,60 +132,67 @@ std::string channel_word(const FrameFormat& format, std::size_t k) {
   return format.channel_count == 1 ? "" : fmt::format(" of channel {}", k + 1);
 }
 
-FrameWords frame_words(const FrameFormat& format, const Frame& frame, const PlainCodec& codec) {
-  FrameWords line;
-  for (std::size_t k = 0; k < format.channel_count; ++k) {
-    FrameWords::ChannelWord& word = line.channels[k];
-    word.data = pack(format.channel_list[k], frame.channel_list[k]);
-    if (format.channel_list[k].crc.present()) word.crc = codec.crc(k, word.data, frame.cds);
-  }
-  return line;
-}
-
-// \pre the bits reach to the last one of the CRC
-FrameWords frame_words(const FrameFormat& format, const BitView& bits, const FrameStart& start) {
-  FrameWords line;
-  std::size_t at = start.start_bit + 1;
-  const auto next = [&](unsigned count) {
-    at += count;
-    return bits.word(at - count, count);
-  };
-  line.cds = next(1) != 0;
-  for (std::size_t k = 0; k < format.channel_count; ++k) {
-    line.channels[k].data = next(format.channel_list[k].data_bits);
-    line.channels[k].crc = static_cast<std::uint16_t>(next(format.channel_list[k].crc.width_bits));
-  }
-  line.stop.reset();
-  if (at < bits.size_bits()) line.stop = next(1) != 0;
-  return line;
-}
-
 // The frame bit by bit.
-bool write_parts(const FrameFormat& format, const FrameWords& line, const PlainCodec& codec,
+bool write_parts(const FrameFormat& format, const FrameLine& line, const PlainCodec& codec,
                  Output& output) {
   std::vector<FieldRow> rows;
   unsigned from = 0;
-  for (const Part& part : parts_of(format, line, codec)) {
+  // Bits of the frame that belong together.
+  const auto add = [&](std::optional<std::size_t> channel, std::string_view name,
+                       std::uint64_t word, unsigned bits, std::string_view value,
+                       std::string_view meaning) {
     FieldRow& row = rows.emplace_back();
-    if (format.channel_count > 1) row.emplace_back("channel", part.channel);
-    row.insert(row.end(), {{"field", part.name},
+    if (format.channel_count > 1) row.emplace_back("channel", channel);
+    row.insert(row.end(), {{"field", name},
                            {"from", from},
-                           {"bits", part.bits},
-                           {"value", part.value},
-                           {"line", in_fours(part.word, part.bits), {.heading = "on the line"}},
-                           {"meaning", part.meaning}});
-    from += part.bits;
+                           {"bits", bits},
+                           {"value", value},
+                           {"line", in_fours(word, bits), {.heading = "on the line"}},
+                           {"meaning", meaning}});
+    from += bits;
+  };
+  const auto add_bit = [&](std::string_view name, bool level, std::string_view meaning) {
+    add({}, name, level, 1, level ? "1" : "0", meaning);
+  };
+  if (line.has_frame) {
+    add_bit("START", true, "the first 1 after ACK");
+    add_bit("CDS", line.cds(),
+            !format.cds0 ? "control data"
+            : line.cds() ? "wrong: always 0"
+                         : "always 0");
+  }
+  for (std::size_t k = 0; k < format.channel_count; ++k) {
+    const ChannelFormat& channel = format.channel_list[k];
+    const auto [data, crc] = line.words(format, k);
+    const Channel values = unpack(channel, data);
+    for_each_field(channel, [&, data = data](const LineField& field) {
+      const auto [name, meaning] = texts_of(channel, field, values);
+      add(k + 1, name, field.place.of(data), field.place.bits,
+          both(field.value(channel, values, data)), meaning);
+    });
+    if (!channel.crc.present()) continue;
+    const std::uint16_t computed = codec.crc(k, data, line.cds());
+    const unsigned bits = channel.crc.width_bits;
+    const std::string wrong =
+        crc == computed ? "" : fmt::format("wrong: {} computed; ", crc_text(computed, bits));
+    add(k + 1, "CRC", crc, bits, crc_text(crc, bits), wrong + crc_meaning(channel));
+  }
+  if (line.has_stop(format)) {
+    const bool stop = line.bits[line.bits.size_bits() - 1];
+    add_bit("STOP", stop,
+            stop ? "wrong: 0 until the timeout has passed" : "until the timeout has passed");
   }
   return write_rows(rows, report::Format::table, output);
 }
 
 // The frame as JSON; without a line its values are null. `received` adds keys.
-bool write_object(const FrameFormat& format, const std::optional<FrameWords>& line,
+bool write_object(const FrameFormat& format, const std::optional<FrameLine>& line,
                   const PlainCodec& codec, const Received* received, Output& output) {
   FieldRow row;
   for (std::size_t k = 0; k < format.channel_count; ++k) {
     const ChannelFormat& channel = format.channel_list[k];
-    const auto [data, crc] = line ? line->channels[k] : FrameWords::ChannelWord{};
+    const auto [data, crc] =
+        line ? line->words(format, k) : std::pair<std::uint64_t, std::uint16_t>();
     const Channel values = unpack(channel, data);
     const auto add = [&](std::string_view name, bool present, auto value) {
       row.emplace_back(fmt::format("{}{}", name, k == 0 ? "" : fmt::format("{}", k + 1)),
@@ -256,9 +208,8 @@ bool write_object(const FrameFormat& format, const std::optional<FrameWords>& li
     if (k == 0) add("bits", true, line ? line_bits(format, *line) : std::string());
     if (k == 0 && counts) add("lc", true, values.life_counter);
     if (received == nullptr) continue;
-    const bool cds = line && line->cds.value_or(false);
-    add("crc_computed", channel.crc.present(),
-        channel.crc.present() ? codec.crc(k, data, cds) : std::uint16_t{0});
+    const bool computes = line && channel.crc.present();
+    add("crc_computed", computes, computes ? codec.crc(k, data, line->cds()) : std::uint16_t{0});
   }
   if (received != nullptr) {
     const auto& start = received->start;
@@ -273,61 +224,54 @@ bool write_object(const FrameFormat& format, const std::optional<FrameWords>& li
 }
 
 // The options apply to every channel with this bit; at least one channel must have it.
-std::string check_flags(const CrcOptions& options, const FrameFormat& format) {
+void check_flags(const CrcOptions& options, const FrameFormat& format) {
   for (const auto& [given, option, kind] :
        {std::tuple(options.error, "--error", FieldKind::error),
         std::tuple(options.warning, "--warning", FieldKind::warning),
         std::tuple(options.life_counter.has_value(), "--lc", FieldKind::life_counter)}) {
     const std::string missing = missing_field(format, kind);
-    if (given && !missing.empty()) return fmt::format("{}: {}", option, missing);
+    if (given && !missing.empty()) throw wrong_usage("{}: {}", option, missing);
   }
-  return {};
 }
 
-std::string set_position(Channel& channel, std::string_view text, unsigned bits,
-                         const std::string& where) {
+std::uint64_t position_from(std::string_view text, unsigned bits, const std::string& where) {
   const std::uint64_t largest = low_mask(bits);
   if (bits == 0 && text != "0") {
-    return fmt::format("position {}{}: the channel has no position; give 0", text, where);
+    throw wrong_usage("position {}{}: the channel has no position; give 0", text, where);
   }
   const auto position = parse_count(text, largest);
-  if (position.ok()) {
-    channel.position = *position;
-    return {};
-  }
+  if (position.ok()) return *position;
   if (position.error().cause == QuantityCause::too_large) {
-    return fmt::format("position {}{}: too large; {} bits hold at most {} (0x{:X})", text, where,
-                       bits, largest, largest);
+    throw wrong_usage("position {}{}: too large; {} bits hold at most {} (0x{:X})", text, where,
+                      bits, largest, largest);
   }
-  return fmt::format("position {}{}", quantity_error_text(Quantity::count, text, position.error()),
-                     where);
+  throw wrong_usage("position {}{}", quantity_error_text(Quantity::count, text, position.error()),
+                    where);
 }
 
-tl::expected<Frame, std::string> chosen_frame(const CrcOptions& options,
-                                              const FrameFormat& format) {
-  const auto wrong = [](std::string text) { return tl::make_unexpected(std::move(text)); };
+Frame chosen_frame(const CrcOptions& options, const FrameFormat& format) {
   if (options.positions.size() != format.channel_count) {
-    return wrong(
-        format.channel_count == 1
-            ? std::string("the format has 1 channel: give one position, or --read")
-            : fmt::format("the format has {0} channels: give {0} positions", format.channel_count));
+    throw format.channel_count == 1
+        ? wrong_usage("the format has 1 channel: give one position, or --read")
+        : wrong_usage("the format has {0} channels: give {0} positions", format.channel_count);
   }
-  if (std::string text = check_flags(options, format); !text.empty()) return wrong(text);
+  check_flags(options, format);
   Frame frame;
+  frame.channel_count = format.channel_count;
+  frame.ack_clocks = 1;
   for (std::size_t k = 0; k < format.channel_count; ++k) {
     const ChannelFormat& channel = format.channel_list[k];
     Channel& values = frame.channel_list[k];
-    std::string text = set_position(values, options.positions[k], channel.position_bits(),
-                                    channel_word(format, k));
-    if (!text.empty()) return wrong(text);
+    values.position =
+        position_from(options.positions[k], channel.position_bits(), channel_word(format, k));
     if (channel.error.present) values.nE = !options.error;
     if (channel.warning.present) values.nW = !options.warning;
     if (!channel.life_counter.present()) continue;
     const std::uint64_t largest = low_mask(channel.life_counter.bits);
     const std::uint64_t count = options.life_counter.value_or(0);
     if (count > largest) {
-      return wrong(fmt::format("--lc {}: too large; {} bits hold at most {}", count,
-                               channel.life_counter.bits, largest));
+      throw wrong_usage("--lc {}: too large; {} bits hold at most {}", count,
+                        channel.life_counter.bits, largest);
     }
     values.life_counter = static_cast<std::uint32_t>(count);
   }
@@ -337,8 +281,7 @@ tl::expected<Frame, std::string> chosen_frame(const CrcOptions& options,
 using WordsByDigits = std::vector<std::pair<Digits, std::vector<Word>>>;
 
 // The word in the text, by each kind of digits that it may have.
-tl::expected<WordsByDigits, std::string> words_of(const CrcOptions& options,
-                                                  const FrameFormat& format) {
+WordsByDigits words_of(const CrcOptions& options, const FrameFormat& format) {
   const std::string& chosen = options.reading.digits;
   WordsByDigits words;
   std::vector<std::string> good;
@@ -350,14 +293,13 @@ tl::expected<WordsByDigits, std::string> words_of(const CrcOptions& options,
     words.push_back({digits, {std::move(*word)}});
   }
   if (words.empty()) {
-    return tl::unexpected(
-        fmt::format("--read: '{}': expected bytes of two hexadecimal digits, bits, "
-                    "or a list of decimal bytes",
-                    options.buffer.substr(0, 40)));
+    throw wrong_usage(
+        "--read: '{}': expected bytes of two hexadecimal digits, bits, or a list of decimal bytes",
+        options.buffer.substr(0, 40));
   }
   if (good.size() > 1) {
-    return tl::unexpected(fmt::format("--read: the text is a good frame with {}; give one of them",
-                                      fmt::join(good, " and with ")));
+    throw wrong_usage("--read: the text is a good frame with {}; give one of them",
+                      fmt::join(good, " and with "));
   }
   return words;
 }
@@ -384,16 +326,13 @@ Received receive(const CrcOptions& options, const Word& word, const Device& devi
   }
   const auto start = find_start(bits, widest);
   if (!start.ok()) return received;
-  received.start = *start;
-  const std::size_t end = start->start_bit + 2 + device.format.payload_bits();
-  if (end <= bits.size_bits()) received.line = frame_words(device.format, bits, *start);
-  if (options.reading.has_ack()) return received;
-  // The word does not have these bits.
-  received.start.reset();
-  if (received.line && options.reading.payload) {
-    received.line->cds.reset();
-    received.line->stop.reset();
+  const std::size_t end = 2 + device.format.payload_bits();
+  const BitView line = bits.from(start->start_bit);
+  if (end <= line.size_bits()) {
+    received.line = {line.first(std::min(end + 1, line.size_bits())), !options.reading.payload};
   }
+  // Otherwise the word does not have these bits.
+  if (options.reading.has_ack()) received.start = *start;
   return received;
 }
 
@@ -429,17 +368,15 @@ std::string summary_of(const CrcOptions& options, const FrameFormat& format,
 // Prints the frame in the buffer, or why there is none and which options read it.
 ExitStatus show_buffer(const CrcOptions& options, const Device& device, Host& host) {
   if (options.clock && !accepts_clock(device.timing, *options.clock)) {
-    return host.fail(ExitStatus::usage, fmt::format("--clock: the encoder does not accept {}",
-                                                    text_of(*options.clock)));
+    throw wrong_usage("--clock: the encoder does not accept {}", text_of(*options.clock));
   }
   if (options.clock && !options.reading.has_ack()) {
-    return host.fail(ExitStatus::usage, "--clock: the word has no ACK; leave the option out");
+    throw wrong_usage("--clock: the word has no ACK; leave the option out");
   }
   const FrameFormat& format = device.format;
-  const auto words = words_of(options, format);
-  if (!words) return host.fail(ExitStatus::usage, words.error());
+  const WordsByDigits words = words_of(options, format);
   const PlainCodec codec(format);
-  const Word word = arrange(words->front().second.front(), options.reading, format);
+  const Word word = arrange(words.front().second.front(), options.reading, format);
   const Received received = receive(options, word, device);
   const bool is_table = options.to == report::Format::table;
   const ExitStatus status = write_output(host, options.output, [&](Output& output) {
@@ -448,7 +385,7 @@ ExitStatus show_buffer(const CrcOptions& options, const Device& device, Host& ho
   });
   if (status != ExitStatus::done) return status;
   const std::string fitting =
-      received.fault ? fitting_options(*words, options.reading, format) : std::string();
+      received.fault ? fitting_options(words, options.reading, format) : std::string();
   if (is_table || !fitting.empty()) {
     host.print_summary((is_table && received.line ? "\n" : "") +
                        summary_of(options, format, received, fitting));
@@ -457,20 +394,19 @@ ExitStatus show_buffer(const CrcOptions& options, const Device& device, Host& ho
 }
 
 ExitStatus run_crc(const CrcOptions& options, Host& host) {
-  const auto choice = choose_device(options.arguments);
-  if (!choice) return host.fail(ExitStatus::usage, choice.error());
-  const FrameFormat& format = choice->format;
+  const Device device = value_or_fail(choose_device(options.arguments));
+  const FrameFormat& format = device.format;
   if (format.needs_previous()) {
-    return host.fail(ExitStatus::usage,
-                     "-f: with :previous the CRC of a frame is in the next one; decode "
-                     "a capture, or leave :previous out");
+    throw wrong_usage(
+        "-f: with :previous the CRC of a frame is in the next one; decode a capture, or leave "
+        ":previous out");
   }
-  if (!options.buffer.empty()) return show_buffer(options, *choice, host);
-  if (options.clock) return host.fail(ExitStatus::usage, "--clock: needs --read");
-  const auto frame = chosen_frame(options, format);
-  if (!frame) return host.fail(ExitStatus::usage, frame.error());
+  if (!options.buffer.empty()) return show_buffer(options, device, host);
+  if (options.clock) throw wrong_usage("--clock: needs --read");
+  const Frame frame = chosen_frame(options, format);
   const PlainCodec codec(format);
-  const FrameWords line = frame_words(format, *frame, codec);
+  const FrameBits bits = *encode_frame(frame, codec);
+  const FrameLine line{bits.view().from(frame.lead_clocks + frame.ack_clocks)};
   return write_output(host, options.output, [&](Output& output) {
     return options.to == report::Format::table ? write_parts(format, line, codec, output)
                                                : write_object(format, line, codec, nullptr, output);
