@@ -1,20 +1,19 @@
 // `biss compare`: the differences between a link that works and one that does not.
+#include "verbs/compare/compare.hpp"
+
 #include <fmt/format.h>
 
 #include <cmath>
 #include <memory>
 
 #include "report/summary.hpp"
+#include "verbs/common/fields.hpp"
 #include "verbs/common/identified.hpp"
 #include "verbs/common/verb.hpp"
-#include "verbs/compare/difference.hpp"
 
 namespace biss::verbs {
 
 namespace {
-
-using report::Cell;
-using report::Kind;
 
 struct CompareOptions {
   CaptureArguments capture;
@@ -22,21 +21,20 @@ struct CompareOptions {
   report::Format to = report::Format::table;
 };
 
-// A value is a number or words.
-std::vector<report::Column> compare_columns() {
-  return {{.name = "property", .kind = Kind::text},
-          {.name = "unit", .kind = Kind::text},
-          {.name = "good", .kind = Kind::text},
-          {.name = "bad", .kind = Kind::text},
-          {.name = "effect", .kind = Kind::real}};
-}
-
 // Whole numbers are written without an exponent: 1000000 and not 1e+06.
-Cell cell_of(const std::variant<double, std::string>& value) {
-  if (const auto* words = std::get_if<std::string>(&value)) return *words;
+Field value_field(const char* name, const Difference::Value& value) {
+  if (const auto* words = std::get_if<std::string>(&value)) return {name, *words};
   const double number = std::get<double>(value);
   const bool is_whole = std::abs(number) < 9e15 && number == std::floor(number);
-  return is_whole ? Cell(static_cast<std::int64_t>(number)) : Cell(number);
+  return is_whole ? Field(name, static_cast<std::int64_t>(number)) : Field(name, number);
+}
+
+FieldRow fields_of(const Difference& difference) {
+  return {{"property", difference.property},
+          {"unit", unless_empty(difference.unit)},
+          value_field("good", difference.good),
+          value_field("bad", difference.bad),
+          {"effect", difference.effect}};
 }
 
 // One of the two captures.
@@ -53,11 +51,11 @@ class CompareRun {
   CompareRun(const CompareOptions& options, Host& host) : options_(options), host_(host) {}
 
   ExitStatus run() {
-    ExitStatus status = choose_files();
-    if (status == ExitStatus::done) status = open_both();
-    if (status == ExitStatus::done) status = read(good_);
-    if (status == ExitStatus::done) status = read(bad_);
+    choose_files();
+    ExitStatus status = open_both();
     if (status != ExitStatus::done) return status;
+    read(good_);
+    read(bad_);
     const bool good_asks = good_.link->evidence.cycles != 0;
     const bool bad_asks = bad_.link->evidence.cycles != 0;
     std::vector<Difference> found;
@@ -71,14 +69,12 @@ class CompareRun {
   }
 
  private:
-  ExitStatus choose_files() {
+  void choose_files() {
     const auto& files = options_.capture.files;
     if (files.size() != 2 && files.size() != 4) {
-      return host_.fail(
-          ExitStatus::usage,
-          fmt::format("compare needs two captures, GOOD and BAD, or four files with one "
-                      "line each; {} given",
-                      files.size()));
+      throw wrong_usage(
+          "compare needs two captures, GOOD and BAD, or four files with one line each; {} given",
+          files.size());
     }
     const auto middle = files.begin() + static_cast<std::ptrdiff_t>(files.size() / 2);
     for (Side* side : {&good_, &bad_}) {
@@ -90,7 +86,6 @@ class CompareRun {
     }
     good_.arguments.files.assign(files.begin(), middle);
     bad_.arguments.files.assign(middle, files.end());
-    return ExitStatus::done;
   }
 
   // Both are judged by one format: the given one, else the format of GOOD, else the format of BAD.
@@ -107,35 +102,27 @@ class CompareRun {
     return ExitStatus::done;
   }
 
-  ExitStatus open(Side& side) const {
+  static ExitStatus open(Side& side) {
     const ExitStatus status = side.capture.open(side.arguments);
     if (status != ExitStatus::done) return status;
     if (side.capture.several()) {
-      return host_.fail(ExitStatus::usage,
-                        fmt::format("{} and {} are two captures; name one GOOD and one BAD",
-                                    side.arguments.files.front(), side.arguments.files.back()));
+      throw wrong_usage("{} and {} are two captures; name one GOOD and one BAD",
+                        side.arguments.files.front(), side.arguments.files.back());
     }
     return side.capture.next() ? ExitStatus::done : side.capture.status();
   }
 
-  ExitStatus read(Side& side) const {
+  static void read(Side& side) {
     side.link = read_link(side.capture);
-    return side.link ? ExitStatus::done : host_.fail(ExitStatus::io, side.capture.input().error());
+    if (!side.link) throw VerbError{ExitStatus::io, side.capture.input().error()};
   }
 
   ExitStatus write(const std::vector<Difference>& found) const {
-    Output output(host_);
-    if (!output.open(options_.output)) return output.status();
-    const auto writer =
-        report::make_table_writer(options_.to, compare_columns(), output, output.table_options());
-    for (const Difference& each : found) {
-      const Cell unit = each.unit.empty() ? Cell() : Cell(each.unit);
-      const Cell cells[] = {each.property, unit, cell_of(each.good), cell_of(each.bad),
-                            each.effect};
-      if (!writer->row(cells)) return output.status();
-    }
-    if (!writer->finish() || !output.finish()) return output.status();
-    return ExitStatus::done;
+    std::vector<FieldRow> rows;
+    for (const Difference& each : found) rows.push_back(fields_of(each));
+    return write_output(host_, options_.output, [&](Output& output) {
+      return write_rows(fields_of({}), rows, options_.to, output, output.table_options());
+    });
   }
 
   static void add_side(report::Summary& out, std::string_view key, const Side& side) {

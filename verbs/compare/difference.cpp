@@ -1,4 +1,4 @@
-#include "verbs/compare/difference.hpp"
+#include "verbs/compare/compare.hpp"
 
 #include <fmt/format.h>
 
@@ -195,11 +195,7 @@ class Comparison {
     }
     const auto jitter = times(good_.jitter_ma, bad_.jitter_ma);
     add_times("jitter_ma", jitter, in_quarters(jitter));
-    compare_sampling();
-  }
-
-  // Sampling that is finer than needed makes no difference.
-  void compare_sampling() {
+    // Sampling that is finer than needed makes no difference.
     const auto samples = [](const Link& link, double period) {
       const auto step = static_cast<double>(link.resolution.count);
       return step == 0 ? enough_samples : std::min(enough_samples, period / step);
@@ -320,10 +316,6 @@ class Comparison {
     add_share("marginal", consequence, [](const Link& link) {
       return Count{link.statistics.marginal(), link.statistics.margin_judged()};
     });
-    compare_margin();
-  }
-
-  void compare_margin() {
     if (good_.margin.count() == 0 || bad_.margin.count() == 0 || !has_clock()) return;
     const Times margin = shares_of_period(good_.margin, bad_.margin);
     add("sampling_margin", "%", margin.good, margin.bad,

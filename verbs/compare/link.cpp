@@ -1,4 +1,4 @@
-#include "verbs/compare/link.hpp"
+#include "verbs/compare/compare.hpp"
 
 #include <algorithm>
 

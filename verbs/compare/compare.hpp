@@ -1,9 +1,13 @@
-// The properties of a link that one capture shows, for `biss compare`.
+// The parts of `biss compare`: the properties of a link that one capture shows, and the differences
+// between two links with their effects. docs/compare.md explains each property and its effect.
 #pragma once
 
 #include <array>
 #include <optional>
 #include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
 
 #include "decode/check.hpp"
 #include "decode/statistics.hpp"
@@ -39,5 +43,21 @@ struct Link {
 /// Reads a capture to its end. Empty if reading failed; input().error() then has the reason.
 /// \pre next() was true and nothing has been read since
 std::optional<Link> read_link(DecodedCapture& capture);
+
+struct Difference {
+  /// Words or a number.
+  using Value = std::variant<std::string, double>;
+
+  std::string property;
+  /// Empty for words.
+  std::string_view unit;
+  Value good;
+  Value bad;
+  /// 0 to 1, two decimal places.
+  double effect = 0;
+};
+
+/// All differences with an effect, the largest first. \pre both links have a request cycle
+std::vector<Difference> differences(const Link& good, const Link& bad);
 
 }  // namespace biss::verbs
