@@ -57,8 +57,7 @@ void take_part(const EdsSource& source, AdviceWish& wish) {
   wish.in_safety_encoder = has_c && identifier.crc_is_data();
 }
 
-// Returns one line if an option is wrong, else an empty text.
-std::string take_options(const AdviseOptions& options, AdviceWish& wish) {
+void take_options(const AdviseOptions& options, AdviceWish& wish) {
   if (options.resolution) {
     wish.resolution_bits = *options.resolution;
     wish.resolution_field_bits = 0;
@@ -72,11 +71,8 @@ std::string take_options(const AdviseOptions& options, AdviceWish& wish) {
   wish.in_safety_encoder = wish.in_safety_encoder || options.safety;
   wish.rate = options.rate.value_or(Hertz{});
   wish.clock = options.clock.value_or(Hertz{});
-  const auto timing = override_timing(options.timing, wish.timing);
-  if (!timing) return timing.error();
-  wish.timing = *timing;
+  wish.timing = value_or_fail(override_timing(options.timing, wish.timing));
   if (options.cable) wish.line_delay = line_delay(*options.cable, wish.timing.internal_delay_max);
-  return {};
 }
 
 std::string crc_text(const Advice& advice) {
@@ -163,22 +159,20 @@ std::string nothing_to_advise(const std::string& file) {
 ExitStatus run_advise(const AdviseOptions& options, Host& host) {
   AdviceWish wish;
   if (!options.arguments.file.empty()) {
-    const auto source = load_eds_with_part(options.arguments, host);
-    if (!source) return source.error();
-    for (const EdsFindingRow& row : eds_findings(source->sheet)) {
+    const EdsSource source = load_eds_with_part(options.arguments, host);
+    for (const EdsFindingRow& row : eds_findings(source.sheet)) {
       host.warn(fmt::format("{}: {}", part_text(row.part, row.channel), finding_line(row)));
     }
     const auto ignore = [](const EdsRemark&) {};
-    const auto device = describe_device(source->stored.image(), source->overrides, ignore);
+    const auto device = describe_device(source.stored.image(), source.overrides, ignore);
     if (device.ok()) {
       wish.timing = timing_at(*device, options.clock.value_or(device->timing.clock_max));
     }
-    take_part(*source, wish);
+    take_part(source, wish);
   }
-  const std::string error = take_options(options, wish);
-  if (!error.empty()) return host.fail(ExitStatus::usage, error);
+  take_options(options, wish);
   if (wish.resolution_bits == 0 && wish.turns_bits == 0) {
-    return host.fail(ExitStatus::usage, nothing_to_advise(options.arguments.file));
+    fail_if(nothing_to_advise(options.arguments.file));
   }
   const auto advice = advise(wish);
   if (!advice.ok()) return host.fail(ExitStatus::usage, text_of(advice.error()));

@@ -62,16 +62,13 @@ dump::DataSheet with_drafted(dump::DataSheet sheet, const dump::DataSheet& draft
 
 ExitStatus run_build(const BuildOptions& options, Host& host) {
   if (!is_identifier(options.name)) {
-    return host.fail(ExitStatus::usage,
-                     fmt::format("--name '{}': not an identifier in C", options.name));
+    throw wrong_usage("--name '{}': not an identifier in C", options.name);
   }
   if (is_reserved_word(options.name)) {
-    return host.fail(ExitStatus::usage,
-                     fmt::format("--name '{}': a reserved word of C or C++", options.name));
+    throw wrong_usage("--name '{}': a reserved word of C or C++", options.name);
   }
-  const auto source = load_eds(options.arguments, host);
-  if (!source) return source.error();
-  const dump::RegisterDump& dump = source->dump;
+  const EdsSource source = load_eds(options.arguments, host);
+  const dump::RegisterDump& dump = source.dump;
   const auto range = dump.banks();
   if (!range) return host.fail(ExitStatus::data_failed, "there is no bank to write");
   const std::string format =
@@ -79,10 +76,9 @@ ExitStatus run_build(const BuildOptions& options, Host& host) {
   const bool banks_only = dump::holds_banks_only(format);
   const unsigned first = options.bank.value_or(0);
   if (banks_only && first > range->last) {
-    return host.fail(ExitStatus::usage,
-                     fmt::format("--bank {}: the last bank is {}", first, range->last));
+    throw wrong_usage("--bank {}: the last bank is {}", first, range->last);
   }
-  const auto findings = eds_findings(with_drafted(source->sheet, source->drafted));
+  const auto findings = eds_findings(with_drafted(source.sheet, source.drafted));
   for (const EdsFindingRow& row : findings) {
     host.warn(fmt::format("{}{} {}", row.part,
                           row.channel ? fmt::format(" of channel {}:", *row.channel) : ":",

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "biss/eds/check.hpp"
+#include "report/summary.hpp"
 #include "verbs/common/fields.hpp"
 #include "verbs/eds/rows.hpp"
 #include "verbs/eds/source.hpp"
@@ -67,25 +68,24 @@ void warn_of_power_on_delay(const EdsSource& source, Host& host) {
 }
 
 ExitStatus run_check(const SheetCheckOptions& options, Host& host) {
-  const auto source = load_eds_with_part(options.arguments, host);
-  if (!source) return source.error();
+  const EdsSource source = load_eds_with_part(options.arguments, host);
   EdsCheckOptions rules = options.rules;
   if (options.strict) {
     rules.zero_is_absent = false;
     rules.ones_are_absent = false;
     rules.unnamed_zero = true;
   }
-  std::vector<EdsFindingRow> findings = eds_findings(source->sheet, rules);
-  add_missing(findings, source->sheet, host);
-  if (!options.strict) warn_of_power_on_delay(*source, host);
+  std::vector<EdsFindingRow> findings = eds_findings(source.sheet, rules);
+  add_missing(findings, source.sheet, host);
+  if (!options.strict) warn_of_power_on_delay(source, host);
   const ExitStatus written = write_output(host, options.output, [&](Output& output) {
     return write_rows(findings, options.to, output, finding_fields);
   });
   if (written != ExitStatus::done) return written;
   if (options.to == report::Format::table) {
-    host.print_summary(findings.empty() ? "nothing wrong found\n"
-                                        : fmt::format("\n{} finding{}\n", findings.size(),
-                                                      findings.size() == 1 ? "" : "s"));
+    host.print_summary(findings.empty()
+                           ? "nothing wrong found\n"
+                           : fmt::format("\n{}\n", report::counted(findings.size(), "finding")));
   }
   return findings.empty() ? ExitStatus::done : ExitStatus::data_failed;
 }

@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <set>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -28,14 +29,18 @@ using dump::any_number;
 using dump::next_word;
 using dump::trimmed;
 
-using Done = tl::expected<void, std::string>;
-
 // Registers longer than this are bytes, not a number.
 constexpr unsigned max_number_bytes = 6;
 
 enum class SectionKind : std::uint8_t { registers, common, bp3, bank };
 
-constexpr std::array<std::string_view, 4> section_names{"registers", "common", "bp3", "bank"};
+// A section may have a number below `numbers`: `bp3 1`.
+struct SectionName {
+  std::string_view name;
+  unsigned numbers;
+};
+constexpr auto section_names = std::to_array<SectionName>(
+    {{"registers", 0}, {"common", 0}, {"bp3", max_channels}, {"bank", bank_count}});
 
 struct Section {
   SectionKind kind{};
@@ -49,30 +54,24 @@ struct Assignment {
   std::uint64_t line = 0;
 
   template <class... Arguments>
-  tl::unexpected<std::string> error(fmt::format_string<Arguments...> text,
-                                    Arguments&&... arguments) const {
-    return tl::unexpected(fmt::format("line {}: ", line) +
-                          fmt::format(text, std::forward<Arguments>(arguments)...));
+  [[noreturn]] void fail(fmt::format_string<Arguments...> text, Arguments&&... arguments) const {
+    throw std::runtime_error(fmt::format("line {}: ", line) +
+                             fmt::format(text, std::forward<Arguments>(arguments)...));
   }
 };
 
 // `bp3 1` between the brackets.
 std::optional<Section> section_of(std::string_view inside) {
-  std::string_view rest = inside;
-  const std::string_view name = next_word(rest);
-  const auto* const found = std::find(section_names.begin(), section_names.end(), name);
+  const std::string_view name = next_word(inside);
+  const auto* const found =
+      std::find_if(section_names.begin(), section_names.end(),
+                   [&](const SectionName& section) { return section.name == name; });
   if (found == section_names.end()) return std::nullopt;
-  Section section{static_cast<SectionKind>(found - section_names.begin()), 0};
-  const std::string_view digits = trimmed(rest);
-  if (digits.empty()) {
-    return section.kind == SectionKind::bank ? std::nullopt : std::optional(section);
-  }
-  const bool numbered = section.kind == SectionKind::bp3 || section.kind == SectionKind::bank;
+  const auto kind = static_cast<SectionKind>(found - section_names.begin());
+  const std::string_view digits = trimmed(inside);
+  if (digits.empty() && kind != SectionKind::bank) return Section{kind};
   const auto number = any_number(digits);
-  const std::size_t end = section.kind == SectionKind::bp3 ? max_channels : bank_count;
-  if (!numbered || !number || *number >= end) return std::nullopt;
-  section.number = *number;
-  return section;
+  return number && *number < found->numbers ? std::optional(Section{kind, *number}) : std::nullopt;
 }
 
 // The registers that are given by name.
@@ -89,67 +88,63 @@ class DescriptionReader {
  public:
   explicit DescriptionReader(dump::LineSource& lines) : lines_(lines) {}
 
-  tl::expected<Description, std::string> read() {
-    Done done = read_lines();
-    for (const auto& [section, assignments] : sections_) {
-      if (done) done = take_section(section, assignments);
-    }
-    if (done) done = place_parts();
-    return done.map([this] { return Description{dump_, parts_}; });
+  Description read() {
+    read_lines();
+    for (const auto& [section, assignments] : sections_) take_section(section, assignments);
+    place_parts();
+    return {dump_, parts_};
   }
 
  private:
   using Assignments = std::vector<Assignment>;
 
-  Done read_lines() {
-    std::optional<Section> section;
-    while (lines_.next()) {
-      const std::string_view row = dump::without_comment(lines_.line());
-      if (row.empty()) continue;
+  void read_lines() {
+    Assignments* section = nullptr;
+    for (auto row = lines_.next_row(); !row.empty(); row = lines_.next_row()) {
       const std::size_t sign = row.find('=');
       Assignment each{std::string(trimmed(row.substr(0, sign))), {}, lines_.number()};
       if (row.front() == '[') {
-        section = row.back() == ']' ? section_of(row.substr(1, row.size() - 2)) : std::nullopt;
-        if (!section) {
-          return each.error(
+        const auto named =
+            row.back() == ']' ? section_of(row.substr(1, row.size() - 2)) : std::nullopt;
+        if (!named) {
+          each.fail(
               "a section is [registers], [common], [bp3], [bp3 1] to [bp3 7] or [bank 0] to "
               "[bank 255]");
         }
-        sections_[*section];
+        section = &sections_[*named];
         continue;
       }
-      if (sign == std::string_view::npos) return each.error("expected SYMBOL = value");
-      if (!section) return each.error("expected a section such as [common] first");
-      if (each.symbol.empty()) return each.error("expected SYMBOL = value");
+      const bool has_sign = sign != std::string_view::npos;
+      if (has_sign && section == nullptr) each.fail("expected a section such as [common] first");
+      if (!has_sign || each.symbol.empty()) each.fail("expected SYMBOL = value");
       each.value = trimmed(row.substr(sign + 1));
-      if (each.value.empty()) return each.error("{} has no value", each.symbol);
-      for (const Assignment& before : sections_[*section]) {
-        if (before.symbol != each.symbol) continue;
-        return each.error("{} was given in line {}", each.symbol, before.line);
+      if (each.value.empty()) each.fail("{} has no value", each.symbol);
+      for (const Assignment& before : *section) {
+        if (before.symbol == each.symbol) {
+          each.fail("{} was given in line {}", each.symbol, before.line);
+        }
       }
-      sections_[*section].push_back(std::move(each));
+      section->push_back(std::move(each));
     }
-    if (lines_.error()) return tl::unexpected(dump::dump_error_text(*lines_.error()));
-    return {};
   }
 
-  Done take_section(const Section& section, const Assignments& assignments) {
-    if (section.kind == SectionKind::common) {
-      return take_fields(draft_.common.emplace(), common_fields, assignments);
+  void take_section(const Section& section, const Assignments& assignments) {
+    switch (section.kind) {
+      case SectionKind::common:
+        return take_fields(draft_.common.emplace(), common_fields, assignments);
+      case SectionKind::bp3:
+        return take_fields(draft_.profiles[section.number].emplace(), bp3_fields, assignments);
+      case SectionKind::registers:
+        for (const Assignment& each : assignments) take_register(each);
+        return;
+      case SectionKind::bank:
+        for (const Assignment& each : assignments) {
+          take_bytes(each, section.number, 0, dump::first_direct);
+        }
     }
-    if (section.kind == SectionKind::bp3) {
-      return take_fields(draft_.profiles[section.number].emplace(), bp3_fields, assignments);
-    }
-    for (const Assignment& each : assignments) {
-      Done done = section.kind == SectionKind::bank
-                      ? take_bytes(each, section.number, 0, dump::first_direct)
-                      : take_register(each);
-      if (!done) return done;
-    }
-    return {};
   }
 
-  static Done take_fields(EdsPartDraft& part, std::span<const EdsField> fields,
+  static void take_fields(EdsPartDraft& part, std::span<const EdsField> fields,
                           const Assignments& assignments) {
     const bool linear =
         std::any_of(assignments.begin(), assignments.end(), [](const Assignment& each) {
@@ -161,17 +156,16 @@ class DescriptionReader {
         std::vector<std::string> symbols;
         for (const EdsField& known : fields) symbols.emplace_back(known.symbol);
         const std::string meant = nearest(each.symbol, symbols);
-        return each.error("this part has no '{}'{}", each.symbol,
-                          meant.empty() ? meant : fmt::format("; did you mean {}?", meant));
+        each.fail("this part has no '{}'{}", each.symbol,
+                  meant.empty() ? meant : fmt::format("; did you mean {}?", meant));
       }
       const auto value = parse_eds_value(*field, each.value, linear);
-      if (!value) return each.error("{} = {}: {}", each.symbol, each.value, value.error());
+      if (!value) each.fail("{} = {}: {}", each.symbol, each.value, value.error());
       part.give(*field, *value);
     }
-    return {};
   }
 
-  Done take_register(const Assignment& each) {
+  void take_register(const Assignment& each) {
     const auto* const field =
         std::find_if(register_fields.begin(), register_fields.end(),
                      [&](const RegisterField& known) { return known.name == each.symbol; });
@@ -180,82 +174,72 @@ class DescriptionReader {
     }
     const auto value = parse_count(each.value, low_mask(8U * field->bytes));
     if (!value.ok()) {
-      return each.error("{} = {}: a number of at most {} bytes", each.symbol, each.value,
-                        field->bytes);
+      each.fail("{} = {}: a number of at most {} bytes", each.symbol, each.value, field->bytes);
     }
     for (unsigned i = 0; i < field->bytes; ++i) {
-      const auto byte = static_cast<std::uint8_t>(*value >> (8U * (field->bytes - 1U - i)));
-      if (Done done = put(each, 0, field->address + i, byte); !done) return done;
+      put(each, 0, field->address + i,
+          static_cast<std::uint8_t>(*value >> (8U * (field->bytes - 1U - i))));
     }
-    return {};
   }
 
   // `0x48 = 00 01 FF`
-  Done take_bytes(const Assignment& each, unsigned bank, unsigned first, unsigned end) {
+  void take_bytes(const Assignment& each, unsigned bank, unsigned first, unsigned end) {
     const auto address = dump::prefixed_hex_number(each.symbol);
     if (!address || *address < first || *address >= end) {
-      return each.error("'{}' is not a register here: 0x{:02X} to 0x{:02X}{}", each.symbol, first,
-                        end - 1, first == 0 ? "" : register_names());
+      each.fail("'{}' is not a register here: 0x{:02X} to 0x{:02X}{}", each.symbol, first, end - 1,
+                first == 0 ? "" : register_names());
     }
     unsigned place = *address;
     std::string_view rest = each.value;
     for (auto word = next_word(rest); !word.empty(); word = next_word(rest), ++place) {
-      if (place >= end) return each.error("bytes beyond 0x{:02X}", end - 1);
+      if (place >= end) each.fail("bytes beyond 0x{:02X}", end - 1);
       if (word == "--") continue;
       const auto byte = dump::hex_byte(word);
-      if (!byte) return each.error("'{}': expected bytes such as 00 1A FF", word);
-      if (Done done = put(each, bank, place, *byte); !done) return done;
+      if (!byte) each.fail("'{}': expected bytes such as 00 1A FF", word);
+      put(each, bank, place, *byte);
     }
-    return {};
   }
 
-  Done put(const Assignment& each, unsigned bank, unsigned address, std::uint8_t byte) {
+  void put(const Assignment& each, unsigned bank, unsigned address, std::uint8_t byte) {
     auto& place = dump_.at(bank, address);
     if (place && *place != byte) {
-      return each.error("register 0x{:02X} was given another value before", address);
+      each.fail("register 0x{:02X} was given another value before", address);
     }
     place = byte;
-    return {};
   }
 
   // Derives the fields that were left out, and puts the parts into their banks.
-  Done place_parts() {
+  void place_parts() {
     if (const auto bank = dump_.direct_byte(reg::eds_bank)) draft_.eds_bank = *bank;
     if (draft_.common && draft_.eds_bank == 0) {
-      return tl::unexpected<std::string>(
+      throw std::runtime_error(
           "EDS_BANK = 0 means that there is no data sheet, but there is [common]");
     }
     draft_.derive();
     if (draft_.common) {
       put_registers();
-      if (Done done = place_part(draft_.eds_bank, *draft_.common, "[common]", parts_.common);
-          !done) {
-        return done;
-      }
+      place_part(draft_.eds_bank, *draft_.common, "[common]", parts_.common);
       parts_.eds_bank = draft_.eds_bank;
     }
     for (std::size_t i = 0; i < max_channels; ++i) {
       if (!draft_.profiles[i]) continue;
-      Done done = place_part(draft_.profile_bank(i), *draft_.profiles[i],
-                             fmt::format("[bp3 {}]", i), parts_.profiles[i]);
-      if (!done) return done;
+      place_part(draft_.profile_bank(i), *draft_.profiles[i], fmt::format("[bp3 {}]", i),
+                 parts_.profiles[i]);
     }
     if (const auto stated = dump_.direct_number(reg::bp_id, 2); stated && *stated != 0) {
       const std::size_t own = draft_.common ? parse_common_part(draft_.common->bank).sl_off : 0U;
       if (own < max_channels) parts_.identifiers[own] = static_cast<std::uint16_t>(*stated);
     }
-    return {};
   }
 
-  Done place_part(unsigned bank, const EdsPartDraft& part, std::string_view name,
+  void place_part(unsigned bank, const EdsPartDraft& part, std::string_view name,
                   std::optional<dump::FoundPart>& placed) {
     if (dump_.known_bytes(bank) != 0) {
-      return tl::unexpected(
+      throw std::runtime_error(
           fmt::format("{} belongs in bank {}, which is given otherwise", name, bank));
     }
     dump_.set_bank(bank, part.bank);
     placed = {static_cast<std::uint8_t>(bank), dump_.bank(bank), true, part.bank};
-    return {};
   }
 
   // The registers that lead to the data sheet.
@@ -313,9 +297,14 @@ bool looks_like_description(std::string_view head) {
   return row.size() > 1 && row.front() == '[' && row[1] >= 'a' && row[1] <= 'z';
 }
 
-tl::expected<Description, std::string> read_description(std::istream& stream, std::string head) {
+tl::expected<Description, std::string> read_description(std::istream& stream,
+                                                        std::string head) try {
   dump::LineSource lines(stream, std::move(head));
   return DescriptionReader(lines).read();
+} catch (const dump::DumpError& error) {
+  return tl::unexpected(dump_error_text(error));
+} catch (const std::runtime_error& error) {
+  return tl::unexpected(std::string(error.what()));
 }
 
 std::string write_description(const dump::RegisterDump& dump, const dump::DataSheet& sheet) {

@@ -33,7 +33,7 @@ bool looks_like_description(std::string_view head);
 struct Description {
   dump::RegisterDump dump;
   /// The parts that are given by fields, even those to which no register leads.
-  dump::DataSheet parts;
+  dump::DataSheet drafted;
 };
 
 /// Reads a description to its end; `head` holds the bytes already read from the stream. An error is

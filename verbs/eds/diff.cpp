@@ -34,54 +34,44 @@ struct RowOrder {
   auto operator<=>(const RowOrder&) const = default;
 };
 
+/// A value, and the bytes that it is made of.
 struct SheetValue {
   std::string part;
   std::string symbol;
   std::optional<std::uint64_t> value;
   std::string means;
+  std::span<const std::optional<std::uint8_t>> bytes{};
+
+  bool partly_known() const { return !value && dump::any_known(bytes); }
 };
 
 using SheetValues = std::map<RowOrder, SheetValue>;
 
-/// A value, and the bytes that it is made of.
-struct KnownField {
-  SheetValue side;
-  std::span<const std::optional<std::uint8_t>> bytes;
-
-  bool partly_known() const {
-    return side.value == std::nullopt &&
-           std::any_of(bytes.begin(), bytes.end(),
-                       [](const auto& byte) { return byte.has_value(); });
-  }
-};
-
-using Fields = std::map<RowOrder, KnownField>;
-
-void add_registers(Fields& fields, const dump::RegisterDump& dump) {
+void add_registers(SheetValues& values, const dump::RegisterDump& dump) {
   for (const RegisterField& field : register_fields) {
     if (field.address < dump::first_direct) continue;
     const bool number = field.bytes <= 6;
     const unsigned step = number ? field.bytes : 1U;
     for (unsigned at = field.address; at < field.address + unsigned{field.bytes}; at += step) {
       const auto value = dump.direct_number(at, step);
-      KnownField& added = fields[{0, 0, at}];
-      added.side = {"registers", number ? std::string(field.name) : fmt::format("0x{:02X}", at),
-                    value, step == 1 || !value ? "" : fmt::format("0x{:0{}X}", *value, 2 * step)};
-      added.bytes = std::span(dump.direct()).subspan(at - dump::first_direct, step);
+      values[{0, 0, at}] = {"registers",
+                            number ? std::string(field.name) : fmt::format("0x{:02X}", at), value,
+                            step == 1 || !value ? "" : fmt::format("0x{:0{}X}", *value, 2 * step),
+                            std::span(dump.direct()).subspan(at - dump::first_direct, step)};
     }
   }
 }
 
-/// \pre the source outlives the fields
-Fields fields_of(const EdsSource& source) {
-  Fields fields;
-  add_registers(fields, source.dump);
+/// All values, known or not. \pre the source outlives them
+SheetValues values_of(const EdsSource& source) {
+  SheetValues values;
+  add_registers(values, source.dump);
   std::set<unsigned> listed;
   for (const EdsFieldRow& row : eds_fields(source.sheet)) {
     listed.insert(row.bank);
-    KnownField& added = fields[{row.channel ? 2U : 1U, row.channel.value_or(0), row.address}];
-    added.side = {part_text(row.part, row.channel), row.symbol, row.value, row.means};
-    added.bytes = std::span(source.dump.bank(row.bank)).subspan(row.address, row.bytes);
+    values[{row.channel ? 2U : 1U, row.channel.value_or(0), row.address}] = {
+        part_text(row.part, row.channel), row.symbol, row.value, row.means,
+        std::span(source.dump.bank(row.bank)).subspan(row.address, row.bytes)};
   }
   for (unsigned bank = 0; bank < bank_count; ++bank) {
     const auto whole = source.dump.whole_bank(bank);
@@ -89,27 +79,27 @@ Fields fields_of(const EdsSource& source) {
     if (listed.contains(bank) || erased) continue;
     for (unsigned at = 0; at < bank_bytes; ++at) {
       const auto byte = std::span(source.dump.bank(bank)).subspan(at, 1);
-      fields[{3, bank, at}] = {
-          {fmt::format("bank {}", bank), fmt::format("0x{:02X}", at), byte.front(), {}}, byte};
+      values[{3, bank, at}] = {
+          fmt::format("bank {}", bank), fmt::format("0x{:02X}", at), byte.front(), {}, byte};
     }
   }
-  return fields;
+  return values;
 }
 
-// A field that is only partly present in one of the two is compared byte by byte.
-SheetValues values_of(const Fields& fields, const Fields& others) {
+// The known values. A field that is only partly present in one of the two is compared byte by byte.
+SheetValues compared(const SheetValues& values, const SheetValues& others) {
   SheetValues sides;
-  for (const auto& [place, field] : fields) {
+  for (const auto& [place, field] : values) {
     const auto other = others.find(place);
     if (!field.partly_known() && (other == others.end() || !other->second.partly_known())) {
-      if (field.side.value) sides[place] = field.side;
+      if (field.value) sides[place] = field;
       continue;
     }
     for (unsigned i = 0; i < field.bytes.size(); ++i) {
       if (!field.bytes[i]) continue;
       const unsigned address = place.address + i;
       sides[{place.part, place.channel_or_bank, address}] = {
-          field.side.part, fmt::format("0x{:02X}", address), field.bytes[i], {}};
+          field.part, fmt::format("0x{:02X}", address), field.bytes[i], {}};
     }
   }
   return sides;
@@ -155,19 +145,17 @@ FieldRow difference_fields(const Difference& row) {
 
 ExitStatus run_diff(const DiffOptions& options, Host& host) {
   if (options.first.file == "-" && options.second == "-") {
-    return host.fail(ExitStatus::usage, "only one of the two files can be stdin");
+    throw wrong_usage("only one of the two files can be stdin");
   }
-  const auto first = load_eds(options.first, host);
-  if (!first) return first.error();
+  const EdsSource first = load_eds(options.first, host);
   EdsArguments arguments = options.first;
   arguments.file = options.second;
-  const auto second = load_eds(arguments, host);
-  if (!second) return second.error();
-  const Fields first_fields = fields_of(*first);
-  const Fields second_fields = fields_of(*second);
-  const SheetValues a = values_of(first_fields, second_fields);
-  const SheetValues b = values_of(second_fields, first_fields);
-  const auto rows = differences(*first, *second, a, b);
+  const EdsSource second = load_eds(arguments, host);
+  const SheetValues in_first = values_of(first);
+  const SheetValues in_second = values_of(second);
+  const SheetValues a = compared(in_first, in_second);
+  const SheetValues b = compared(in_second, in_first);
+  const auto rows = differences(first, second, a, b);
   const ExitStatus written = write_output(host, options.output, [&](Output& output) {
     return write_rows(rows, options.to, output, difference_fields);
   });

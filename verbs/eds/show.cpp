@@ -167,10 +167,8 @@ std::string eds_summary(const EdsSource& source) {
 ExitStatus run_show(const ShowOptions& options, Host& host) {
   const bool description = options.to == "description";
   // A description also holds the registers of a device without data sheet.
-  const auto loaded =
+  const EdsSource source =
       description ? load_eds(options.arguments, host) : load_eds_with_part(options.arguments, host);
-  if (!loaded) return loaded.error();
-  const EdsSource& source = *loaded;
   for (const EdsPartRow& part : eds_parts(source.sheet)) {
     if (part.found->whole) continue;
     host.warn(fmt::format("bank {} is incomplete: its {} part is shown, but not used",

@@ -21,8 +21,6 @@ namespace {
 using dump::DataSheet;
 using dump::FoundPart;
 
-using ReadDump = tl::expected<Description, std::string>;
-
 std::string message_of(const dump::DumpError& error) {
   std::string text = dump::dump_error_text(error);
   if (error.cause == dump::DumpCause::several_slaves) text += "; select one with --slave";
@@ -33,30 +31,29 @@ std::string message_of(const dump::DumpError& error) {
   return text;
 }
 
-ReadDump read_stream(std::istream& stream, const EdsArguments& arguments) {
+Description read_file(const EdsArguments& arguments) {
+  const auto fail = [&](const std::string& why) {
+    return VerbError{ExitStatus::io, fmt::format("'{}': {}", arguments.file, why)};
+  };
+  std::ifstream file;
+  const bool is_stdin = arguments.file == "-";
+  std::error_code ignored;
+  if (!is_stdin && std::filesystem::is_directory(arguments.file, ignored)) {
+    throw fail("is a folder");
+  }
+  if (!is_stdin) file.open(arguments.file, std::ios::binary);
+  if (!file) throw fail("cannot be opened");
+  std::istream& stream = is_stdin ? std::cin : file;
   std::string head = dump::read_head(stream);
   if (looks_like_description(head)) {
-    return read_description(stream, std::move(head)).map_error([](const std::string& error) {
-      return "read as a description: " + error;
-    });
+    auto described = read_description(stream, std::move(head));
+    if (!described) throw fail("read as a description: " + described.error());
+    return *std::move(described);
   }
-  return dump::read_dump(stream, std::move(head),
-                         {.bank = arguments.bank, .slave = arguments.slave})
-      .map([](dump::RegisterDump dump) {
-        return Description{std::move(dump), {}};
-      })
-      .map_error(message_of);
-}
-
-ReadDump read_file(const EdsArguments& arguments) {
-  if (arguments.file == "-") return read_stream(std::cin, arguments);
-  std::error_code ignored;
-  if (std::filesystem::is_directory(arguments.file, ignored)) {
-    return tl::unexpected<std::string>("is a folder");
-  }
-  std::ifstream file(arguments.file, std::ios::binary);
-  if (!file) return tl::unexpected<std::string>("cannot be opened");
-  return read_stream(file, arguments);
+  auto dump =
+      dump::read_dump(stream, std::move(head), {.bank = arguments.bank, .slave = arguments.slave});
+  if (!dump) throw fail(message_of(dump.error()));
+  return {*std::move(dump), {}};
 }
 
 // `SYMBOL`, `common.SYMBOL`, `bp3.SYMBOL`, `bp3.1.SYMBOL`.
@@ -88,10 +85,12 @@ FoundPart* part_of(DataSheet& sheet, EdsPart part, unsigned channel) {
   return found && found->whole ? &*found : nullptr;
 }
 
-// Returns the reason if the override is impossible, else an empty text.
-std::string make_override(EdsSource& source, const std::string& text) {
+void make_override(EdsSource& source, const std::string& text) {
+  const auto fail = [&](std::string_view why) {
+    return wrong_usage("--override '{}': {}", text, why);
+  };
   const std::size_t sign = text.find('=');
-  if (sign == std::string::npos) return "expected SYMBOL=value";
+  if (sign == std::string::npos) throw fail("expected SYMBOL=value");
   const OverrideName name = override_name(std::string_view(text).substr(0, sign));
   const EdsField* field = nullptr;
   EdsPart part = EdsPart::common;
@@ -100,21 +99,20 @@ std::string make_override(EdsSource& source, const std::string& text) {
     field = find_field(fields_of(each), name.symbol);
     part = each;
   }
-  if (field == nullptr) return fmt::format("no part has a field '{}'", name.symbol);
+  if (field == nullptr) throw fail(fmt::format("no part has a field '{}'", name.symbol));
   FoundPart* const found = part_of(source.sheet, part, name.channel);
   if (found == nullptr) {
-    return fmt::format("the dump does not hold the whole {} part", name_of(part));
+    throw fail(fmt::format("the dump does not hold the whole {} part", name_of(part)));
   }
   const bool linear = part == EdsPart::bp3 && parse_bp3_part(found->filled).linear();
   const auto value = parse_eds_value(*field, std::string_view(text).substr(sign + 1), linear);
-  if (!value) return value.error();
+  if (!value) throw fail(value.error());
   const bool sealed_before = found->filled[eds_checksum_address] == eds_checksum(found->filled);
   static_cast<void>(set_field(found->filled, *field, *value));
   if (sealed_before && field->kind != EdsKind::checksum) found->filled = sealed(found->filled);
   for (std::size_t i = 0; i < eds_bank_bytes; ++i) found->bytes[i] = found->filled[i];
   source.overrides.push_back(
       {part, static_cast<std::uint8_t>(name.channel), field->symbol, *value});
-  return {};
 }
 
 // BANK_i, DC_NUM and EDS_LEN decide which parts are found.
@@ -175,38 +173,24 @@ void add_eds_options(Verb verb, EdsArguments& arguments) {
       .type_name("SYMBOL=VALUE");
 }
 
-tl::expected<EdsSource, ExitStatus> load_eds(const EdsArguments& arguments, Host& host) {
-  const ReadDump read = read_file(arguments);
-  if (!read) {
-    return tl::unexpected(
-        host.fail(ExitStatus::io, fmt::format("'{}': {}", arguments.file, read.error())));
+EdsSource load_eds(const EdsArguments& arguments, Host& host) {
+  EdsSource source{read_file(arguments), {}, {}, {}};
+  if (source.dump.without_bank != 0) {
+    host.warn(fmt::format("'{}': {}", arguments.file, text_without_bank(source.dump)));
   }
-  if (read->dump.without_bank != 0) {
-    host.warn(fmt::format("'{}': {}", arguments.file, text_without_bank(read->dump)));
-  }
-  EdsSource source;
-  source.dump = read->dump;
-  source.drafted = read->parts;
   source.stored = find_data_sheet(
       source.dump, {.eds_bank = arguments.eds_bank, .identifier = arguments.identifier});
   source.sheet = source.stored;
-  for (const std::string& text : arguments.overrides) {
-    const std::string error = make_override(source, text);
-    if (!error.empty()) {
-      return tl::unexpected(
-          host.fail(ExitStatus::usage, fmt::format("--override '{}': {}", text, error)));
-    }
-  }
+  for (const std::string& text : arguments.overrides) make_override(source, text);
   if (!source.overrides.empty()) find_again(source, arguments);
   return source;
 }
 
-tl::expected<EdsSource, ExitStatus> load_eds_with_part(const EdsArguments& arguments, Host& host) {
-  auto source = load_eds(arguments, host);
-  if (!source || !source->sheet.empty()) return source;
-  return tl::unexpected(
-      host.fail(ExitStatus::data_failed,
-                fmt::format("'{}': {}", arguments.file, nothing_found(*source, arguments))));
+EdsSource load_eds_with_part(const EdsArguments& arguments, Host& host) {
+  EdsSource source = load_eds(arguments, host);
+  if (!source.sheet.empty()) return source;
+  throw VerbError{ExitStatus::data_failed,
+                  fmt::format("'{}': {}", arguments.file, nothing_found(source, arguments))};
 }
 
 }  // namespace biss::verbs

@@ -4,13 +4,11 @@
 #include <cstdint>
 #include <optional>
 #include <string>
-#include <tl/expected.hpp>
 #include <vector>
 
 #include "biss/eds/device.hpp"
-#include "dump/data_sheet.hpp"
-#include "dump/register_dump.hpp"
 #include "verbs/common/verb.hpp"
+#include "verbs/eds/description.hpp"
 
 namespace biss::verbs {
 
@@ -37,22 +35,19 @@ void add_eds_file(Verb verb, std::string& file, bool required = true);
 void add_eds_options(Verb verb, EdsArguments& arguments);
 
 /// The contents of a file; it may hold no part of a data sheet.
-struct EdsSource {
-  dump::RegisterDump dump;
+struct EdsSource : Description {
   /// As stored.
   dump::DataSheet stored;
-  /// The parts that a description gives by fields; empty for other files.
-  dump::DataSheet drafted;
   /// With the overrides; a checksum that was right is updated.
   dump::DataSheet sheet;
   /// Symbols are static text.
   std::vector<EdsOverride> overrides;
 };
 
-/// Reads a file; prints one line and returns the status if it cannot.
-tl::expected<EdsSource, ExitStatus> load_eds(const EdsArguments& arguments, Host& host);
+/// Reads a file; throws a VerbError if it cannot.
+EdsSource load_eds(const EdsArguments& arguments, Host& host);
 
 /// The same; a file without any part of a data sheet is an error too (data_failed).
-tl::expected<EdsSource, ExitStatus> load_eds_with_part(const EdsArguments& arguments, Host& host);
+EdsSource load_eds_with_part(const EdsArguments& arguments, Host& host);
 
 }  // namespace biss::verbs

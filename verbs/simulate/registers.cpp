@@ -113,12 +113,10 @@ tl::expected<LoadedRegisters, ExitStatus> load_registers(const std::vector<std::
     EdsArguments file;
     file.file = file_of_registers(argument);
     if (has_id(argument)) file.slave = static_cast<std::uint8_t>(id);
-    const auto source = load_eds(file, host);
-    if (!source) return tl::unexpected(source.error());
+    const EdsSource source = load_eds(file, host);
     loaded.resize(std::max(loaded.size(), id + 1));
-    loaded[id] = {registers_of(source->dump, source->sheet),
-                  device_of(source->dump, source->sheet)};
-    check_eds(source->sheet.image(), [&](const EdsFinding& found) {
+    loaded[id] = {registers_of(source.dump, source.sheet), device_of(source.dump, source.sheet)};
+    check_eds(source.sheet.image(), [&](const EdsFinding& found) {
       // No other registers describe a channel that the data sheet leaves out.
       if (contradicts(found) ||
           (found.problem == EdsProblem::channel_count && arguments.size() == 1))
