@@ -4,7 +4,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <tl/expected.hpp>
 #include <vector>
 
 #include "lab/pair.hpp"
@@ -24,11 +23,12 @@ struct AnalyseOptions {
   std::string output;
 };
 
-// A number like 1e-3, independent of the locale. Returns nothing unless it is above 0 and at most
-// `most`.
-std::optional<double> parse_positive(const std::string& text, double most) {
-  const auto value = report::number_in<double>(text);
-  return value.value_or(0) > 0 && *value <= most ? value : std::nullopt;
+// A number like 1e-3, independent of the locale, above 0 and at most `most`.
+double positive_in(std::string_view option, const std::string& text, double most,
+                   std::string_view range) {
+  const double value = report::number_in<double>(text).value_or(0);
+  if (value > 0 && value <= most) return value;
+  throw wrong_usage("{} '{}': give a number above 0{}", option, text, range);
 }
 
 Residual residual_of(const SafetyQuestion& question, lab::Undetected undetected) {
@@ -63,13 +63,13 @@ WordAnalysis analysed(const SafetyQuestion& question, std::size_t k) {
 }
 
 // The rating as C++ text, with the command that prints it.
-tl::expected<std::string, std::string> rating_text(const SafetyQuestion& question) {
+std::string rating_text(const SafetyQuestion& question) {
   const SafetyComparison& comparison = question.comparison;
   const auto rating = lab::safety_rating(question.format, comparison);
   if (!rating) {
     const auto problem = lab::pair_problem(question.format, comparison);
-    return tl::unexpected(fmt::format(
-        "no rating: {}", problem ? lab::text_of(*problem) : "the residual error is too large"));
+    throw wrong_usage("no rating: {}",
+                      problem ? lab::text_of(*problem) : "the residual error is too large");
   }
   const auto per_hour = static_cast<double>(static_cast<long double>(rating->residual_e24) *
                                             1e-24L * question.frames_per_hour());
@@ -86,48 +86,28 @@ tl::expected<std::string, std::string> rating_text(const SafetyQuestion& questio
 }
 
 ExitStatus run_analyse(const AnalyseOptions& options, Host& host) {
-  const auto device = parse_device(options.arguments.format);
-  if (!device) return host.fail(ExitStatus::usage, device.error());
-  const auto question = safety_question(device->format, options.question);
-  if (!question) return host.fail(ExitStatus::usage, question.error());
-  Output output(host);
-  if (!output.open(options.output)) return output.status();
-  std::string text;
-  if (options.to == "c") {
-    const auto rating = rating_text(*question);
-    if (!rating) return host.fail(ExitStatus::usage, rating.error());
-    text = *rating;
-  } else {
-    const SafetyAnalysis analysis = analyse(*question);
+  const Device device = value_or_fail(parse_device(options.arguments.format));
+  const SafetyQuestion question = safety_question(device.format, options.question);
+  return write_output(host, options.output, [&](Output& output) {
+    if (options.to == "c") return output.write(rating_text(question));
+    const SafetyAnalysis analysis = analyse(question);
     warn_of_pair(analysis, host);
-    text = options.to == "jsonl" ? analysis_jsonl(*question, analysis)
-                                 : analysis_text(*question, analysis);
-  }
-  return output.write(text) && output.finish() ? ExitStatus::done : output.status();
+    return output.write(options.to == "jsonl" ? analysis_jsonl(question, analysis)
+                                              : analysis_text(question, analysis));
+  });
 }
 
 }  // namespace
 
-tl::expected<SafetyQuestion, std::string> safety_question(const FrameFormat& format,
-                                                          const QuestionOptions& options) {
-  if (format.deviates()) {
-    return tl::unexpected(std::string("-f: a CRC with an error of the maker is not analysed"));
-  }
+SafetyQuestion safety_question(const FrameFormat& format, const QuestionOptions& options) {
+  if (format.deviates()) throw wrong_usage("-f: a CRC with an error of the maker is not analysed");
   SafetyQuestion question{options, format};
   if (options.ignore_turns) question.comparison.multiturn = MultiturnRule::ignored;
   for (const std::string& text : options.rates) {
-    const auto rate = parse_positive(text, 0.5);
-    if (!rate) {
-      return tl::unexpected(fmt::format("--ber '{}': give a number above 0, up to 0.5", text));
-    }
-    question.bit_error_rates.push_back(*rate);
+    question.bit_error_rates.push_back(positive_in("--ber", text, 0.5, ", up to 0.5"));
   }
   if (question.bit_error_rates.empty()) question.bit_error_rates = {1e-2, 1e-3, 1e-4};
-  const auto limit = parse_positive(options.limit, 1e12);
-  if (!limit) {
-    return tl::unexpected(fmt::format("--limit '{}': give a number above 0", options.limit));
-  }
-  question.limit_per_hour = *limit;
+  question.limit_per_hour = positive_in("--limit", options.limit, 1e12, "");
   return question;
 }
 

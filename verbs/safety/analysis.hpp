@@ -3,7 +3,6 @@
 
 #include <optional>
 #include <string>
-#include <tl/expected.hpp>
 #include <vector>
 
 #include "biss/base/units.hpp"
@@ -72,9 +71,8 @@ struct SafetyAnalysis {
   std::vector<lab::StructureRow> structure;
 };
 
-/// The question, or one line of text with the error (usage: exit status 2).
-tl::expected<SafetyQuestion, std::string> safety_question(const FrameFormat& format,
-                                                          const QuestionOptions& options);
+/// The question; throws a VerbError if an option is wrong.
+SafetyQuestion safety_question(const FrameFormat& format, const QuestionOptions& options);
 
 SafetyAnalysis analyse(const SafetyQuestion& question);
 /// Prints a message if there is a pair_problem.

@@ -71,23 +71,26 @@ void add_importance(const lab::CampaignFrame& frame, lab::CampaignPlan& plan) {
   }
 }
 
-tl::expected<lab::CampaignState, std::string> read_state_of(const std::string& path) {
-  const auto file = read_text_file(path);
-  if (!file) return tl::unexpected(fmt::format("{}: {}", path, file.error()));
-  auto state = lab::read_state(*file);
-  const std::size_t end = file->size() - std::min(file->size(), archive::checksum_end(0).size());
-  const std::string_view text(*file);
-  const bool whole =
-      text.substr(end) == archive::checksum_end(archive::hash_of(text.substr(0, end)));
-  if (!state || !whole) {
-    return tl::unexpected(fmt::format("{}: not a usable campaign state: {}", path,
-                                      state ? archive::checksum_wrong : state.error()));
-  }
-  return state;
+// The fault of a state file.
+VerbError wrong_state(const std::string& path, std::string_view why) {
+  return {ExitStatus::io, fmt::format("{}: {}", path, why)};
 }
 
-std::string too_many_bits(const std::string& path) {
-  return fmt::format("{}: not a usable campaign state: more wrong bits than the words have", path);
+lab::CampaignState read_state_of(const std::string& path) {
+  const auto file = read_text_file(path);
+  if (!file) throw wrong_state(path, file.error());
+  auto state = lab::read_state(*file);
+  if (!state || !archive::checksum_holds(*file)) {
+    throw wrong_state(path, fmt::format("not a usable campaign state: {}",
+                                        state ? archive::checksum_wrong : state.error()));
+  }
+  return *std::move(state);
+}
+
+void check_fit(const lab::CampaignFrame& frame, const lab::CampaignState& state,
+               const std::string& path) {
+  if (fits(frame, state)) return;
+  throw wrong_state(path, "not a usable campaign state: more wrong bits than the words have");
 }
 
 ExitStatus print_state(const lab::CampaignFrame& frame, const lab::CampaignState& state,
@@ -182,16 +185,13 @@ ExitStatus run_counts(const lab::CampaignFrame& frame, lab::CampaignPlan plan,
   if (!options.plain) add_importance(frame, plan);
   lab::CampaignState state(plan);
   if (!options.state.empty() && std::filesystem::exists(options.state)) {
-    auto before = read_state_of(options.state);
-    if (!before) return host.fail(ExitStatus::io, before.error());
-    if (before->plan != plan) {
-      return host.fail(ExitStatus::io,
-                       fmt::format("{}: state of another campaign (format, faults, frames or "
-                                   "seed differ); give another file",
-                                   options.state));
+    state = read_state_of(options.state);
+    if (state.plan != plan) {
+      throw wrong_state(options.state,
+                        "state of another campaign (format, faults, frames or seed differ); give "
+                        "another file");
     }
-    if (!fits(frame, *before)) return host.fail(ExitStatus::io, too_many_bits(options.state));
-    state = std::move(*before);
+    check_fit(frame, state, options.state);
   }
   const ExitStatus status = count_blocks(frame, state, options, host);
   return status == ExitStatus::done ? print_state(frame, state, options, host) : status;
@@ -200,13 +200,12 @@ ExitStatus run_counts(const lab::CampaignFrame& frame, lab::CampaignPlan plan,
 ExitStatus run_replay(const lab::CampaignFrame& frame, const lab::CampaignPlan& plan,
                       const CampaignOptions& options, Host& host) {
   if (plan.faults.size() != 1) {
-    return host.fail(ExitStatus::usage, "--replay needs exactly one --fault");
+    throw wrong_usage("--replay needs exactly one --fault");
   }
   const std::uint64_t index = *options.replay;
   if (plan.faults[0].fitting && index >= lab::max_fitting_frames) {
-    return host.fail(ExitStatus::usage,
-                     fmt::format("--replay {}: a fitting draw has {} frames at most", index,
-                                 lab::max_fitting_frames));
+    throw wrong_usage("--replay {}: a fitting draw has {} frames at most", index,
+                      lab::max_fitting_frames);
   }
   if (index >= plan.frames) {
     host.warn(
@@ -230,22 +229,17 @@ ExitStatus run_replay(const lab::CampaignFrame& frame, const lab::CampaignPlan& 
 ExitStatus run_merge(const CampaignOptions& options, Host& host) {
   std::optional<lab::CampaignState> sum;
   for (const std::string& path : options.parts) {
-    auto part = read_state_of(path);
-    if (!part) return host.fail(ExitStatus::io, part.error());
-    const auto frame = frame_of(part->plan.format);
-    if (!frame || rules_of(*frame) != part->plan.rules) {
-      return host.fail(
-          ExitStatus::io,
-          fmt::format("{}: made with monitor rules that this program does not have", path));
+    lab::CampaignState part = read_state_of(path);
+    const auto frame = frame_of(part.plan.format);
+    if (!frame || rules_of(*frame) != part.plan.rules) {
+      throw wrong_state(path, "made with monitor rules that this program does not have");
     }
-    if (!fits(*frame, *part)) return host.fail(ExitStatus::io, too_many_bits(path));
+    check_fit(*frame, part, path);
     if (!sum) {
-      sum = std::move(*part);
-    } else if (!sum->merge(*part)) {
-      return host.fail(ExitStatus::io,
-                       fmt::format("{}: state of another campaign, or with blocks that an "
-                                   "earlier file has too",
-                                   path));
+      sum = std::move(part);
+    } else if (!sum->merge(part)) {
+      throw wrong_state(path,
+                        "state of another campaign, or with blocks that an earlier file has too");
     }
   }
   const auto frame = frame_of(sum->plan.format);
@@ -256,8 +250,7 @@ ExitStatus run_merge(const CampaignOptions& options, Host& host) {
                    "parts are missing: the table does not cover the whole campaign");
 }
 
-tl::expected<lab::CampaignPlan, std::string> plan_of(const lab::CampaignFrame& frame,
-                                                     const CampaignOptions& options) {
+lab::CampaignPlan plan_of(const lab::CampaignFrame& frame, const CampaignOptions& options) {
   lab::CampaignPlan plan{.format = options.format,
                          .rules = rules_of(frame),
                          .seed = options.seed,
@@ -266,9 +259,9 @@ tl::expected<lab::CampaignPlan, std::string> plan_of(const lab::CampaignFrame& f
   for (const std::string& text : options.faults) {
     const auto fault = lab::parse_fault(text);
     if (!fault || fault->place.value_or(0) >= lab::places_of(*fault, frame.bits())) {
-      return tl::unexpected(
-          fmt::format("'{}' is not a fault of these {} bits: {}, or one of {} with [:PLACE], or {}",
-                      text, frame.bits(), measured_faults, placed_faults, other_faults));
+      throw wrong_usage(
+          "'{}' is not a fault of these {} bits: {}, or one of {} with [:PLACE], or {}", text,
+          frame.bits(), measured_faults, placed_faults, other_faults);
     }
     plan.faults.push_back(*fault);
   }
@@ -277,28 +270,24 @@ tl::expected<lab::CampaignPlan, std::string> plan_of(const lab::CampaignFrame& f
 
 ExitStatus run_safety_campaign(const CampaignOptions& options, Host& host) {
   if (options.merge->parsed()) return run_merge(options, host);
-  if (options.format.empty()) return host.fail(ExitStatus::usage, "no --format given");
+  if (options.format.empty()) throw wrong_usage("no --format given");
   const auto frame = frame_of(options.format);
-  if (!frame) return fail_format(options.format, host);
-  auto plan = plan_of(*frame, options);
-  if (!plan) return host.fail(ExitStatus::usage, plan.error());
-  if (options.replay) return run_replay(*frame, *plan, options, host);
-  return run_counts(*frame, std::move(*plan), options, host);
+  if (!frame) throw wrong_format(options.format);
+  const lab::CampaignPlan plan = plan_of(*frame, options);
+  return options.replay ? run_replay(*frame, plan, options, host)
+                        : run_counts(*frame, plan, options, host);
 }
 
 }  // namespace
 
-tl::expected<lab::CampaignState, std::string> run_usual_campaign(const lab::CampaignFrame& frame,
-                                                                 std::uint64_t frames,
-                                                                 const ExperimentOptions& options,
-                                                                 Host& host) {
+lab::CampaignState run_usual_campaign(const lab::CampaignFrame& frame, std::uint64_t frames,
+                                      const ExperimentOptions& options, Host& host) {
   CampaignOptions campaign;
   static_cast<ExperimentOptions&>(campaign) = options;
   campaign.frames = frames;
-  auto plan = plan_of(frame, campaign);
-  if (!plan) return tl::unexpected(plan.error());
-  add_importance(frame, *plan);
-  lab::CampaignState state(*plan);
+  lab::CampaignPlan plan = plan_of(frame, campaign);
+  add_importance(frame, plan);
+  lab::CampaignState state(plan);
   count_blocks(frame, state, campaign, host);
   return state;
 }

@@ -34,24 +34,22 @@ struct VerbOptions {
   std::string checked;
 };
 
-EvidenceFile version_file() {
+Json version_json() {
   const std::string_view commit = build_commit;
-  const Json version = {{"program", "biss"},
-                        {"version", BISS_VERSION},
-                        {"commit", commit.empty() ? Json() : Json(commit)},
-                        {"compiler", BISS_COMPILER},
-                        {"build_type", BISS_BUILD_TYPE}};
-  return {"version.json", version.dump(2) + "\n"};
+  return {{"program", "biss"},
+          {"version", BISS_VERSION},
+          {"commit", commit.empty() ? Json() : Json(commit)},
+          {"compiler", BISS_COMPILER},
+          {"build_type", BISS_BUILD_TYPE}};
 }
 
-EvidenceFile manifest_file(const std::vector<std::string>& made_by,
-                           const std::vector<EvidenceCommand>& commands) {
+Json manifest_json(const std::vector<std::string>& made_by,
+                   const std::vector<EvidenceCommand>& commands) {
   Json list = Json::array();
   for (const EvidenceCommand& each : commands) {
     list.push_back({{"file", each.file}, {"arguments", each.arguments}, {"status", each.status}});
   }
-  const Json manifest = {{"made_by", made_by}, {"commands", list}};
-  return {"manifest.json", manifest.dump(2) + "\n"};
+  return {{"made_by", made_by}, {"commands", list}};
 }
 
 // The shortest text that selects this monitor in the other verbs.
@@ -68,7 +66,7 @@ std::string format_argument(const EvidenceSubject& subject) {
 
 struct Bundle {
   std::vector<EvidenceFile> files;
-  /// Not done or data_failed: a command could not run and said why.
+  /// Done, or data_failed: a result is not as expected.
   ExitStatus status = ExitStatus::done;
 };
 
@@ -91,11 +89,9 @@ Bundle make_bundle(const EvidenceSubject& subject, const std::vector<std::string
   // In the order of evidence_commands().
   const std::function<ExitStatus(std::string&)> experiments[] = {
       [&](std::string& text) {
-        auto asked = safety_question(monitored.format, {.rates = options.bit_error_rates,
-                                                        .frame_rate = subject.rate,
-                                                        .comparison = monitored.setup.comparison});
-        if (!asked) return host.fail(ExitStatus::usage, asked.error());
-        question = std::move(*asked);
+        question = safety_question(monitored.format, {.rates = options.bit_error_rates,
+                                                      .frame_rate = subject.rate,
+                                                      .comparison = monitored.setup.comparison});
         analysis = analyse(question);
         warn_of_pair(analysis, host);
         text = analysis_jsonl(question, analysis);
@@ -107,27 +103,21 @@ Bundle make_bundle(const EvidenceSubject& subject, const std::vector<std::string
         return ExitStatus::done;
       },
       [&](std::string& text) {
-        const auto result = run_line_model(monitored, {shared, options.cycles, subject.rate}, host);
-        if (!result) return host.fail(ExitStatus::usage, result.error());
-        line = *result;
+        line = run_line_model(monitored, {shared, options.cycles, subject.rate}, host);
         text = text_of(line_table(line, options.cycles), csv);
         return judge_line(line, host);
       },
       [&](std::string& text) {
         const auto frame = lab::CampaignFrame::make(monitored.format, monitored.setup);
-        if (!frame) return fail_format(shared.format, host);
-        auto state = run_usual_campaign(*frame, options.frames, shared, host);
-        if (!state) return host.fail(ExitStatus::usage, state.error());
-        campaign_state = std::move(*state);
+        if (!frame) throw wrong_format(shared.format);
+        campaign_state = run_usual_campaign(*frame, options.frames, shared, host);
         campaign = campaign_rows(*frame, campaign_state);
         text = text_of(campaign_table(campaign, csv), csv);
         return judge_campaign(campaign, host);
       },
       [&](std::string& text) {
-        auto results = run_sequence_plan(
-            usual_sequences(monitored, options.frames, options.faults, shared.seed), threads, host);
-        if (!results) return fail_format(shared.format, host);
-        sequences = std::move(*results);
+        sequences = run_sequence_plan(
+            usual_sequences(monitored, options.frames, options.faults, shared.seed), shared, host);
         text = text_of(sequence_table(sequences, csv), csv);
         return judge_sequences(sequences, host);
       }};
@@ -138,15 +128,14 @@ Bundle make_bundle(const EvidenceSubject& subject, const std::vector<std::string
     if (host.shows_progress()) host.print_summary(command_line(commands[k].arguments) + "\n");
     EvidenceFile& table = tables.emplace_back(EvidenceFile{commands[k].file, {}});
     const ExitStatus status = experiments[k](table.text);
-    if (status != ExitStatus::done) bundle.status = status;
-    if (status != ExitStatus::done && status != ExitStatus::data_failed) return bundle;
+    bundle.status = std::max(bundle.status, status);
     commands[k].status = static_cast<int>(status);
   }
   const std::vector<CoverageRow> coverage = coverage_of(monitored, line, campaign, sequences);
   bundle.files = {
       readme_file(subject, commands, coverage),
-      version_file(),
-      manifest_file(made_by, commands),
+      {"version.json", version_json().dump(2) + "\n"},
+      {"manifest.json", manifest_json(made_by, commands).dump(2) + "\n"},
       {configuration_name, configuration_json(subject.monitored, subject.configuration)}};
   std::move(tables.begin(), tables.end(), std::back_inserter(bundle.files));
   bundle.files.insert(bundle.files.end(),
@@ -173,17 +162,12 @@ void warn_of_choice(const EvidenceSubject& subject, Host& host) {
 
 ExitStatus run_make(const VerbOptions& options, const std::vector<std::string>& made_by,
                     Host& host) {
-  const auto subject = choose_evidence(options.evidence);
-  if (!subject) return host.fail(ExitStatus::usage, subject.error());
+  const EvidenceSubject subject = value_or_fail(choose_evidence(options.evidence));
   // Before the minutes that the commands take.
-  if (const std::string wrong = check_target(options.folder, options.force); !wrong.empty()) {
-    return host.fail(ExitStatus::io, wrong);
-  }
-  const Bundle bundle = make_bundle(*subject, made_by, options.threads, host);
-  if (bundle.files.empty()) return bundle.status;
-  warn_of_choice(*subject, host);
-  const std::string wrong = write_bundle(options.folder, bundle.files, options.force);
-  if (!wrong.empty()) return host.fail(ExitStatus::io, wrong);
+  check_target(options.folder, options.force);
+  const Bundle bundle = make_bundle(subject, made_by, options.threads, host);
+  warn_of_choice(subject, host);
+  write_bundle(options.folder, bundle.files, options.force);
   host.print_summary(
       fmt::format("{}: {} files, see README.md in it\n", options.folder, bundle.files.size() + 1));
   return bundle.status;
@@ -225,23 +209,26 @@ bool is_of_program(const std::string& name) {
 }
 
 ExitStatus run_check(const VerbOptions& options, Host& host) {
-  auto found = read_bundle(options.checked);
-  if (!found) return host.fail(ExitStatus::io, found.error());
-  for (const std::string& finding : found->findings) host.warn(finding);
-  const auto made_by = read_made_by(found->find("manifest.json"));
+  const ReadBundle found = read_bundle(options.checked);
+  for (const std::string& finding : found.findings) host.warn(finding);
+  const auto made_by = read_made_by(found.find("manifest.json"));
   const auto asked = made_by ? parse_made_by(*made_by, host) : std::nullopt;
   const auto subject = asked ? choose_evidence(*asked) : tl::unexpected(std::string());
   if (!subject) {
-    return host.fail(ExitStatus::io,
-                     fmt::format("'{}': manifest.json cannot be read as the options of a bundle",
-                                 options.checked));
+    throw VerbError{ExitStatus::io,
+                    fmt::format("'{}': manifest.json cannot be read as the options of a bundle",
+                                options.checked)};
   }
-  const Bundle again = make_bundle(*subject, *made_by, options.threads, host);
-  if (again.files.empty()) return ExitStatus::io;
+  Bundle again;
+  try {
+    again = make_bundle(*subject, *made_by, options.threads, host);
+  } catch (const VerbError& error) {
+    throw VerbError{ExitStatus::io, error.text};
+  }
   std::size_t same = 0;
-  bool differs = !found->findings.empty();
+  bool differs = !found.findings.empty();
   for (const EvidenceFile& file : again.files) {
-    const EvidenceFile* before = found->find(file.name);
+    const EvidenceFile* before = found.find(file.name);
     if (before != nullptr && before->text == file.text) {
       ++same;
     } else if (before != nullptr && is_of_program(file.name)) {
@@ -422,13 +409,12 @@ Run add_safety_evidence(Verb verb) {
     if (!options->checked.empty()) {
       for (const Option& each : verb.given_options()) {
         if (each.name() == "--check" || each.name() == "--threads") continue;
-        return host.fail(ExitStatus::usage, "--check does not go with " + each.name());
+        throw wrong_usage("--check does not go with {}", each.name());
       }
       return run_check(*options, host);
     }
     if (options->folder.empty()) {
-      return host.fail(ExitStatus::usage,
-                       "no folder given: -o DIR makes a bundle, --check DIR checks one");
+      throw wrong_usage("no folder given: -o DIR makes a bundle, --check DIR checks one");
     }
     return run_make(*options, made_by_of(verb), host);
   };

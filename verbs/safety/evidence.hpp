@@ -117,15 +117,13 @@ inline constexpr const char* hash_list_name = "SHA256SUMS";
 /// Returns the hash in lower-case hexadecimal.
 std::string sha256_of(std::string_view text);
 
-/// Returns the one line why the folder cannot be made, or nothing. Changes nothing.
+/// Throws a VerbError if the folder cannot be made. Changes nothing.
 /// \param replace an existing bundle may be replaced; a folder with any other file in it never is
-std::string check_target(const std::string& folder, bool replace);
+void check_target(const std::string& folder, bool replace);
 
 /// Writes the files and the list of their hashes into a folder next to the target and renames it: the
-/// target is the whole bundle, or unchanged. \return one line with the cause of an error, or
-/// nothing
-std::string write_bundle(const std::string& folder, const std::vector<EvidenceFile>& files,
-                         bool replace);
+/// target is the whole bundle, or unchanged after a VerbError.
+void write_bundle(const std::string& folder, const std::vector<EvidenceFile>& files, bool replace);
 
 /// A bundle on the disk.
 struct ReadBundle {
@@ -136,7 +134,7 @@ struct ReadBundle {
   const EvidenceFile* find(std::string_view name) const;
 };
 
-/// The bundle, or one line with the cause why it cannot be read.
-tl::expected<ReadBundle, std::string> read_bundle(const std::string& folder);
+/// The bundle; throws a VerbError if it cannot be read.
+ReadBundle read_bundle(const std::string& folder);
 
 }  // namespace biss::verbs

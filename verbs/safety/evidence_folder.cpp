@@ -12,6 +12,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <stdexcept>
 #include <system_error>
 #include <utility>
@@ -24,6 +25,15 @@ namespace biss::verbs {
 namespace {
 
 namespace fs = std::filesystem;
+
+template <class... Arguments>
+VerbError wrong_folder(fmt::format_string<Arguments...> text, Arguments&&... arguments) {
+  return {ExitStatus::io, fmt::format(text, std::forward<Arguments>(arguments)...)};
+}
+
+VerbError cannot_write(const fs::path& path, int cause) {
+  return wrong_folder("cannot write '{}': {}", path.string(), std::strerror(cause));
+}
 
 // Blocks signals while a folder with a temporary name exists, which is a short time.
 class SignalsHeld {
@@ -46,10 +56,7 @@ class SignalsHeld {
 class PartialFolder {
  public:
   explicit PartialFolder(const fs::path& target) : path_(target.string() + ".partial-XXXXXX") {
-    if (::mkdtemp(path_.data()) == nullptr) {
-      path_.clear();
-      return;
-    }
+    if (::mkdtemp(path_.data()) == nullptr) throw cannot_write(target, errno);
     const mode_t mask = ::umask(0);
     ::umask(mask);
     ::chmod(path_.c_str(), 0777 & ~mask);
@@ -61,26 +68,22 @@ class PartialFolder {
   PartialFolder(const PartialFolder&) = delete;
   PartialFolder& operator=(const PartialFolder&) = delete;
 
-  const std::string& path() const { return path_; }
+  fs::path path() const { return path_; }
 
-  // Returns false and sets errno on failure. Removes an empty folder or a bundle of that name.
-  bool take_name(const fs::path& target) {
-    if (::rename(path_.c_str(), target.c_str()) == 0) {
-      path_.clear();
-      return true;
+  // Removes an empty folder or a bundle of that name.
+  void take_name(const fs::path& target) {
+    if (::rename(path_.c_str(), target.c_str()) == 0) return path_.clear();
+    // Once they have changed places, path_ is the old bundle.
+    const bool may_exchange = errno == ENOTEMPTY || errno == EEXIST;
+    if (!may_exchange ||
+        ::renameat2(AT_FDCWD, path_.c_str(), AT_FDCWD, target.c_str(), RENAME_EXCHANGE) != 0) {
+      throw cannot_write(target, errno);
     }
-    if (errno != ENOTEMPTY && errno != EEXIST) return false;
-    // From here on path_ is the old bundle.
-    return ::renameat2(AT_FDCWD, path_.c_str(), AT_FDCWD, target.c_str(), RENAME_EXCHANGE) == 0;
   }
 
  private:
   std::string path_;
 };
-
-std::string because(const std::string& what, int cause) {
-  return fmt::format("cannot write '{}': {}", what, std::strerror(cause));
-}
 
 // With a trailing slash, the temporary folder would be inside the target instead of next to it.
 fs::path target_of(const std::string& folder) {
@@ -90,41 +93,36 @@ fs::path target_of(const std::string& folder) {
   return target.has_filename() ? target : target.parent_path();
 }
 
-std::string write_file(const fs::path& path, const std::string& text) {
+void write_file(const fs::path& path, const std::string& text) {
   std::ofstream file(path, std::ios::binary);
   file << text;
   file.close();
-  return file ? std::string() : because(path.string(), errno);
+  if (!file) throw cannot_write(path, errno);
 }
 
-struct ListedHash {
-  std::string name;
-  std::string hash;
-};
+// The names of files and their hashes.
+using ListedHashes = std::vector<std::pair<std::string, std::string>>;
 
 // Returns nothing unless every line is `HASH  NAME`.
-std::optional<std::vector<ListedHash>> read_hash_list(const fs::path& folder) {
+std::optional<ListedHashes> read_hash_list(const fs::path& folder) {
   constexpr std::size_t digits = 64;
   const std::string list = read_text_file(folder / hash_list_name).value_or("");
-  std::vector<ListedHash> listed;
-  for (std::string_view text = list; !text.empty();) {
-    const std::size_t end = text.find('\n');
-    if (end == std::string_view::npos || end < digits + 3 || text.substr(digits, 2) != "  ") {
-      return std::nullopt;
-    }
-    listed.push_back({std::string(text.substr(digits + 2, end - digits - 2)),
-                      std::string(text.substr(0, digits))});
-    if (listed.back().name.find('/') != std::string::npos) return std::nullopt;
-    text.remove_prefix(end + 1);
+  if (!list.ends_with('\n')) return std::nullopt;
+  ListedHashes listed;
+  std::istringstream lines(list);
+  for (std::string line; std::getline(lines, line);) {
+    if (line.size() < digits + 3 || line.compare(digits, 2, "  ") != 0) return std::nullopt;
+    if (line.find('/', digits) != std::string::npos) return std::nullopt;
+    listed.emplace_back(line.substr(digits + 2), line.substr(0, digits));
   }
-  return listed.empty() ? std::nullopt : std::optional(std::move(listed));
+  return listed;
 }
 
 // Whether the folder contains only the list and the files in the list.
 bool is_bundle(const fs::path& folder, std::vector<std::string> names) {
   const auto listed = read_hash_list(folder);
   if (!listed) return false;
-  for (const ListedHash& each : *listed) std::erase(names, each.name);
+  for (const auto& [name, hash] : *listed) std::erase(names, name);
   std::erase(names, hash_list_name);
   return names.empty();
 }
@@ -142,45 +140,40 @@ std::string sha256_of(std::string_view text) {
   return hash;
 }
 
-std::string check_target(const std::string& folder, bool replace) {
+void check_target(const std::string& folder, bool replace) {
   const fs::path target = target_of(folder);
   std::error_code error;
   const fs::file_status status = fs::status(target, error);
   if (status.type() == fs::file_type::not_found) {
     const fs::path parent = target.has_parent_path() ? target.parent_path() : fs::path(".");
-    if (::access(parent.c_str(), W_OK | X_OK) == 0) return {};
-    return because(target.string(), errno);
+    if (::access(parent.c_str(), W_OK | X_OK) != 0) throw cannot_write(target, errno);
+    return;
   }
   if (status.type() != fs::file_type::directory) {
-    return fmt::format("'{}' exists and is not a folder; name another one", folder);
+    throw wrong_folder("'{}' exists and is not a folder; name another one", folder);
   }
   const std::vector<std::string> names = archive::names_in(target, error);
-  if (error) return because(target.string(), error.value());
-  if (names.empty()) return {};
+  if (error) throw cannot_write(target, error.value());
   const bool bundle = is_bundle(target, names);
-  if (bundle && replace) return {};
-  return fmt::format("'{}' is not empty; name another folder{}", folder,
+  if (names.empty() || (bundle && replace)) return;
+  throw wrong_folder("'{}' is not empty; name another folder{}", folder,
                      bundle    ? ", or replace this bundle with --force"
                      : replace ? ": --force replaces bundles only"
                                : "");
 }
 
-std::string write_bundle(const std::string& folder, const std::vector<EvidenceFile>& files,
-                         bool replace) {
+void write_bundle(const std::string& folder, const std::vector<EvidenceFile>& files, bool replace) {
   const SignalsHeld held;
-  if (std::string wrong = check_target(folder, replace); !wrong.empty()) return wrong;
+  check_target(folder, replace);
   const fs::path target = target_of(folder);
   PartialFolder partial(target);
-  if (partial.path().empty()) return because(target.string(), errno);
-  EvidenceFile hashes{hash_list_name, {}};
+  std::string hashes;
   for (const EvidenceFile& file : files) {
-    std::string wrong = write_file(fs::path(partial.path()) / file.name, file.text);
-    if (!wrong.empty()) return wrong;
-    hashes.text += fmt::format("{}  {}\n", sha256_of(file.text), file.name);
+    write_file(partial.path() / file.name, file.text);
+    hashes += fmt::format("{}  {}\n", sha256_of(file.text), file.name);
   }
-  std::string wrong = write_file(fs::path(partial.path()) / hashes.name, hashes.text);
-  if (!wrong.empty()) return wrong;
-  return partial.take_name(target) ? std::string() : because(target.string(), errno);
+  write_file(partial.path() / hash_list_name, hashes);
+  partial.take_name(target);
 }
 
 const EvidenceFile* ReadBundle::find(std::string_view name) const {
@@ -189,30 +182,26 @@ const EvidenceFile* ReadBundle::find(std::string_view name) const {
   return found == files.end() ? nullptr : &*found;
 }
 
-tl::expected<ReadBundle, std::string> read_bundle(const std::string& folder) {
+ReadBundle read_bundle(const std::string& folder) {
   ReadBundle bundle;
   std::error_code error;
   std::vector<std::string> names = archive::names_in(folder, error);
-  if (error) {
-    return tl::unexpected(fmt::format("cannot read '{}': {}", folder, error.message()));
-  }
+  if (error) throw wrong_folder("cannot read '{}': {}", folder, error.message());
   const auto listed = read_hash_list(folder);
   if (!listed) {
-    return tl::unexpected(fmt::format("'{}' is not a bundle: {} is missing or not a list of hashes",
-                                      folder, hash_list_name));
+    throw wrong_folder("'{}' is not a bundle: {} is missing or not a list of hashes", folder,
+                       hash_list_name);
   }
   std::erase(names, hash_list_name);
-  for (const ListedHash& each : *listed) {
-    std::erase(names, each.name);
-    auto content = read_text_file(fs::path(folder) / each.name);
+  for (const auto& [name, hash] : *listed) {
+    std::erase(names, name);
+    auto content = read_text_file(fs::path(folder) / name);
     if (!content) {
-      bundle.findings.push_back(each.name + ": missing or unreadable: " + content.error());
+      bundle.findings.push_back(name + ": missing or unreadable: " + content.error());
       continue;
     }
-    if (sha256_of(*content) != each.hash) {
-      bundle.findings.push_back(each.name + ": another hash");
-    }
-    bundle.files.push_back({each.name, std::move(*content)});
+    if (sha256_of(*content) != hash) bundle.findings.push_back(name + ": another hash");
+    bundle.files.push_back({name, std::move(*content)});
   }
   for (const std::string& name : names) bundle.findings.push_back(name + ": not in the list");
   return bundle;

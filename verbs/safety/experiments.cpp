@@ -13,8 +13,14 @@ void add_threads_option(Verb verb, unsigned& threads) {
                    1024);
 }
 
-ExitStatus fail_format(const std::string& format, Host& host) {
-  return host.fail(ExitStatus::usage, safety_format_error(format));
+SafetyFormat monitored_by(const std::string& format) {
+  auto known = parse_safety_format(format);
+  if (!known) throw wrong_format(format);
+  return *std::move(known);
+}
+
+VerbError wrong_format(const std::string& format) {
+  return {ExitStatus::usage, safety_format_error(format)};
 }
 
 ExitStatus print_rows(const std::vector<FieldRow>& rows, const ExperimentOptions& options,

@@ -7,7 +7,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <tl/expected.hpp>
 #include <vector>
 
 #include "biss/base/units.hpp"
@@ -18,11 +17,11 @@
 #include "sim/fault.hpp"
 #include "verbs/common/exit_status.hpp"
 #include "verbs/common/fields.hpp"
+#include "verbs/common/host.hpp"
 #include "verbs/common/safety_format.hpp"
 
 namespace biss::verbs {
 
-class Host;
 class Verb;
 
 /// Options of every experiment.
@@ -37,8 +36,10 @@ struct ExperimentOptions {
 void add_seed_option(Verb verb, std::uint64_t& seed);
 void add_threads_option(Verb verb, unsigned& threads);
 
-/// Prints a line of usage: the mistake in `-f`.
-ExitStatus fail_format(const std::string& format, Host& host);
+/// The frame and its monitor; throws a VerbError if `-f` is wrong.
+SafetyFormat monitored_by(const std::string& format);
+/// The mistake in `-f`.
+VerbError wrong_format(const std::string& format);
 
 /// Writes a table to the output that the options name.
 ExitStatus print_rows(const std::vector<FieldRow>& rows, const ExperimentOptions& options,
@@ -68,19 +69,16 @@ struct LineCounts {
 /// By sim::FaultKind.
 using LineResult = std::array<LineCounts, sim::simulated_fault_count>;
 
-/// \return one line of text if the line model cannot do it (usage: exit status 2)
-tl::expected<LineResult, std::string> run_line_model(const SafetyFormat& monitored,
-                                                     const LineRequest& request, Host& host);
+/// Throws a VerbError if the line model cannot do it.
+LineResult run_line_model(const SafetyFormat& monitored, const LineRequest& request, Host& host);
 std::vector<FieldRow> line_table(const LineResult& result, std::uint64_t cycles);
 /// Done, or data_failed after a message for each fault that has a wrong count.
 ExitStatus judge_line(const LineResult& result, Host& host);
 
-/// Counts all usual faults, rows by importance sampling included.
-/// \return one line of text if a fault does not apply to this frame (usage: exit status 2)
-tl::expected<lab::CampaignState, std::string> run_usual_campaign(const lab::CampaignFrame& frame,
-                                                                 std::uint64_t frames,
-                                                                 const ExperimentOptions& options,
-                                                                 Host& host);
+/// Counts all usual faults, rows by importance sampling included. Throws a VerbError if a fault does
+/// not apply to this frame.
+lab::CampaignState run_usual_campaign(const lab::CampaignFrame& frame, std::uint64_t frames,
+                                      const ExperimentOptions& options, Host& host);
 
 /// A fault of a campaign, and its measurements.
 struct CampaignRow {
@@ -108,9 +106,9 @@ std::string sigma_text(long double sigma);
 /// counter ranges; the eight errors with the setup's counter (1…63 if it is learned).
 lab::SequencePlan usual_sequences(const SafetyFormat& monitored, std::uint64_t frames,
                                   std::uint64_t faults, std::uint64_t seed);
-/// The same as lab::run_sequences(), with the progress on a terminal.
-std::optional<std::vector<lab::SequenceResult>> run_sequence_plan(const lab::SequencePlan& plan,
-                                                                  unsigned threads, Host& host);
+/// The same as lab::run_sequences(), with the progress on a terminal. Throws wrong_format().
+std::vector<lab::SequenceResult> run_sequence_plan(const lab::SequencePlan& plan,
+                                                   const ExperimentOptions& options, Host& host);
 /// The sum of an error's rows follows them.
 /// CSV and JSON lines have more columns.
 std::vector<FieldRow> sequence_table(std::span<const lab::SequenceResult> results,

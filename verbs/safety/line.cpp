@@ -171,8 +171,7 @@ LineCounts count(const SafetyFormat& monitored, sim::LineSetup setup, sim::Fault
   return watch.finish();
 }
 
-tl::expected<sim::LineSetup, std::string> line_of(const SafetyFormat& monitored,
-                                                  const LineRequest& request) {
+sim::LineSetup line_of(const SafetyFormat& monitored, const LineRequest& request) {
   LineOptions line;
   const auto device = parse_device(monitored.device);
   line.device.format =
@@ -184,37 +183,31 @@ tl::expected<sim::LineSetup, std::string> line_of(const SafetyFormat& monitored,
   line.motion = "random";
   line.setup.seed = request.seed;
   if (monitored.setup.counter.mode == CounterMode::count_0_63) line.counter = "count_0_63";
-  return line_setup(line).map_error(
-      [](const std::string& error) { return "the line model, 10 MHz, 20 m: " + error; });
+  return value_or_fail(line_setup(line).map_error(
+      [](const std::string& error) { return "the line model, 10 MHz, 20 m: " + error; }));
 }
 
 ExitStatus run_line(const LineRequest& request, Host& host) {
-  const auto monitored = parse_safety_format(request.format);
-  if (!monitored) return fail_format(request.format, host);
-  const auto counts = run_line_model(*monitored, request, host);
-  if (!counts) return host.fail(ExitStatus::usage, counts.error());
-  const ExitStatus status = print_rows(line_table(*counts, request.cycles), request, host);
-  return status == ExitStatus::done ? judge_line(*counts, host) : status;
+  const LineResult counts = run_line_model(monitored_by(request.format), request, host);
+  const ExitStatus status = print_rows(line_table(counts, request.cycles), request, host);
+  return status == ExitStatus::done ? judge_line(counts, host) : status;
 }
 
 }  // namespace
 
-tl::expected<LineResult, std::string> run_line_model(const SafetyFormat& monitored,
-                                                     const LineRequest& request, Host& host) {
-  const auto line = line_of(monitored, request);
-  if (!line) return tl::unexpected(line.error());
-  const Picoseconds interval = sim::Line(*line).nominal().interval;
-  if (request.cycles > static_cast<std::uint64_t>(longest_run.count / interval.count)) {
-    return tl::unexpected(
-        fmt::format("--cycles: the line model holds 100 days, {} cycles at this rate",
-                    longest_run.count / interval.count));
+LineResult run_line_model(const SafetyFormat& monitored, const LineRequest& request, Host& host) {
+  const sim::LineSetup line = line_of(monitored, request);
+  const Picoseconds interval = sim::Line(line).nominal().interval;
+  const auto most = static_cast<std::uint64_t>(longest_run.count / interval.count);
+  if (request.cycles > most) {
+    throw wrong_usage("--cycles: the line model holds 100 days, {} cycles at this rate", most);
   }
   LineResult all;
   Progress progress(host);
   std::mutex mutex;
   std::size_t done = 0;
   lab::parallel_for(request.threads, all.size(), [&](std::size_t k) {
-    all[k] = count(monitored, *line, static_cast<sim::FaultKind>(k), request.cycles, host);
+    all[k] = count(monitored, line, static_cast<sim::FaultKind>(k), request.cycles, host);
     const std::lock_guard lock(mutex);
     ++done;
     if (progress.due()) {

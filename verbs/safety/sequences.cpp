@@ -1,6 +1,7 @@
 // biss safety sequences: run the monitor on long sequences of frames, undamaged and with the eight
 // transmission errors.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <deque>
@@ -26,6 +27,7 @@ struct SequenceOptions : ExperimentOptions {
   std::optional<std::uint64_t> replay;
 };
 
+using lab::SequenceResult;
 using Counters = lab::SequencePlan::Counters;
 
 template <class Enum, class Names>
@@ -114,15 +116,14 @@ FieldRow fields_of(const lab::SequenceStep& step, const FrameBits& bits) {
 ExitStatus run_replay(const lab::SequencePlan& plan, const SequenceOptions& options, Host& host) {
   const std::uint64_t index = *options.replay;
   if (plan.rows.size() != 1 || index >= plan.rows[0].size) {
-    return host.fail(
-        ExitStatus::usage,
+    throw wrong_usage(
         "--replay needs a single row and an index in it: one --kind with its --variant, or "
         "undamaged with --motion, --counter and --encoder-counter");
   }
   const lab::SequenceRow& row = plan.rows[0];
   const auto frame =
       lab::SequenceFrame::make(plan.format, plan.setup_of(row), row.counter, row.encoder_counter);
-  if (!frame) return fail_format(options.format, host);
+  if (!frame) throw wrong_format(options.format);
   // The frames before an undamaged frame are shown too.
   const std::uint64_t before = row.task == lab::SequenceTask::undamaged ? 4 : 0;
   std::vector<FieldRow> steps;
@@ -136,20 +137,88 @@ ExitStatus run_replay(const lab::SequencePlan& plan, const SequenceOptions& opti
   return print_rows(steps, options, host);
 }
 
+// In the order of the verdicts.
+std::string verdicts_of(const lab::SequenceCounts& counts) {
+  std::vector<std::string> texts;
+  for (std::size_t k = 0; k < counts.verdicts.size(); ++k) {
+    if (counts.verdicts[k] == 0) continue;
+    texts.push_back(fmt::format("{}:{}", name_of(verdict_of(k)), counts.verdicts[k]));
+  }
+  return fmt::format("{}", fmt::join(texts, " "));
+}
+
+// CSV and JSON lines have all fields.
+FieldRow fields_of(const SequenceResult& result, bool all) {
+  const lab::SequenceCounts& counts = result.counts;
+  const bool undamaged = result.row.task == lab::SequenceTask::undamaged;
+  const auto of_event = [&](std::uint64_t value) {
+    return undamaged ? std::nullopt : std::optional(value);
+  };
+  std::optional<std::string> theory;
+  std::optional<std::string> sigma;
+  if (!undamaged && result.theory) {
+    theory = fmt::format("{:.4g}", static_cast<double>(*result.theory));
+  }
+  if (result.sigma) sigma = sigma_text(*result.sigma);
+  FieldRow fields{
+      {"run", result.row.name()},
+      {"variant", result.row.variant_name()},
+      {"counter", lab::name_of(result.row.counter)},
+      {"encoder_counter", lab::name_of(result.row.encoder_counter), {.heading = "encoder"}},
+      {"frames", counts.frames},
+      {"false_alarms", counts.false_alarms, {.heading = "alarms"}},
+      {"misread", counts.misread},
+      {"events", of_event(counts.events)},
+      {"accepted", of_event(counts.accepted)},
+      {"theory", theory},
+      {"sigma", sigma},
+      {"worst_cycles", of_event(counts.worst_cycles), {.heading = "cycles"}},
+      {"bound_cycles", of_event(result.bound_cycles), {.heading = "bound"}},
+      {"late", of_event(counts.late)},
+      {"unexpected", of_event(counts.unexpected)},
+      {"result", result.passed() ? "ok" : "failed", {.role = report::Role::status}},
+      {"verdicts", verdicts_of(counts)}};
+  if (all) {
+    fields.insert(fields.end(), {{"wrong", of_event(counts.wrong)},
+                                 {"position_wraps", counts.position_wraps},
+                                 {"counter_wraps", counts.counter_wraps},
+                                 {"odd", fmt::format("{}", fmt::join(counts.odd, ";"))}});
+  }
+  return fields;
+}
+
+// Why a row has not passed, in one line: false alarms, late verdicts, ….
+std::string failure_of(const SequenceResult& result) {
+  std::string text = fmt::format("{} {}:", result.row.name(), result.row.variant_name());
+  const lab::SequenceCounts& counts = result.counts;
+  const auto add = [&text](std::uint64_t count, const char* what) {
+    if (count != 0) text += fmt::format(" {} {},", count, what);
+  };
+  add(counts.false_alarms, "false alarms");
+  add(counts.misread, "misread");
+  add(counts.late, "late");
+  add(counts.unexpected, "with a verdict that does not belong to the error");
+  if (result.sigma && std::abs(*result.sigma) > lab::sequence_sigma_limit) {
+    text += fmt::format(" {} accepted are {:+.1f} standard deviations from the theory,",
+                        counts.accepted, *result.sigma);
+  } else if (result.theory && *result.theory == 0 && counts.accepted != 0) {
+    text += fmt::format(" {} accepted instead of 0,", counts.accepted);
+  }
+  text.back() = ';';
+  return text + fmt::format(" the first at {}", fmt::join(counts.odd, ", "));
+}
+
 ExitStatus run_safety_sequences(const SequenceOptions& options, Host& host) {
-  const auto known = parse_safety_format(options.format);
-  if (!known) return fail_format(options.format, host);
-  const lab::SequencePlan plan = plan_of(options, *known);
+  const lab::SequencePlan plan = plan_of(options, monitored_by(options.format));
   if (plan.rows.empty()) {
-    return host.fail(ExitStatus::usage,
-                     "nothing to run: the --kind has no such --variant, or the counters of monitor "
-                     "and encoder differ");
+    throw wrong_usage(
+        "nothing to run: the --kind has no such --variant, or the counters of monitor and encoder "
+        "differ");
   }
   if (options.replay) return run_replay(plan, options, host);
-  const auto results = run_sequence_plan(plan, options.threads, host);
-  if (!results) return fail_format(options.format, host);
-  const ExitStatus status = print_rows(sequence_table(*results, options.to), options, host);
-  return status == ExitStatus::done ? judge_sequences(*results, host) : status;
+  const auto results = run_sequence_plan(plan, options, host);
+  const ExitStatus status = print_rows(sequence_table(results, options.to), options, host);
+  return status == ExitStatus::done ? judge_sequences(results, host) : status;
 }
 
 }  // namespace
@@ -163,13 +232,31 @@ lab::SequencePlan usual_sequences(const SafetyFormat& monitored, std::uint64_t f
   return plan_of(options, monitored);
 }
 
-std::optional<std::vector<lab::SequenceResult>> run_sequence_plan(const lab::SequencePlan& plan,
-                                                                  unsigned threads, Host& host) {
+std::vector<lab::SequenceResult> run_sequence_plan(const lab::SequencePlan& plan,
+                                                   const ExperimentOptions& options, Host& host) {
   Progress line(host);
-  return lab::run_sequences(plan, threads, [&line](const lab::SequenceProgress& progress) {
+  const auto show = [&line](const lab::SequenceProgress& progress) {
     if (!line.due()) return;
     line.show(fmt::format("{} of {} blocks", progress.done, progress.all));
-  });
+  };
+  auto results = lab::run_sequences(plan, options.threads, show);
+  if (!results) throw wrong_format(options.format);
+  return *std::move(results);
+}
+
+std::vector<FieldRow> sequence_table(std::span<const SequenceResult> results, report::Format to) {
+  std::vector<FieldRow> table;
+  for (const SequenceResult& each : results) {
+    table.push_back(fields_of(each, to != report::Format::table));
+  }
+  return table;
+}
+
+ExitStatus judge_sequences(std::span<const SequenceResult> results, Host& host) {
+  for (const SequenceResult& result : results) {
+    if (!result.passed()) return host.fail(ExitStatus::data_failed, failure_of(result));
+  }
+  return ExitStatus::done;
 }
 
 Run add_safety_sequences(Verb verb) {
