@@ -59,43 +59,37 @@ std::string journal_of(const std::string& output) {
 
 // The lines of a file that names files. Line ends may be LF or CRLF, and UTF-8's byte-order mark may
 // come first. A device may have no end, so lines and their number have limits.
-tl::expected<std::vector<std::string>, std::string> read_list(const std::string& path) {
+std::vector<std::string> read_list(const std::string& path) {
   constexpr std::size_t most_lines = 10'000'000;
   constexpr std::string_view mark = "\xEF\xBB\xBF";
   std::ifstream file(path, std::ios::binary);
-  if (!file) return tl::unexpected(fmt::format("{}: cannot open it", path));
+  const auto require = [&](bool good, const std::string& why) {
+    if (!good) throw VerbError{ExitStatus::io, fmt::format("{}: {}", path, why)};
+  };
+  require(file.is_open(), "cannot open it");
   std::vector<std::string> lines;
   std::array<char, PATH_MAX + 2> buffer{};
   std::size_t number = 1;
   for (; file.getline(buffer.data(), buffer.size()); ++number) {
-    if (number > most_lines) {
-      return tl::unexpected(
-          fmt::format("{}: more than {} lines; give several lists, and merge "
-                      "their summaries",
-                      path, most_lines));
-    }
+    require(number <= most_lines,
+            fmt::format("more than {} lines; give several lists, and merge their summaries",
+                        most_lines));
     // The count has the line feed, except at the end of the file.
     std::string_view line(buffer.data(),
                           static_cast<std::size_t>(file.gcount()) - (file.eof() ? 0U : 1U));
     if (number == 1 && line.starts_with(mark)) line.remove_prefix(mark.size());
     if (line.ends_with('\r')) line.remove_suffix(1);
-    if (line.find('\0') != std::string_view::npos) {
-      return tl::unexpected(fmt::format(
-          "{}: line {} has a zero byte; write a text in UTF-8, one path a line", path, number));
-    }
-    if (line.find('\r') != std::string_view::npos && !std::filesystem::exists(line)) {
-      return tl::unexpected(
-          fmt::format("{}: line {} has a CR inside; end each line in LF or CRLF", path, number));
-    }
+    const auto has = [line](char c) { return line.find(c) != std::string_view::npos; };
+    require(!has('\0'),
+            fmt::format("line {} has a zero byte; write a text in UTF-8, one path a line", number));
+    require(!has('\r') || std::filesystem::exists(line),
+            fmt::format("line {} has a CR inside; end each line in LF or CRLF", number));
     if (!line.empty()) lines.emplace_back(line);
   }
-  if (file.bad()) return tl::unexpected(fmt::format("{}: cannot read it", path));
-  if (!file.eof()) {
-    return tl::unexpected(
-        fmt::format("{}: line {} has more than {} bytes, more than any path has; write "
-                    "one path a line",
-                    path, number, PATH_MAX));
-  }
+  require(!file.bad(), "cannot read it");
+  require(file.eof(), fmt::format("line {} has more than {} bytes, more than any path has; write "
+                                  "one path a line",
+                                  number, PATH_MAX));
   return lines;
 }
 
@@ -117,20 +111,15 @@ std::string replaced_file(const std::string& output, const std::vector<archive::
 ExitStatus run_read(const ArchiveOptions& options, Host& host) {
   const std::vector<std::string>& paths = options.task.capture.files;
   std::vector<std::string> listed;
-  if (!options.list.empty()) {
-    auto lines = read_list(options.list);
-    if (!lines) return host.fail(ExitStatus::io, lines.error());
-    listed = std::move(*lines);
-  }
+  if (!options.list.empty()) listed = read_list(options.list);
   if (paths.empty() && listed.empty()) {
-    return host.fail(ExitStatus::usage, "no folder given; name one, or --files-from");
+    throw wrong_usage("no folder given; name one, or --files-from");
   }
   const auto names_stdin = [](const std::vector<std::string>& names) {
     return std::find(names.begin(), names.end(), "-") != names.end();
   };
   if (names_stdin(paths) || names_stdin(listed)) {
-    return host.fail(ExitStatus::usage,
-                     "standard input is not a folder; for a file of that name give ./-");
+    throw wrong_usage("standard input is not a folder; for a file of that name give ./-");
   }
   // The options are wrong for each file, or for none.
   CaptureArguments checked = options.task.capture;
@@ -138,40 +127,34 @@ ExitStatus run_read(const ArchiveOptions& options, Host& host) {
   if (const ExitStatus status = DecodedCapture(host).open(checked); status != ExitStatus::done) {
     return status;
   }
-  const auto files = archive::list_files(paths, listed);
-  if (!files) return host.fail(ExitStatus::io, files.error());
-  if (const std::string replaced = replaced_file(options.summary.output, *files, host);
-      !replaced.empty()) {
-    return host.fail(ExitStatus::usage, replaced);
-  }
+  const auto files = value_or_fail(archive::list_files(paths, listed), ExitStatus::io);
+  fail_if(replaced_file(options.summary.output, files, host));
   ArchiveTask task = options.task;
   // Figures of different programs do not add up.
   task.setup = {program_text(), settings_of(*options.read)};
   task.journal = journal_of(options.summary.output);
-  archive::Summary summary;
-  const ExitStatus status = read_archive(task, *files, summary, host);
-  return status == ExitStatus::done ? show_summary(summary, options.summary, host) : status;
+  archive::Summary summary = read_archive(task, files, host);
+  return show_summary(summary, options.summary, host);
 }
 
 ExitStatus run_merge(const ArchiveOptions& options, Host& host) {
   std::vector<archive::NamedSummary> parts;
   for (const std::string& path : options.parts) {
     std::ifstream file(path, std::ios::binary);
-    if (!file) return host.fail(ExitStatus::io, fmt::format("{}: cannot open it", path));
+    if (!file) throw VerbError{ExitStatus::io, fmt::format("{}: cannot open it", path)};
     auto part = archive::read_summary(file);
     if (!part) {
-      return host.fail(ExitStatus::io,
-                       fmt::format("{}: not a usable summary: {}", path, part.error()));
+      throw VerbError{ExitStatus::io,
+                      fmt::format("{}: not a usable summary: {}", path, part.error())};
     }
     parts.emplace_back(path, std::move(*part));
   }
-  auto sum = archive::merge(std::move(parts));
-  if (!sum) return host.fail(ExitStatus::io, sum.error());
-  const ExitStatus status = show_summary(*sum, options.summary, host);
-  if (status != ExitStatus::done || sum->parts.complete()) return status;
+  archive::Summary sum = value_or_fail(archive::merge(std::move(parts)), ExitStatus::io);
+  const ExitStatus status = show_summary(sum, options.summary, host);
+  if (status != ExitStatus::done || sum.parts.complete()) return status;
   return host.fail(ExitStatus::data_failed,
                    fmt::format("shards are missing: {} of {}; run them, and merge all again",
-                               sum->parts.missing(), sum->parts.count));
+                               sum.parts.missing(), sum.parts.count));
 }
 
 void add_summary_options(Verb verb, SummaryOptions& summary) {

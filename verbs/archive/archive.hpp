@@ -32,11 +32,11 @@ struct ArchiveTask {
   std::string journal;
 };
 
-/// Reads the files of the shard that the journal does not know. Prints the reason if the journal
+/// Reads the files of the shard that the journal does not know. Throws a VerbError if the journal
 /// fails; the failure of a file is in its entry.
 /// \param files all files, as list_files() gives them
-ExitStatus read_archive(const ArchiveTask& task, const std::vector<archive::ListedFile>& files,
-                        archive::Summary& summary, Host& host);
+archive::Summary read_archive(const ArchiveTask& task,
+                              const std::vector<archive::ListedFile>& files, Host& host);
 
 /// Reads the file as `biss decode --each` would, or returns the cause of a failure. Prints nothing;
 /// any thread.
@@ -54,18 +54,5 @@ bool is_lasting(const archive::FileEntry& entry);
 /// there, and the sums on stderr.
 /// \return `data_failed` if shards are missing, or no file has a request cycle
 ExitStatus show_summary(archive::Summary& summary, const SummaryOptions& options, Host& host);
-
-/// For a progress line.
-struct ArchiveProgress {
-  std::uint64_t files = 0;
-  std::uint64_t all_files = 0;
-  std::uint64_t bytes = 0;
-  std::uint64_t all_bytes = 0;
-};
-
-/// `312 of 1000 files, 1.2 of 4.5 GB, 85.3 files/s, 210.00 MB/s, 0:12 left`.
-/// \param before the work that was done when the time began
-std::string progress_text(const ArchiveProgress& now, const ArchiveProgress& before,
-                          double seconds);
 
 }  // namespace biss::verbs

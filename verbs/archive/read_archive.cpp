@@ -1,16 +1,31 @@
 // Reads the captures of an archive into its journal, with progress and interruption.
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
+#include <cstdint>
+#include <fstream>
+#include <functional>
 #include <mutex>
 #include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
 #include <thread>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
+#include "archive/entry.hpp"
+#include "archive/summary.hpp"
 #include "lab/experiment.hpp"
 #include "verbs/archive/archive.hpp"
-#include "verbs/archive/journal.hpp"
+#include "verbs/common/host.hpp"
+#include "verbs/common/output.hpp"
 #include "verbs/common/terminal.hpp"
 
 namespace biss::verbs {
@@ -20,27 +35,152 @@ namespace {
 using archive::FileEntry;
 using archive::ListedFile;
 
+struct ArchiveProgress {
+  std::uint64_t files = 0;
+  std::uint64_t all_files = 0;
+  std::uint64_t bytes = 0;
+  std::uint64_t all_bytes = 0;
+};
+
 std::string volume_text(std::uint64_t bytes) {
   return fmt::format("{:.2f}", static_cast<double>(bytes) * 1e-9);
 }
 
+// The journal of an archive: the entry of each file that was read, as soon as it was read. A file of
+// lines that only grows, so that a run that is killed at any time loses the line at its end at
+// most. One process at a time.
+class Journal {
+ public:
+  // True: the entry is used. Any other entry is no longer of use.
+  using OnEntry = std::function<bool(archive::StampedEntry entry)>;
+
+  explicit Journal(Host& host) : host_(host) {}
+  ~Journal() { close(); }
+  Journal(const Journal&) = delete;
+  Journal& operator=(const Journal&) = delete;
+
+  // Opens or makes the file and reads its content. Entries under another header are dropped, and
+  // if most lines are useless, the file is written again. Throws a VerbError if it cannot: another
+  // process has it open, the file is not a journal, it cannot be written.
+  void open(const std::string& path, const std::string& header, const OnEntry& on_entry) {
+    path_ = path;
+    open_and_lock();
+    read_lines(header, on_entry);
+    if (unused_ > used_.size()) rewrite(header);
+  }
+
+  // Adds an entry. Throws a VerbError if it cannot.
+  void append(const archive::StampedEntry& entry) { write(archive::journal_line(entry) + '\n'); }
+
+ private:
+  struct Line {
+    std::uint64_t begin = 0;
+    std::uint64_t bytes = 0;
+  };
+
+  void open_and_lock() {
+    struct stat opened {};
+    struct stat named {};
+    do {
+      close();
+      file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NOCTTY, 0666);
+      if (file_ < 0) fail_with(errno);
+      // A file system without locks is used without them.
+      if (::flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+        fail("another run is writing it; wait for its end, or give another output");
+      }
+      if (::fstat(file_, &opened) != 0) fail_with(errno);
+      if (!S_ISREG(opened.st_mode)) fail("not a regular file");
+      // The one who had the lock before may have replaced the file.
+    } while (::stat(path_.c_str(), &named) != 0 || named.st_ino != opened.st_ino ||
+             named.st_dev != opened.st_dev);
+  }
+
+  void read_lines(const std::string& header, const OnEntry& on_entry) {
+    std::ifstream file(path_, std::ios::binary);
+    std::string line;
+    const auto next_whole_line = [&] { return std::getline(file, line) && !file.eof(); };
+    const bool any = next_whole_line();
+    if (!file.is_open() || file.bad()) fail_with(EIO);
+    // A run that was killed may have left the beginning of a header.
+    const bool begun = !any && archive::own_files_begin.starts_with(line);
+    if (!begun && !line.starts_with(archive::own_files_begin)) {
+      fail("not a journal of biss archive; give another output");
+    }
+    if (!any || line != header) return begin(header);
+    std::uint64_t place = line.size() + 1;
+    for (; next_whole_line(); place += line.size() + 1) {
+      auto entry = archive::read_journal_line(line);
+      if (entry && on_entry(std::move(*entry))) {
+        used_.push_back({place, line.size() + 1});
+      } else {
+        ++unused_;
+      }
+    }
+    if (file.bad()) fail_with(EIO);
+    // The piece of a line at the end is of a run that was killed.
+    if (::ftruncate(file_, static_cast<off_t>(place)) != 0) fail_with(errno);
+  }
+
+  // An empty journal: its entries mean nothing here.
+  void begin(const std::string& header) {
+    if (::ftruncate(file_, 0) != 0) fail_with(errno);
+    write(header + '\n');
+  }
+
+  void rewrite(const std::string& header) {
+    Output file(host_);
+    bool good = file.open(path_) && file.write(header + '\n');
+    std::string line;
+    for (auto used = used_.begin(); good && used != used_.end(); ++used) {
+      line.resize(used->bytes);
+      const ssize_t got = ::pread(file_, line.data(), line.size(), static_cast<off_t>(used->begin));
+      if (got != static_cast<ssize_t>(line.size())) fail_with(got < 0 ? errno : EIO);
+      good = file.write(line);
+    }
+    if (!good || !file.finish()) throw VerbError{ExitStatus::io, file.error()};
+    open_and_lock();
+  }
+
+  void write(std::string_view text) {
+    while (!text.empty()) {
+      const ssize_t taken = ::write(file_, text.data(), text.size());
+      if (taken < 0 && errno == EINTR) continue;
+      if (taken < 0) fail_with(errno);
+      text.remove_prefix(static_cast<std::size_t>(taken));
+    }
+  }
+
+  [[noreturn]] void fail(const std::string& why) const {
+    throw VerbError{ExitStatus::io, fmt::format("{}: {}", path_, why)};
+  }
+  [[noreturn]] void fail_with(int cause) const { fail(std::generic_category().message(cause)); }
+
+  void close() {
+    if (file_ >= 0) ::close(std::exchange(file_, -1));
+  }
+
+  Host& host_;
+  std::string path_;
+  int file_ = -1;
+  std::vector<Line> used_;
+  std::uint64_t unused_ = 0;
+};
+
 class ArchiveRun {
  public:
-  ArchiveRun(const ArchiveTask& task, archive::Summary& summary, Host& host)
-      : task_(task), summary_(summary), host_(host), journal_(host) {}
+  ArchiveRun(const ArchiveTask& task, Host& host) : task_(task), host_(host), journal_(host) {}
 
-  ExitStatus run(const std::vector<ListedFile>& files) {
+  archive::Summary run(const std::vector<ListedFile>& files) {
     summary_.setup = task_.setup;
     summary_.parts = {.count = task_.shard.count, .done = {task_.shard.number}};
     for (std::size_t i = 0; i < files.size(); ++i) {
       summary_.list.add(archive::utf8_text(files[i].path));
       if (i % task_.shard.count == task_.shard.number - 1) add_file(files[i]);
     }
-    if (!task_.journal.empty()) {
-      const ExitStatus status = open_journal();
-      if (status != ExitStatus::done) return status;
-    }
-    return read_rest();
+    if (!task_.journal.empty()) open_journal();
+    read_rest();
+    return std::move(summary_);
   }
 
  private:
@@ -61,7 +201,7 @@ class ArchiveRun {
     summary_.add(std::move(entry));
   }
 
-  ExitStatus open_journal() {
+  void open_journal() {
     const auto use = [this](archive::StampedEntry stamped) {
       const auto at = waiting_.find(stamped.entry.path);
       if (at == waiting_.end() || at->second->stamp != stamped.stamp) return false;
@@ -69,7 +209,7 @@ class ArchiveRun {
       waiting_.erase(at);
       return true;
     };
-    return journal_.open(task_.journal, archive::journal_header(task_.setup), use);
+    journal_.open(task_.journal, archive::journal_header(task_.setup), use);
   }
 
   // The largest first: no thread is left with a large one when the others are done.
@@ -83,7 +223,7 @@ class ArchiveRun {
     return files;
   }
 
-  ExitStatus read_rest() {
+  void read_rest() {
     const auto files = files_by_size();
     before_ = now_;
     progress_.emplace(host_);
@@ -91,21 +231,19 @@ class ArchiveRun {
         task_.threads != 0 ? task_.threads : std::max(1U, std::thread::hardware_concurrency());
     std::size_t next = 0;
     std::uint64_t left = now_.all_bytes - now_.bytes;
-    while (next < files.size() && status_ == ExitStatus::done &&
-           is_for_all_threads(*files[next], left, threads)) {
+    while (next < files.size() && is_for_all_threads(*files[next], left, threads)) {
       const ListedFile& file = *files[next++];
       left -= file.stamp.bytes;
       read(file, threads);
     }
     lab::run_workers(threads, [&] {
       std::unique_lock lock(mutex_);
-      if (next == files.size() || status_ != ExitStatus::done) return false;
+      if (next == files.size()) return false;
       const ListedFile& file = *files[next++];
       lock.unlock();
       read(file, 1);
       return true;
     });
-    return status_;
   }
 
   // A file so long that one thread would still read it when the others have read the rest.
@@ -118,15 +256,28 @@ class ArchiveRun {
     archive::StampedEntry stamped{file.stamp,
                                   read_listed_file(file, task_.capture, threads, host_)};
     const std::lock_guard lock(mutex_);
-    if (!task_.journal.empty() && is_lasting(stamped.entry)) {
-      status_ = std::max(status_, journal_.append(stamped));
-    }
+    if (!task_.journal.empty() && is_lasting(stamped.entry)) journal_.append(stamped);
     take(std::move(stamped.entry), file);
-    if (progress_->due()) progress_->show(progress_text(now_, before_, progress_->seconds()));
+    if (progress_->due()) progress_->show(text_of_progress());
+  }
+
+  // `312 of 1000 files, 1.2 of 4.5 GB, 85.3 files/s, 210.00 MB/s, 0:12 left`.
+  std::string text_of_progress() const {
+    const double seconds = progress_->seconds();
+    const double files = static_cast<double>(now_.files - before_.files) / seconds;
+    const double bytes = static_cast<double>(now_.bytes - before_.bytes) / seconds;
+    // The bytes determine the time for large files, the number for small ones: whichever is longer.
+    const double by_files = static_cast<double>(now_.all_files - now_.files) / files;
+    const double by_bytes =
+        bytes > 0 ? static_cast<double>(now_.all_bytes - now_.bytes) / bytes : 0;
+    return fmt::format("{} of {} files, {} of {} GB", now_.files, now_.all_files,
+                       volume_text(now_.bytes), volume_text(now_.all_bytes)) +
+           rate_text(files, "files") + rate_text(bytes, "B") +
+           left_text(std::max(by_files, by_bytes));
   }
 
   const ArchiveTask& task_;
-  archive::Summary& summary_;
+  archive::Summary summary_;
   Host& host_;
   Journal journal_;
   // The files to read, by the path in their entries.
@@ -136,27 +287,13 @@ class ArchiveRun {
   ArchiveProgress before_;
   std::optional<Progress> progress_;
   std::mutex mutex_;
-  ExitStatus status_ = ExitStatus::done;
 };
 
 }  // namespace
 
-std::string progress_text(const ArchiveProgress& now, const ArchiveProgress& before,
-                          double seconds) {
-  const double files = static_cast<double>(now.files - before.files) / seconds;
-  const double bytes = static_cast<double>(now.bytes - before.bytes) / seconds;
-  std::string text = fmt::format("{} of {} files, {} of {} GB", now.files, now.all_files,
-                                 volume_text(now.bytes), volume_text(now.all_bytes));
-  text += rate_text(files, "files") + rate_text(bytes, "B");
-  // The bytes determine the time for large files, the number for small ones: whichever is longer.
-  const double by_files = static_cast<double>(now.all_files - now.files) / files;
-  const double by_bytes = bytes > 0 ? static_cast<double>(now.all_bytes - now.bytes) / bytes : 0;
-  return text + left_text(std::max(by_files, by_bytes));
-}
-
-ExitStatus read_archive(const ArchiveTask& task, const std::vector<ListedFile>& files,
-                        archive::Summary& summary, Host& host) {
-  return ArchiveRun(task, summary, host).run(files);
+archive::Summary read_archive(const ArchiveTask& task, const std::vector<ListedFile>& files,
+                              Host& host) {
+  return ArchiveRun(task, host).run(files);
 }
 
 }  // namespace biss::verbs

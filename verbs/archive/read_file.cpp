@@ -26,10 +26,7 @@ using archive::Reading;
 using identify::Protocol;
 
 // The causes that are not in capture::CaptureCause.
-constexpr const char* no_lines = "no_lines";
-constexpr const char* other_protocol = "other_protocol";
 constexpr const char* no_such_line = "no_such_line";
-constexpr const char* no_cycle = "no_cycle";
 constexpr const char* out_of_memory = "out_of_memory";
 constexpr const char* changed = "changed_while_read";
 
@@ -98,7 +95,7 @@ class FileReader {
       if (!read_link()) return;
     }
     if (capture_.status() >= ExitStatus::usage) return end(cause(), last_message());
-    if (entry_.links.empty()) return end(no_cycle, no_request_);
+    if (entry_.links.empty()) return end("no_cycle", no_request_);
     entry_.reading = Reading::whole;
   }
 
@@ -112,7 +109,7 @@ class FileReader {
       const bool other = is_other(guess.protocol);
       if (!capture_.has_lines() || other) {
         const std::string& name = capture_.input().name();
-        end(other ? other_protocol : no_lines,
+        end(other ? "other_protocol" : "no_lines",
             other ? fmt::format("{}: the lines look like {} ({})", name, name_of(guess.protocol),
                                 guess.why)
                   : fmt::format("{}: no pair of lines behaves like MA and SLO", name));

@@ -77,10 +77,6 @@ ExitStatus write_table(const archive::Summary& summary, const SummaryOptions& op
   });
 }
 
-std::string with_comma(const std::string& list, std::uint64_t count, std::string_view name) {
-  return fmt::format("{}{}{} {}", list, list.empty() ? "" : ", ", count, name);
-}
-
 // The encoder whose line delay changes the most, in picoseconds a year.
 std::pair<const archive::GroupKey*, std::int64_t> largest_drift(
     const std::map<archive::GroupKey, std::vector<archive::PlacedLink>>& captures) {
@@ -104,9 +100,7 @@ std::string sums_text(const archive::Summary& summary, const archive::Totals& su
   std::string status;
   for (std::size_t i = 0; i < cycle_status_count; ++i) {
     const auto each = static_cast<CycleStatus>(i);
-    if (sums.counts.count(each) != 0) {
-      status = with_comma(status, sums.counts.count(each), name_of(each));
-    }
+    report::append_count(status, sums.counts.count(each), name_of(each));
   }
   text.entry("cycles", fmt::format("{}", sums.counts.cycles), status);
   text.entry("flags", fmt::format("{} with nE = 0, {} with nW = 0", sums.counts.errors,
@@ -117,7 +111,7 @@ std::string sums_text(const archive::Summary& summary, const archive::Totals& su
                fmt::format("{} of {}", sums.counts.marginal, sums.counts.margin_judged));
   }
   std::string causes;
-  for (const auto& [cause, count] : sums.causes) causes = with_comma(causes, count, cause);
+  for (const auto& [cause, count] : sums.causes) report::append_count(causes, count, cause);
   if (!causes.empty()) text.entry("not read", causes);
   const auto captures = captures_of(summary);
   text.entry("encoders", fmt::format("{}", captures.size()),

@@ -7,7 +7,6 @@
 #include <limits>
 #include <memory>
 #include <optional>
-#include <tl/expected.hpp>
 #include <utility>
 #include <vector>
 
@@ -16,6 +15,7 @@
 #include "draw/cycle_drawing.hpp"
 #include "draw/svg.hpp"
 #include "draw/text.hpp"
+#include "report/summary.hpp"
 #include "sim/line.hpp"
 #include "verbs/common/decoded_capture.hpp"
 #include "verbs/common/host.hpp"
@@ -58,17 +58,8 @@ struct SimulatedDrawing {
   std::string faults;
 };
 
-struct SimulatedCycles {
-  FrameFormat format;
-  std::vector<SimulatedDrawing> cycles;
-};
-
 // More than enough for every fault; a longer line is drawn from a capture.
 constexpr std::uint64_t simulated_cycles_max = 10'000;
-
-tl::unexpected<VerbError> wrong_usage(std::string text) {
-  return tl::unexpected(VerbError{ExitStatus::usage, std::move(text)});
-}
 
 std::uint64_t first_fault(const sim::LineSetup& setup) {
   std::optional<std::uint64_t> first;
@@ -127,39 +118,6 @@ std::optional<std::size_t> ack_of(const draw::CycleDrawing& drawing) {
   return std::nullopt;
 }
 
-// From cycle --cycle on; by default from the first one that a fault is injected into by its number.
-tl::expected<SimulatedCycles, VerbError> draw_simulated(const DrawOptions& options,
-                                                        const LineOptions& line) {
-  auto setup = line_setup(line);
-  if (!setup) return wrong_usage(setup.error());
-  if (const std::string wrong = wrong_start(*setup); !wrong.empty()) return wrong_usage(wrong);
-  if (options.ack_clocks) {
-    const Picoseconds period = period_of(line.setup.clock);
-    setup->processing = static_cast<std::int64_t>(*options.ack_clocks) * period - period / 2;
-  }
-  const std::uint64_t begin = options.cycle.value_or(first_fault(*setup));
-  if (begin + options.count > simulated_cycles_max) {
-    return wrong_usage(fmt::format("--cycle: a simulated line has {} cycles here; draw a capture",
-                                   simulated_cycles_max));
-  }
-  const std::uint64_t requests = begin + options.count;
-  const std::string wrong = wrong_faults(setup->faults, sim::Line(*setup).nominal(), requests);
-  if (!wrong.empty()) return wrong_usage(wrong);
-  SimulatedCycles cycles{setup->format, run_line(*setup, begin, requests)};
-  if (cycles.cycles.empty()) {
-    return tl::unexpected(VerbError{
-        ExitStatus::data_failed,
-        fmt::format("no cycle {}: with these faults fewer cycles are on the line", begin)});
-  }
-  const auto ack = ack_of(cycles.cycles.front().drawing);
-  if (options.ack_clocks && setup->faults.empty() && ack && *ack != *options.ack_clocks) {
-    return wrong_usage(
-        fmt::format("--ack: this encoder answers after {} clock{} at {}, not after {}", *ack,
-                    *ack == 1 ? "" : "s", text_of(line.setup.clock), *options.ack_clocks));
-  }
-  return cycles;
-}
-
 class DrawRun {
  public:
   DrawRun(const DrawOptions& options, Host& host)
@@ -168,10 +126,11 @@ class DrawRun {
         svg_(options.to.empty() ? options.output.ends_with(".svg") : options.to == "svg") {}
 
   ExitStatus run() {
-    if (options_.count == 0) return host_.fail(ExitStatus::usage, "--count: 1 to 100");
-    if (options_.ack_clocks == 0) return host_.fail(ExitStatus::usage, "--ack: 1 to 1000");
-    if (const std::string wrong = wrong_width(); !wrong.empty()) {
-      return host_.fail(ExitStatus::usage, wrong);
+    if (options_.count == 0) throw wrong_usage("--count: 1 to 100");
+    if (options_.ack_clocks == 0) throw wrong_usage("--ack: 1 to 1000");
+    const std::uint64_t least = svg_ ? draw::svg_width_min : text_width_min;
+    if (options_.width.value_or(least) < least) {
+      throw wrong_usage("--width: at least {} {}", least, svg_ ? "pixels" : "columns");
     }
     const CaptureArguments& capture = options_.capture;
     const bool has_capture = !capture.files.empty() || !capture.ma.empty() || !capture.slo.empty();
@@ -184,13 +143,6 @@ class DrawRun {
   }
 
  private:
-  // One line if the width is too small, else nothing.
-  std::string wrong_width() const {
-    const std::uint64_t least = svg_ ? draw::svg_width_min : text_width_min;
-    if (options_.width.value_or(least) >= least) return {};
-    return fmt::format("--width: at least {} {}", least, svg_ ? "pixels" : "columns");
-  }
-
   std::size_t width_or(std::size_t usual) const {
     constexpr std::uint64_t most = std::numeric_limits<std::size_t>::max();
     return static_cast<std::size_t>(std::min<std::uint64_t>(options_.width.value_or(usual), most));
@@ -227,23 +179,45 @@ class DrawRun {
     LineOptions line = options_.line;
     line.device = options_.capture.device;
     if (line.device.format.empty()) {
-      return host_.fail(ExitStatus::usage,
-                        "no capture given; name a file, or give -f to draw a simulated cycle");
+      throw wrong_usage("no capture given; name a file, or give -f to draw a simulated cycle");
     }
     if (line.device.format == "none") {
-      return host_.fail(ExitStatus::usage, "-f none: a simulated cycle needs a format");
+      throw wrong_usage("-f none: a simulated cycle needs a format");
     }
     for (const Option& option : options_.verb->given_options()) {
       if (option.scope() == Scope::file) {
-        return host_.fail(
-            ExitStatus::usage,
-            fmt::format("{}: describes a capture; name one, or leave it out", option.name()));
+        throw wrong_usage("{}: describes a capture; name one, or leave it out", option.name());
       }
     }
-    auto simulated = draw_simulated(options_, line);
-    if (!simulated) return host_.fail(simulated.error());
-    for (SimulatedDrawing& cycle : simulated->cycles) {
-      add_panel(std::move(cycle.drawing), simulated->format, cycle.faults);
+    sim::LineSetup setup = value_or_fail(line_setup(line));
+    fail_if(wrong_start(setup));
+    if (options_.ack_clocks) {
+      const Picoseconds period = period_of(line.setup.clock);
+      setup.processing = static_cast<std::int64_t>(*options_.ack_clocks) * period - period / 2;
+    }
+    // From cycle --cycle on; by default from the first one that a fault is injected into by its
+    // number.
+    const std::uint64_t begin = options_.cycle.value_or(first_fault(setup));
+    const std::uint64_t requests = begin + options_.count;
+    if (requests > simulated_cycles_max) {
+      throw wrong_usage("--cycle: a simulated line has {} cycles here; draw a capture",
+                        simulated_cycles_max);
+    }
+    fail_if(wrong_faults(setup.faults, sim::Line(setup).nominal(), requests));
+    std::vector<SimulatedDrawing> cycles = run_line(setup, begin, requests);
+    if (cycles.empty()) {
+      return host_.fail(
+          ExitStatus::data_failed,
+          fmt::format("no cycle {}: with these faults fewer cycles are on the line", begin));
+    }
+    const auto ack = ack_of(cycles.front().drawing);
+    if (options_.ack_clocks && setup.faults.empty() && ack && *ack != *options_.ack_clocks) {
+      throw wrong_usage("--ack: this encoder answers after {} at {}, not after {}",
+                        report::counted(*ack, "clock"), text_of(line.setup.clock),
+                        *options_.ack_clocks);
+    }
+    for (SimulatedDrawing& cycle : cycles) {
+      add_panel(std::move(cycle.drawing), setup.format, cycle.faults);
     }
     return ExitStatus::done;
   }
@@ -251,10 +225,8 @@ class DrawRun {
   ExitStatus draw_captures() {
     for (const Option& option : options_.of_line) {
       if (option.given()) {
-        return host_.fail(
-            ExitStatus::usage,
-            fmt::format("{}: describes a simulated line; leave it out, or the capture",
-                        option.name()));
+        throw wrong_usage("{}: describes a simulated line; leave it out, or the capture",
+                          option.name());
       }
     }
     CaptureArguments arguments = options_.capture;
@@ -298,9 +270,8 @@ class DrawRun {
     if (!whole) return host_.fail(ExitStatus::io, capture_.input().error());
     return host_.fail(
         ExitStatus::data_failed,
-        fmt::format("{}: no cycle {}; the capture has {} request cycle{}, counted from 0",
-                    capture_.input().name(), std::max(first, cycles), cycles,
-                    cycles == 1 ? "" : "s"));
+        fmt::format("{}: no cycle {}; the capture has {}, counted from 0", capture_.input().name(),
+                    std::max(first, cycles), report::counted(cycles, "request cycle")));
   }
 
   std::string text() const {

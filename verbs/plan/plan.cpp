@@ -369,17 +369,12 @@ std::vector<Hertz> clocks_to_show(const PlanOptions& options, const DeviceTiming
 }
 
 ExitStatus run_plan(const PlanOptions& options, Host& host) {
-  const auto choice = choose_device(options.arguments);
-  if (!choice) return host.fail(ExitStatus::usage, choice.error());
-  if (const std::string wrong = wrong_slaves(options.slaves, choice->format); !wrong.empty()) {
-    return host.fail(ExitStatus::usage, wrong);
-  }
+  const Device device = value_or_fail(choose_device(options.arguments));
+  fail_if(wrong_slaves(options.slaves, device.format));
   if (options.master_delay > biss_line_delay_max) {
-    return host.fail(ExitStatus::usage,
-                     fmt::format("--master-delay: BiSS C allows a line delay of {}",
-                                 text_of(biss_line_delay_max)));
+    throw wrong_usage("--master-delay: BiSS C allows a line delay of {}",
+                      text_of(biss_line_delay_max));
   }
-  const Device& device = *choice;
   std::vector<Plan> plans;
   for (const Hertz clock : clocks_to_show(options, device.timing)) {
     plans.push_back(plan_for(device, clock, options));
