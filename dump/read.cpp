@@ -1,7 +1,6 @@
 #include "dump/read.hpp"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 #include "dump/readers.hpp"
@@ -26,10 +25,6 @@ std::optional<DumpFormat> format_of_row(std::string_view row) {
   if (digits >= 4 && digits <= 8 && ended) return DumpFormat::hex_offsets;
   return std::nullopt;
 }
-
-// The readers of text, by DumpFormat.
-constexpr std::array readers{&read_hex_page, &read_hex_offsets, &read_intel_hex, &read_json_lines};
-static_assert(static_cast<std::size_t>(DumpFormat::json_lines) == readers.size());
 
 }  // namespace
 
@@ -58,7 +53,7 @@ DumpResult read_dump(std::istream& stream, std::string head, const DumpOptions& 
   try {
     if (*format == DumpFormat::binary) return read_binary(stream, std::move(head), options);
     LineSource lines(stream, std::move(head));
-    return readers[static_cast<std::size_t>(*format) - 1](lines, options);
+    return read_text(*format, lines, options);
   } catch (DumpError& error) {
     error.format = format;
     return tl::unexpected(error);

@@ -373,20 +373,17 @@ class JsonLinesReader {
 
 }  // namespace
 
-RegisterDump read_hex_page(LineSource& lines, const DumpOptions& options) {
-  return HexPageReader(lines, options).read();
-}
-
-RegisterDump read_hex_offsets(LineSource& lines, const DumpOptions& options) {
-  return HexOffsetsReader(lines, options).read();
-}
-
-RegisterDump read_intel_hex(LineSource& lines, const DumpOptions& options) {
-  return IntelHexReader(lines, options).read();
-}
-
-RegisterDump read_json_lines(LineSource& lines, const DumpOptions& options) {
-  return JsonLinesReader(lines, options).read();
+RegisterDump read_text(DumpFormat format, LineSource& lines, const DumpOptions& options) {
+  switch (format) {
+    case DumpFormat::hex_page:
+      return HexPageReader(lines, options).read();
+    case DumpFormat::hex_offsets:
+      return HexOffsetsReader(lines, options).read();
+    case DumpFormat::intel_hex:
+      return IntelHexReader(lines, options).read();
+    default:
+      return JsonLinesReader(lines, options).read();
+  }
 }
 
 }  // namespace biss::dump

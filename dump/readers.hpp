@@ -1,4 +1,4 @@
-// Within the room: the reader of each text format. Each throws a DumpError with a cause of its format.
+// Within the room: the readers of the formats. They throw a DumpError with a cause of the format.
 #pragma once
 
 #include <cstddef>
@@ -9,10 +9,8 @@
 
 namespace biss::dump {
 
-RegisterDump read_hex_page(LineSource& lines, const DumpOptions& options);
-RegisterDump read_hex_offsets(LineSource& lines, const DumpOptions& options);
-RegisterDump read_intel_hex(LineSource& lines, const DumpOptions& options);
-RegisterDump read_json_lines(LineSource& lines, const DumpOptions& options);
+/// Any format but banks.
+RegisterDump read_text(DumpFormat format, LineSource& lines, const DumpOptions& options);
 /// Banks of 64 bytes one after the other, whatever their bytes look like.
 RegisterDump read_binary(std::istream& stream, std::string head, const DumpOptions& options);
 
