@@ -1,6 +1,7 @@
 // The folder of an evidence bundle, and the hashes of its files.
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <openssl/evp.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -12,6 +13,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <span>
 #include <sstream>
 #include <stdexcept>
 #include <system_error>
@@ -135,9 +137,7 @@ std::string sha256_of(std::string_view text) {
   if (EVP_Digest(text.data(), text.size(), digest.data(), &size, EVP_sha256(), nullptr) != 1) {
     throw std::runtime_error("no SHA-256 in this machine's libcrypto");
   }
-  std::string hash;
-  for (unsigned i = 0; i < size; ++i) hash += fmt::format("{:02x}", digest[i]);
-  return hash;
+  return fmt::format("{:02x}", fmt::join(std::span(digest).first(size), ""));
 }
 
 void check_target(const std::string& folder, bool replace) {

@@ -44,10 +44,9 @@ std::vector<std::string> run_names() {
 }
 
 // All pairs that the two options permit.
-std::vector<Counters> counters_of(const SequenceOptions& options) {
+std::vector<Counters> counters_of(std::optional<CounterMode> monitor,
+                                  std::optional<CounterMode> encoder) {
   using enum CounterMode;
-  const auto monitor = named<CounterMode>(counter_mode_names, options.counter);
-  const auto encoder = named<CounterMode>(counter_mode_names, options.encoder_counter);
   std::vector<Counters> pairs;
   for (const CounterMode sent : {count_1_63, count_0_63}) {
     for (const CounterMode expected : {count_1_63, count_0_63, learned}) {
@@ -59,15 +58,6 @@ std::vector<Counters> counters_of(const SequenceOptions& options) {
   return pairs;
 }
 
-// The pair for injected faults: as given, else both as set up.
-Counters fault_counters(const SequenceOptions& options, CounterMode usual) {
-  const auto monitor = named<CounterMode>(counter_mode_names, options.counter);
-  const auto encoder = named<CounterMode>(counter_mode_names, options.encoder_counter);
-  const CounterMode expected = monitor.value_or(encoder.value_or(usual));
-  const bool open = expected == CounterMode::learned;
-  return {expected, encoder.value_or(open ? CounterMode::count_1_63 : expected)};
-}
-
 lab::SequencePlan plan_of(const SequenceOptions& options, const SafetyFormat& monitored) {
   lab::SequencePlan plan{
       .format = monitored.format, .setup = monitored.setup, .seed = options.seed};
@@ -75,17 +65,23 @@ lab::SequencePlan plan_of(const SequenceOptions& options, const SafetyFormat& mo
     return options.kinds.empty() ||
            std::find(options.kinds.begin(), options.kinds.end(), name) != options.kinds.end();
   };
+  const auto monitor = named<CounterMode>(counter_mode_names, options.counter);
+  const auto encoder = named<CounterMode>(counter_mode_names, options.encoder_counter);
+  const std::vector<Counters> counters = counters_of(monitor, encoder);
   const std::vector<std::string> full_speed{"max"};
   for (const std::string& name : options.motions.empty() ? full_speed : options.motions) {
     const auto motion = *named<lab::SequenceMotion>(lab::sequence_motion_names, name);
-    for (const Counters& pair : counters_of(options)) {
+    for (const Counters& pair : counters) {
       if (wants("undamaged") && !pair.differ()) plan.add_undamaged(motion, pair, options.frames);
     }
   }
-  for (const Counters& pair : counters_of(options)) {
+  for (const Counters& pair : counters) {
     if (wants("counter_mode") && pair.differ()) plan.add_counter_mode(pair, options.faults);
   }
-  const Counters pair = fault_counters(options, plan.setup.counter.mode);
+  // Faults are injected with the counters as given, else both as set up.
+  const CounterMode expected = monitor.value_or(encoder.value_or(plan.setup.counter.mode));
+  const bool open = expected == CounterMode::learned;
+  const Counters pair{expected, encoder.value_or(open ? CounterMode::count_1_63 : expected)};
   for (const SafetyMeasure& measure : safety_measures) {
     // A monitor that expects another range never stays safe.
     if (wants(name_of(measure.error)) && !pair.differ()) {
