@@ -1,6 +1,7 @@
 #include "draw/cycle_drawing.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "biss/frame/codec.hpp"
@@ -102,12 +103,10 @@ std::vector<DrawnCheck> checks_of(BitView raw, const FrameFormat& format) {
 }
 
 Level level_at(const std::vector<LevelChange>& changes, Level before, Picoseconds time) {
-  Level level = before;
-  for (const LevelChange& change : changes) {
-    if (change.time > time) break;
-    level = change.level;
-  }
-  return level;
+  const auto after =
+      std::upper_bound(changes.begin(), changes.end(), time,
+                       [](Picoseconds at, const LevelChange& change) { return at < change.time; });
+  return after == changes.begin() ? before : std::prev(after)->level;
 }
 
 class Drawer {

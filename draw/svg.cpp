@@ -114,7 +114,7 @@ class PanelWriter {
     }
     if (axis_.truncated()) {
       y_ += text_height;
-      put_text(margin, "soft", "The rest of this cycle is not drawn: it has too many clocks.");
+      put_text(margin, y_, "soft", "The rest of this cycle is not drawn: it has too many clocks.");
     }
     return y_;
   }
@@ -127,9 +127,9 @@ class PanelWriter {
     out_ += fmt::format(format, std::forward<Arguments>(arguments)...);
     out_ += '\n';
   }
-  // The base line of the text is y_.
-  void put_text(std::size_t x, std::string_view kind, std::string_view text) {
-    put("<text x=\"{}\" y=\"{}\"{}>{}</text>", x, y_,
+  // \param y of the base line
+  void put_text(std::size_t x, std::size_t y, std::string_view kind, std::string_view text) {
+    put("<text x=\"{}\" y=\"{}\"{}>{}</text>", x, y,
         kind.empty() ? "" : fmt::format(" class=\"{}\"", kind), markup_text(text));
   }
   // In lines, broken between words.
@@ -143,7 +143,7 @@ class PanelWriter {
         length = space == std::string_view::npos || space == 0 ? most : space;
       }
       y_ += text_height + 2;
-      put_text(margin, "title", rest.substr(0, length));
+      put_text(margin, y_, "title", rest.substr(0, length));
       rest.remove_prefix(length);
       rest.remove_prefix(std::min(rest.find_first_not_of(' '), rest.size()));
     }
@@ -174,29 +174,24 @@ class PanelWriter {
       const std::string text = std::to_string(bit.clock);
       const std::size_t half = text.size() * 3 + 1;
       if (!axis_.shows(bit.time) || !in_row(tick) || x_of(tick) < free + half) continue;
-      put_text(x_of(tick), "soft small mid", text);
+      put_text(x_of(tick), y_, "soft small mid", text);
       free = x_of(tick) + half;
     }
   }
 
   // In the middle of both lines.
   void put_cut_texts() {
-    const std::size_t top = y_;
-    y_ += wave_height + wave_distance / 2 + 4;
+    const std::size_t y = y_ + wave_height + wave_distance / 2 + 4;
     for (std::size_t cut = 0; cut < layout_.cuts.size() && !axis_.truncated(); ++cut) {
       const std::size_t tick = axis_.cut_at(cut) + axis_.cut_ticks() / 2;
-      if (in_row(tick)) put_text(x_of(tick), "soft mid", layout_.cut_texts[cut]);
+      if (in_row(tick)) put_text(x_of(tick), y, "soft mid", layout_.cut_texts[cut]);
     }
-    y_ = top;
   }
 
   // A path from one cut to the next, with two slanted strokes at each end.
   void put_wave(std::string_view name, std::string_view kind,
                 const std::vector<LevelChange>& changes, Level level) {
-    const std::size_t y = y_;
-    y_ += wave_height / 2 + 4;
-    put_text(margin, "name", name);
-    y_ = y;
+    put_text(margin, y_ + wave_height / 2 + 4, "name", name);
     std::string path;
     std::size_t next = 0;
     // The levels before this row, and in the cuts.
@@ -212,19 +207,19 @@ class PanelWriter {
       const std::size_t to = is_cut ? std::min(axis_.cut_at(cut), last_) : last_;
       if (from < to) {
         add_stretch(path, changes, next, level, from, to);
-        if (is_cut && to < last_) put_break(x_of(to), y);
+        if (is_cut && to < last_) put_break(x_of(to));
       }
       if (!is_cut || to == last_) break;
       // An event within the cut is drawn at its beginning.
       pass(to + axis_.cut_ticks());
       from = std::max(first_, to + axis_.cut_ticks());
-      if (from < last_ && from > first_) put_break(x_of(from), y);
+      if (from < last_ && from > first_) put_break(x_of(from));
     }
     put("<path class=\"{}\" d=\"{}\"/>", kind, path);
   }
 
-  void put_break(std::size_t x, std::size_t y) {
-    put("<path class=\"grid\" d=\"M{} {}l6 -{}\"/>", x - 3, y + wave_height / 2 + 8, 16);
+  void put_break(std::size_t x) {
+    put("<path class=\"grid\" d=\"M{} {}l6 -{}\"/>", x - 3, y_ + wave_height / 2 + 8, 16);
   }
 
   std::size_t level_y(Level level) const {
@@ -270,26 +265,23 @@ class PanelWriter {
     }
     put("<path class=\"grid\" stroke-dasharray=\"1 2\" d=\"{}\"/>", grid);
     put("<path class=\"point\" d=\"{}\"/>", points);
-    const std::size_t y = y_;
-    std::size_t lowest = y;
+    bool wrong = false;
     for (const auto& [x, bit] : shown) {
       const bool differs = bit->expected && bit->level && *bit->expected != *bit->level;
-      put_text(x, differs ? "bad mid" : "mid", !bit->level ? "x" : *bit->level ? "1" : "0");
-      if (!differs) continue;
-      lowest = y_ = y + text_height;
-      put_text(x, "soft mid", *bit->expected ? "1" : "0");
-      y_ = y;
+      put_text(x, y_, differs ? "bad mid" : "mid", !bit->level ? "x" : *bit->level ? "1" : "0");
+      if (differs) put_text(x, y_ + text_height, "soft mid", *bit->expected ? "1" : "0");
+      wrong = wrong || differs;
     }
-    put_text(margin, "soft", "bit");
-    y_ = lowest;
-    if (lowest != y) put_text(margin, "soft", "expected");
+    put_text(margin, y_, "soft", "bit");
+    if (!wrong) return;
+    y_ += text_height;
+    put_text(margin, y_, "soft", "expected");
   }
 
   void put_track(const Track& track) {
     const std::vector<Piece> pieces = pieces_of(track, axis_, first_, last_);
     if (pieces.empty()) return;
-    y_ += 8;
-    const std::size_t top = y_;
+    const std::size_t top = y_ + 8;
     for (const Piece& piece : pieces) {
       put("<rect class=\"{}{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>",
           class_of(piece.part->kind), piece.part->wrong ? " wrong" : "", left + piece.begin, top,
@@ -299,19 +291,17 @@ class PanelWriter {
     for (const Label& label : labels_of(pieces, label_pixels, room_)) {
       lines = std::max(lines, label.line);
       if (label.line == 0) {
-        y_ = top + 14;
-        put_text(left + (label.part_begin + label.part_end) / 2, "mid", label.text);
+        put_text(left + (label.part_begin + label.part_end) / 2, top + 14, "mid", label.text);
         continue;
       }
-      y_ = top + box_height + label.line * text_height;
+      const std::size_t y = top + box_height + label.line * text_height;
       const std::size_t stroke = left + label.part_begin + 1;
       // A label that ends with the row is below its stroke, and not next to it.
       const bool beside = label.begin == label.part_begin;
-      put("<path class=\"grid\" d=\"M{} {}V{}\"/>", stroke, top + box_height, beside ? y_ : y_ - 9);
-      put_text(left + label.begin + 4, "", label.text);
+      put("<path class=\"grid\" d=\"M{} {}V{}\"/>", stroke, top + box_height, beside ? y : y - 9);
+      put_text(left + label.begin + 4, y, "", label.text);
     }
-    y_ = top + 14;
-    put_text(margin, "soft", track.name);
+    put_text(margin, top + 14, "soft", track.name);
     y_ = top + box_height + lines * text_height;
   }
 
@@ -321,15 +311,14 @@ class PanelWriter {
     y_ += text_height + 4;
     const std::size_t x = x_of(tick);
     put("<path class=\"fail\" d=\"M{} {}l5 9h-10z\"/>", x, y_ - 10);
-    put_text(margin, "soft", "failure");
+    put_text(margin, y_, "soft", "failure");
     const std::size_t width = label_pixels(failure.text.size());
     const bool fits = x + 8 + width <= left + room_;
     const bool fits_before = x >= left + 8 + width;
-    if (fits || !fits_before) {
-      put_text(fits ? x + 9 : left + room_ - std::min(room_, width), "bad", failure.text);
-    } else {
-      put_text(x - 2 - width, "bad", failure.text);
-    }
+    const std::size_t text_x = fits          ? x + 9
+                               : fits_before ? x - 2 - width
+                                             : left + room_ - std::min(room_, width);
+    put_text(text_x, y_, "bad", failure.text);
   }
 
   const Panel& panel_;
