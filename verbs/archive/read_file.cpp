@@ -90,12 +90,13 @@ class FileReader {
     arguments_.one_of_many = true;
     arguments_.identify = true;
     arguments_.identify_besides = true;
-    if (capture_.open(arguments_) != ExitStatus::done) return end(no_such_line, last_message());
+    if (capture_.open(arguments_) != ExitStatus::done)
+      return end_early(entry_, no_such_line, last_message());
     while (capture_.next()) {
       if (!read_link()) return;
     }
-    if (capture_.status() >= ExitStatus::usage) return end(cause(), last_message());
-    if (entry_.links.empty()) return end("no_cycle", no_request_);
+    if (capture_.status() >= ExitStatus::usage) return end_early(entry_, cause(), last_message());
+    if (entry_.links.empty()) return end_early(entry_, "no_cycle", no_request_);
     entry_.reading = Reading::whole;
   }
 
@@ -109,10 +110,10 @@ class FileReader {
       const bool other = is_other(guess.protocol);
       if (!capture_.has_lines() || other) {
         const std::string& name = capture_.input().name();
-        end(other ? "other_protocol" : "no_lines",
-            other ? fmt::format("{}: the lines look like {} ({})", name, name_of(guess.protocol),
-                                guess.why)
-                  : fmt::format("{}: no pair of lines behaves like MA and SLO", name));
+        end_early(entry_, other ? "other_protocol" : "no_lines",
+                  other ? fmt::format("{}: the lines look like {} ({})", name,
+                                      name_of(guess.protocol), guess.why)
+                        : fmt::format("{}: no pair of lines behaves like MA and SLO", name));
         return false;
       }
     }
@@ -123,12 +124,8 @@ class FileReader {
     } else {
       no_request_ = capture_.no_request();
     }
-    if (!whole) end(cause(), capture_.input().error());
+    if (!whole) end_early(entry_, cause(), capture_.input().error());
     return whole;
-  }
-
-  void end(std::string_view cause, const std::string& message) {
-    end_early(entry_, cause, message);
   }
 
   std::string_view cause() const {

@@ -75,13 +75,6 @@ void take_options(const AdviseOptions& options, AdviceWish& wish) {
   if (options.cable) wish.line_delay = line_delay(*options.cable, wish.timing.internal_delay_max);
 }
 
-std::string crc_text(const Advice& advice) {
-  const CrcSpec& crc = advice.channel.crc;
-  return fmt::format("0x{:X}, {} bits, as CPOLY 0x{:X}; up to {} wrong bits are always detected",
-                     crc.polynomial, crc.width_bits, crc.polynomial >> 1U,
-                     advice.hamming_distance - 1);
-}
-
 std::string alignment_text(unsigned zeros, const char* where, const char* otherwise) {
   return zeros == 0 ? std::string(otherwise)
                     : fmt::format("{} zero{} {}", zeros, zeros == 1 ? "" : "s", where);
@@ -94,7 +87,11 @@ std::string summary_of(const AdviceWish& wish, const Advice& advice, const Frame
   out.entry("data length", fmt::format("{} bits", advice.channel.data_bits),
             advice.identifier != 0 ? fmt::format("BP_ID 0x{:04X}", advice.identifier)
                                    : "too long for BP3, which allows 57");
-  out.entry("CRC", crc_text(advice));
+  const CrcSpec& crc = advice.channel.crc;
+  out.entry("CRC",
+            fmt::format("0x{:X}, {} bits, as CPOLY 0x{:X}; up to {} wrong bits are always detected",
+                        crc.polynomial, crc.width_bits, crc.polynomial >> 1U,
+                        advice.hamming_distance - 1));
   if (wish.turns_bits != 0) {
     out.entry("turns", alignment_text(advice.leading_zeros, "before them", "fill their field"),
               "right-aligned, MT_FMT right");

@@ -46,11 +46,6 @@ constexpr std::string_view reserved_words =
     " typedef typeid typename typeof typeof_unqual union unsigned using virtual void volatile"
     " wchar_t while xor xor_eq ";
 
-// \pre name is an identifier
-bool is_reserved_word(const std::string& name) {
-  return reserved_words.find(" " + name + " ") != std::string_view::npos;
-}
-
 // The parts that a description gives are written even if no data sheet with them is found.
 dump::DataSheet with_drafted(dump::DataSheet sheet, const dump::DataSheet& drafted) {
   if (sheet.empty()) return drafted;
@@ -64,7 +59,7 @@ ExitStatus run_build(const BuildOptions& options, Host& host) {
   if (!is_identifier(options.name)) {
     throw wrong_usage("--name '{}': not an identifier in C", options.name);
   }
-  if (is_reserved_word(options.name)) {
+  if (reserved_words.find(" " + options.name + " ") != std::string_view::npos) {
     throw wrong_usage("--name '{}': a reserved word of C or C++", options.name);
   }
   const EdsSource source = load_eds(options.arguments, host);

@@ -154,11 +154,6 @@ bool write_parts(const Plan& plan, Output& output) {
   return write_rows(rows, report::Format::table, output);
 }
 
-std::string ack_text(AckBounds ack) {
-  if (ack.min_clocks == ack.max_clocks) return fmt::format("{} clocks", ack.max_clocks);
-  return fmt::format("{} to {} clocks", ack.min_clocks, ack.max_clocks);
-}
-
 bool is_renishaw(const Device& device) {
   if (device.entry != nullptr) return device.entry->vendor == "Renishaw";
   return device.configuration != nullptr && device.configuration->timing == renishaw_timing;
@@ -258,7 +253,11 @@ std::string facts(const Plan& plan) {
   out.entry("SPI", fmt::format("{} bytes", plan.spi_bytes()),
             fmt::format("{} clocks: {} of the frame, {} of line delay", budget.clocks_to_send,
                         budget.frame_clocks, budget.clocks_to_send - budget.frame_clocks));
-  out.entry("ACK", ack_text(plan.ack), "START outside this range is not from this encoder");
+  const bool one_ack = plan.ack.min_clocks == plan.ack.max_clocks;
+  out.entry("ACK",
+            fmt::format("{}{} clocks", one_ack ? "" : fmt::format("{} to ", plan.ack.min_clocks),
+                        plan.ack.max_clocks),
+            "START outside this range is not from this encoder");
   if (timing.sampling_typical != Picoseconds{}) {
     out.entry("position sampled", text_of(timing.sampling_typical),
               fmt::format("after the first rising edge of MA ({} to {})",
