@@ -96,17 +96,15 @@ class Walk {
     for (const auto& [path, real] : roots) ends_.add(real);
     for (const auto& [path, real] : roots) begin(path);
     // Links to folders come first: their targets are known when a link to a file in them follows.
-    while (!folder_links_.empty()) follow_folder(take_first(folder_links_));
+    while (!folder_links_.empty()) {
+      follow_folder(folder_links_.extract(folder_links_.begin()).value());
+    }
     for (const std::string& link : file_links_) follow_file(link);
   }
 
   std::vector<ListedFile> files() { return std::move(files_); }
 
  private:
-  static std::string take_first(std::set<std::string>& paths) {
-    return std::move(paths.extract(paths.begin()).value());
-  }
-
   void leave_out(const std::string& path, const char* cause, const std::string& why) {
     files_.push_back({path, {}, cause, fmt::format("{}: {}", path, why)});
   }

@@ -232,15 +232,13 @@ class Renderer {
     Row row(last - first);
     const std::size_t column = place - first;
     const std::size_t width = failure.text.size() + 2;
-    if (column + width <= last - first || column < width) {
-      row.put(column, "▲");
-      put_line("failure", row.text(0, last - first));
-      const std::size_t room = last - first - std::min(last - first, failure.text.size());
-      return put_line("", std::string(std::min(column, room), ' ') + failure.text);
-    }
-    row.put_text(column - width, failure.text);
+    const bool fits_before = column + width > last - first && column >= width;
+    if (fits_before) row.put_text(column - width, failure.text);
     row.put(column, "▲");
     put_line("failure", row.text(0, last - first));
+    if (fits_before) return;
+    const std::size_t room = last - first - std::min(last - first, failure.text.size());
+    put_line("", std::string(std::min(column, room), ' ') + failure.text);
   }
 
   const Layout& layout_;

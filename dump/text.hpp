@@ -101,9 +101,8 @@ constexpr bool is_blank(char c) { return blanks.find(c) != std::string_view::npo
 
 /// Without white space at both ends.
 constexpr std::string_view trimmed(std::string_view text) {
-  while (!text.empty() && is_blank(text.front())) text.remove_prefix(1);
-  while (!text.empty() && is_blank(text.back())) text.remove_suffix(1);
-  return text;
+  text.remove_prefix(std::min(text.find_first_not_of(blanks), text.size()));
+  return text.substr(0, text.find_last_not_of(blanks) + 1);
 }
 
 /// A line without its `#` comment, trimmed.

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "biss/eds/common_part.hpp"
 #include "biss/eds/profile.hpp"
 #include "device/quantity.hpp"
@@ -19,8 +21,6 @@ bool has_table(const EdsField& field) { return !name_of(field.kind, 0).empty(); 
 bool not_given(const EdsField& field, std::uint32_t value) {
   return field.may_be_absent() && (value == 0 || value == field.all_ones());
 }
-
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 using Value = tl::expected<std::uint32_t, std::string>;
 
@@ -71,8 +71,8 @@ tl::expected<std::uint32_t, std::string> parse_eds_value(const EdsField& field,
     if (text == name_of(field.kind, value)) return value;
   }
   const bool hexadecimal = text.starts_with("0x") || text.starts_with("0X");
-  std::size_t size = 0;
-  while (size < text.size() && (hexadecimal ? text[size] != ' ' : is_digit(text[size]))) ++size;
+  const std::size_t size =
+      std::min(hexadecimal ? text.find(' ') : text.find_first_not_of("0123456789"), text.size());
   const std::string_view unit = dump::trimmed(text.substr(size));
   const auto number = parse_count(text.substr(0, size));
   if (number.ok() && unit.empty()) return checked(field, *number);
