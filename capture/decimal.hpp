@@ -22,7 +22,6 @@ inline constexpr std::array<std::uint64_t, 20> powers_of_ten = [] {
 inline std::uint64_t load_eight(const char* text) {
   std::uint64_t word = 0;
   std::memcpy(&word, text, sizeof word);
-  if constexpr (std::endian::native == std::endian::big) word = __builtin_bswap64(word);
   return word;
 }
 

@@ -4,7 +4,6 @@
 #include <array>
 #include <bit>
 #include <cstring>
-#include <map>
 #include <optional>
 #include <span>
 #include <utility>
@@ -18,41 +17,38 @@ namespace biss::capture {
 namespace {
 
 constexpr unsigned newest_version = 3;
-constexpr unsigned max_dsl_probes = 8 * max_unit_bytes;
 constexpr std::size_t unit_bytes_of_version_1 = 2;
 constexpr std::size_t max_header_bytes = 1024U * 1024U;
 constexpr std::uint64_t word_bits = 64;
 
-class DslHeaderParser {
+class HeaderParser final : public SamplesDescription {
  public:
+  HeaderParser()
+      : SamplesDescription({"header", "[section] or key = value", 0, "probe0 to probe63"}) {}
+
   tl::expected<DslHeader, CaptureError> parse(std::string_view text) {
-    while (!text.empty()) {
-      ++line_;
-      const std::string_view row = take_row(text);
-      if (!is_comment_row(row) && !read_row(row)) return tl::unexpected(error_);
-    }
-    if (!complete()) return tl::unexpected(error_);
+    if (const auto error = read(text)) return tl::unexpected(*error);
+    found_.rate = rate_;
+    found_.capture_file = capture_file_;
     return std::move(found_);
   }
 
  private:
-  bool wrong(const char* expected, CaptureCause cause = CaptureCause::malformed) {
-    error_ = {.cause = cause, .line = line_, .column = 1, .expected = expected, .part = "header"};
-    return false;
+  bool begin_section(std::string_view row) override {
+    in_version_ = row == "[version]";
+    in_header_ = row.starts_with("[header");
+    return true;
   }
 
-  bool read_row(std::string_view row) {
-    if (row.front() == '[') {
-      in_version_ = row == "[version]";
-      in_header_ = row.starts_with("[header");
-      return true;
-    }
-    const std::size_t equals = row.find('=');
-    if (equals == std::string_view::npos) return wrong("[section] or key = value");
-    const std::string_view key = trimmed(row.substr(0, equals));
-    const std::string_view value = trimmed(row.substr(equals + 1));
+  bool take_key(std::string_view key, std::string_view value) override {
     if (in_version_ && key == "version") return take_version(value);
-    return !in_header_ || take_key(key, value);
+    if (!in_header_) return true;
+    if (key == "device mode") {
+      return value == "0" || wrong(other_mode, CaptureCause::unknown_format);
+    }
+    if (key == "total samples") return take_count(value, found_.total_samples);
+    if (key == "total blocks") return take_count(value, found_.total_blocks);
+    return SamplesDescription::take_key(key, value);
   }
 
   bool take_version(std::string_view value) {
@@ -64,28 +60,6 @@ class DslHeaderParser {
     return true;
   }
 
-  bool take_key(std::string_view key, std::string_view value) {
-    if (key == "device mode") {
-      if (value != "0") return wrong(other_mode, CaptureCause::unknown_format);
-    } else if (key == "capturefile") {
-      if (!found_.capture_file.empty()) return wrong("the capturefile once");
-      found_.capture_file = unescaped(value);
-    } else if (key == "samplerate") {
-      if (found_.rate.count != 0) return wrong("the samplerate once");
-      found_.rate = parse_sample_rate(value);
-      if (found_.rate.count == 0) return wrong("a sample rate of 1 Hz to 4.29 GHz");
-    } else if (key == "total samples") {
-      return take_count(value, found_.total_samples);
-    } else if (key == "total blocks") {
-      return take_count(value, found_.total_blocks);
-    } else if (key.starts_with("probe")) {
-      const auto number = whole_number<unsigned>(key.substr(5));
-      if (!number || *number >= max_dsl_probes) return wrong("probe0 to probe63");
-      if (!probes_.emplace(*number, unescaped(value)).second) return wrong("each probe once");
-    }
-    return true;
-  }
-
   bool take_count(std::string_view value, std::uint64_t& count) {
     const auto number = whole_number<std::uint64_t>(value);
     if (!number) return wrong("a whole number");
@@ -94,15 +68,15 @@ class DslHeaderParser {
     return true;
   }
 
-  bool complete() {
+  bool complete() override {
     for (const auto& [number, name] : probes_) found_.lines.push_back({name, number});
-    if (found_.rate.count == 0) return wrong("the samplerate");
+    if (rate_.count == 0) return wrong("the samplerate");
     if (found_.lines.empty()) return wrong("the names of the probes");
     if (found_.version != 1) {
       return found_.total_blocks <= found_.needed_blocks() ||
              wrong("no more total blocks than the total samples fill");
     }
-    if (found_.capture_file.empty()) return wrong("the capturefile");
+    if (capture_file_.empty()) return wrong("the capturefile");
     return probes_.rbegin()->first < 8 * unit_bytes_of_version_1 ||
            wrong("probe0 to probe15 in version 1");
   }
@@ -111,11 +85,8 @@ class DslHeaderParser {
       "a capture of the logic analyser (device mode 0); export it from DSView as CSV";
 
   DslHeader found_;
-  std::map<unsigned, std::string> probes_;
   bool in_version_ = false;
   bool in_header_ = false;
-  std::uint64_t line_ = 0;
-  CaptureError error_;
 };
 
 // The samples of all probes put together: bit k of a sample is from the k-th probe.
@@ -131,17 +102,15 @@ class DslPieces final : public SamplePieces {
         unit_bytes_((lines_.size() + 7) / 8),
         planes_(lines_.size()) {}
 
-  Result<std::span<const std::uint8_t>, CaptureError> next() override {
-    for (;;) {
+  Result<bool, CaptureError> fetch(PackedSamples& piece, const FetchWish&) override {
+    do {
       if (at_ == samples_) {
         const auto more = load_block();
-        if (!more.ok()) return failure(more.error());
-        if (!*more) return std::span<const std::uint8_t>{};
+        if (!more.ok() || !*more) return more;
       }
-      if (const std::size_t count = join_planes(); count != 0) {
-        return std::span<const std::uint8_t>(joined_).first(count * unit_bytes_);
-      }
-    }
+      join_planes(piece);
+    } while (piece.bytes.empty());
+    return true;
   }
 
  private:
@@ -219,25 +188,29 @@ class DslPieces final : public SamplePieces {
            (!verify_ || zip_checksum(plane) == member.checksum);
   }
 
-  // The next samples of the block, in joined_; returns how many. Samples beyond the last time that
-  // can be represented are left out if they are all like the one before.
-  std::size_t join_planes() {
+  // The next samples of the block. Samples beyond the last time that can be represented are left
+  // out if they are all like the one before.
+  void join_planes(PackedSamples& piece) {
     const std::uint64_t first = before_ + at_;
     const std::size_t count = static_cast<std::size_t>(std::min(samples_ - at_, samples_of_piece));
     const std::size_t words = (count + word_bits - 1) / word_bits;
-    joined_.resize(words * word_bits * unit_bytes_ + max_unit_bytes);
+    const auto room = piece.room(words * word_bits * unit_bytes_ + max_unit_bytes);
     for (std::size_t i = 0; i < words; ++i) {
       join_word(static_cast<std::size_t>(at_ / word_bits) + i,
-                joined_.data() + i * word_bits * unit_bytes_);
+                room.data() + i * word_bits * unit_bytes_);
     }
     at_ += count;
+    const auto sample = [&](std::size_t number) {
+      std::uint64_t value = 0;
+      std::memcpy(&value, room.data() + number * unit_bytes_, unit_bytes_);
+      return value;
+    };
     const std::uint64_t timed = first > last_index_ ? 0 : last_index_ + 1 - first;
     const auto usable = static_cast<std::size_t>(std::min<std::uint64_t>(count, timed));
     if (usable != 0) last_sample_ = sample(usable - 1);
-    for (std::size_t i = usable; i < count; ++i) {
-      if (sample(i) != last_sample_) return count;
-    }
-    return usable;
+    std::size_t end = usable;
+    while (end < count && sample(end) == last_sample_) ++end;
+    piece.bytes = room.first((end == count ? usable : count) * unit_bytes_);
   }
 
   // The samples of a word of each plane: runs of equal ones.
@@ -257,18 +230,11 @@ class DslPieces final : public SamplePieces {
         std::memset(into + begin, static_cast<int>(sample), end - begin);
         continue;
       }
-      if constexpr (std::endian::native == std::endian::big) sample = __builtin_bswap64(sample);
       // The bytes after the sample belong to the next one.
       for (std::size_t i = begin; i < end; ++i) {
         std::memcpy(into + i * unit_bytes_, &sample, sizeof sample);
       }
     }
-  }
-
-  std::uint64_t sample(std::size_t number) const {
-    std::uint64_t value = 0;
-    std::memcpy(&value, joined_.data() + number * unit_bytes_, unit_bytes_);
-    return value;
   }
 
   std::unique_ptr<ZipArchive> archive_;
@@ -280,10 +246,9 @@ class DslPieces final : public SamplePieces {
   std::size_t unit_bytes_;
   std::vector<ZipMember> members_;
   std::vector<std::string> planes_;
-  std::array<std::uint64_t, max_dsl_probes> levels_{};  // of a word
+  std::array<std::uint64_t, 8 * max_unit_bytes> levels_{};  // of a word
   Inflater inflater_;
   Buffer packed_;
-  std::vector<std::uint8_t> joined_;
   std::uint64_t last_sample_ = 0;  // that has a time
   std::uint64_t block_ = 0;        // the one at hand, from 1
   std::uint64_t before_ = 0;       // samples of the blocks before it
@@ -309,7 +274,7 @@ std::optional<CaptureError> find_unread_block(const ZipArchive& archive, const D
 }  // namespace
 
 tl::expected<DslHeader, CaptureError> parse_dsl_header(std::string_view text) {
-  return DslHeaderParser().parse(text);
+  return HeaderParser().parse(text);
 }
 
 Opened open_dsl(std::unique_ptr<ByteSource> bytes, const SampleReading& reading) {

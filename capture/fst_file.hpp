@@ -99,8 +99,7 @@ class FstFile {
     if (!gathered) return tl::unexpected(gathered.error());
     FstFile file;
     file.bytes_ = PlacedBytes(std::move(*gathered));
-    if (const auto error = file.unwrap()) return tl::unexpected(*error);
-    if (const auto error = file.read_sections()) return tl::unexpected(*error);
+    if (!file.unwrap() || !file.read_sections()) return tl::unexpected(file.error_);
     return file;
   }
 
@@ -171,15 +170,25 @@ class FstFile {
   // Event, integer (GHDL gives it one bit), the reals, port, index of an array, string.
   static constexpr std::uint8_t types_without_level[] = {0, 1, 3, 4, 18, 19, 20, 21, 29};
   static constexpr std::uint32_t real_bytes = 8;
+  static constexpr const char* possible_size = "a size that the compressed data can have";
 
   template <std::size_t N>
   static bool is_one_of(std::uint8_t type, const std::uint8_t (&types)[N]) {
     return std::find(std::begin(types), std::end(types), type) != std::end(types);
   }
 
-  static CaptureError error_of(CaptureCause cause, const char* part, const char* expected) {
-    return {.cause = cause, .expected = expected, .part = part};
+  // Each notes the error and returns false.
+  bool wrong(CaptureCause cause, const char* part, const char* expected) {
+    error_ = {.cause = cause, .expected = expected, .part = part};
+    return false;
   }
+  bool malformed(const char* part, const char* expected) {
+    return wrong(CaptureCause::malformed, part, expected);
+  }
+  bool damaged(const char* part, const char* expected) {
+    return wrong(CaptureCause::damaged, part, expected);
+  }
+  bool too_many() { return wrong(CaptureCause::too_many_lines, nullptr, nullptr); }
 
   // The name of a variable as VCD has its words: `MA [3]` is a bit of a wider signal.
   static std::string name_of(std::string_view text) {
@@ -209,106 +218,104 @@ class FstFile {
   }
 
   // A file as a whole in gzip, if this is one.
-  std::optional<CaptureError> unwrap() {
+  bool unwrap() {
     std::array<std::uint8_t, wrapper_head_bytes> head{};
-    if (bytes_.size() < head.size() || !bytes_.read(0, head) || head[0] != wrapper) {
-      return std::nullopt;
-    }
+    if (!bytes_.read(0, head) || head[0] != wrapper) return true;
     constexpr const char* part = "the gzip wrapper";
     const std::uint64_t size = FstCursor(std::span(head).subspan(section_head_bytes)).fixed64();
-    if (size / max_packing_ratio > bytes_.size()) {
-      return error_of(CaptureCause::damaged, part, "a size that the compressed data can have");
-    }
+    if (size / max_packing_ratio > bytes_.size()) return damaged(part, possible_size);
     if (size > most_gathered_bytes) {
-      return error_of(CaptureCause::too_large, part, "an FST of at most 4 GiB");
+      return wrong(CaptureCause::too_large, part, "an FST of at most 4 GiB");
     }
-    const CaptureError wrong =
-        error_of(CaptureCause::damaged, part, "data that inflates to its size");
+    damaged(part, "data that inflates to its size");
     auto unwrapped = gather(limited_bytes(
-        decompressed(bytes_from(bytes_, wrapper_head_bytes), Compression::gzip), size, wrong));
+        decompressed(bytes_from(bytes_, wrapper_head_bytes), Compression::gzip), size, error_));
     if (!unwrapped) {
-      return unwrapped.error().cause == CaptureCause::read_failed ? unwrapped.error() : wrong;
+      if (unwrapped.error().cause == CaptureCause::read_failed) error_ = unwrapped.error();
+      return false;
     }
     bytes_ = PlacedBytes(std::move(*unwrapped));
-    if (bytes_.size() != size) return wrong;
-    return std::nullopt;
+    return bytes_.size() == size;
   }
 
   // Everything but the values.
-  std::optional<CaptureError> read_sections() {
+  bool read_sections() {
     std::optional<Section> names;
     std::uint64_t place = 0;
     while (const auto section = section_at(place)) {
-      if (place == 0) {
-        if (auto error = read_header(*section)) return error;
-      }
+      if (place == 0 && !read_header(*section)) return false;
       if (section->size > bytes_.size() - section->place) break;
       place = section->place + section->size;
-      std::optional<CaptureError> error;
-      if (section->kind > value_changes_alias_2) {
-        error = error_of(CaptureCause::malformed, "a section", "a kind of section that FST has");
+      switch (section->kind) {
+        case header:
+        case value_changes:
+        case value_changes_alias:
+        case value_changes_alias_2:
+          break;
+        case geometry:
+          if (!read_geometry(*section)) return false;
+          break;
+        case blackouts:
+          if (!read_blackouts(*section)) return false;
+          break;
+        case hierarchy:
+        case hierarchy_lz4:
+        case hierarchy_lz4_twice:
+          if (names) return malformed("the hierarchy", "the names of signals once");
+          names = section;
+          break;
+        default:
+          return malformed("a section", "a kind of section that FST has");
       }
-      if (section->kind == geometry) error = read_geometry(*section);
-      if (section->kind == blackouts) error = read_blackouts(*section);
-      const bool is_names = section->kind == hierarchy || section->kind == hierarchy_lz4 ||
-                            section->kind == hierarchy_lz4_twice;
-      if (is_names && names) {
-        error = error_of(CaptureCause::malformed, "the hierarchy", "the names of signals once");
-      }
-      if (is_names) names = section;
-      if (error) return error;
     }
-    if (!timescale_.known()) {
-      return error_of(CaptureCause::malformed, "the header", "an FST with its header");
-    }
+    if (!timescale_.known()) return malformed("the header", "an FST with its header");
     if (!names) {
-      return error_of(
-          CaptureCause::truncated, nullptr,
-          "the names of signals at the end of an FST: let the simulator finish and close "
-          "the file");
+      return wrong(CaptureCause::truncated, nullptr,
+                   "the names of signals at the end of an FST: let the simulator finish and close "
+                   "the file");
     }
     if (place != bytes_.size()) {
-      return error_of(CaptureCause::truncated, "a section", "whole sections up to the end");
+      return wrong(CaptureCause::truncated, "a section", "whole sections up to the end");
     }
     return read_hierarchy(*names);
   }
 
-  std::optional<CaptureError> read_header(const Section& section) {
+  bool read_header(const Section& section) {
     std::array<std::uint8_t, time_scale_place + 1> content{};
     if (section.kind != header || section.size < content.size() ||
         !bytes_.read(section.place, content)) {
-      return error_of(CaptureCause::malformed, "the header", "an FST with its header");
+      return malformed("the header", "an FST with its header");
     }
     const int exponent = static_cast<std::int8_t>(content[time_scale_place]);
     constexpr int picoseconds_exponent = -12;
     if (exponent < -21 || exponent > 2) {
-      return error_of(CaptureCause::malformed, "the header", "a time scale of 1 zs to 100 s");
+      return malformed("the header", "a time scale of 1 zs to 100 s");
     }
     const std::uint64_t power =
         powers_of_ten[static_cast<std::size_t>(std::abs(exponent - picoseconds_exponent))];
     timescale_ = exponent < picoseconds_exponent ? Timescale{1, power} : Timescale{power, 1};
-    return std::nullopt;
+    return true;
   }
 
-  std::optional<CaptureError> read_geometry(const Section& section) {
+  bool read_geometry(const Section& section) {
     constexpr std::size_t head_bytes = 16;
     constexpr const char* part = "the geometry";
     std::array<std::uint8_t, head_bytes> head{};
     if (section.size < head.size() || !bytes_.read(section.place, head)) {
-      return error_of(CaptureCause::damaged, part, "its size and the number of variables");
+      return damaged(part, "its size and the number of variables");
     }
     FstCursor numbers(head);
     const std::uint64_t size = numbers.fixed64();
     const std::uint64_t handles = numbers.fixed64();
     const std::uint64_t packed = section.size - head_bytes;
-    if (handles > max_variables) return error_of(CaptureCause::too_many_lines, nullptr, nullptr);
+    if (handles > max_variables) return too_many();
     constexpr std::uint64_t most_varint_bytes = 5;
     if (size > max_variables * most_varint_bytes || size / max_packing_ratio > packed) {
-      return error_of(CaptureCause::damaged, part, "a size that the compressed data can have");
+      return damaged(part, possible_size);
     }
     std::vector<std::uint8_t> content(static_cast<std::size_t>(size));
     if (!unpack(Packing::zlib, section.place + head_bytes, packed, content)) {
-      return error_of(CaptureCause::damaged, part, "data that inflates to its size");
+      return damaged(part, "data that inflates to its size");
     }
     lengths_.clear();
     FstCursor cursor(content);
@@ -316,20 +323,20 @@ class FstFile {
     while (lengths_.size() < handles) {
       const std::uint64_t length = cursor.varint();
       if (cursor.failed() || length > variable_length) {
-        return error_of(CaptureCause::damaged, part, "the length of every variable");
+        return damaged(part, "the length of every variable");
       }
       lengths_.push_back(length == 0                 ? real_bytes
                          : length == variable_length ? 0
                                                      : static_cast<std::uint32_t>(length));
     }
     has_geometry_ = true;
-    return std::nullopt;
+    return true;
   }
 
-  std::optional<CaptureError> read_blackouts(const Section& section) {
+  bool read_blackouts(const Section& section) {
     constexpr std::uint64_t most_bytes = 16U << 20U;
     if (section.size > most_bytes) {
-      return error_of(CaptureCause::block_too_large, "the blackouts", nullptr);
+      return wrong(CaptureCause::block_too_large, "the blackouts", nullptr);
     }
     std::vector<std::uint8_t> content(static_cast<std::size_t>(section.size));
     FstCursor cursor(content);
@@ -341,22 +348,19 @@ class FstFile {
       if (cursor.failed() || delta > timescale_.last_tick() - tick) break;
       tick += delta;
       switches_.push_back({tick, on});
-      if (left == 1) return std::nullopt;
+      if (left == 1) return true;
     }
-    if (whole && !cursor.failed() && switches_.empty()) return std::nullopt;
-    return error_of(CaptureCause::damaged, "the blackouts", "a time for each");
+    return (whole && !cursor.failed() && switches_.empty()) ||
+           damaged("the blackouts", "a time for each");
   }
 
-  std::optional<CaptureError> read_hierarchy(const Section& section) {
+  bool read_hierarchy(const Section& section) {
     std::vector<std::uint8_t> content;
-    if (auto error = unpack_hierarchy(section, content)) return error;
-    if (auto error = take_hierarchy(content)) return error;
-    if (!declared_.finish()) return error_of(CaptureCause::too_many_lines, nullptr, nullptr);
-    return std::nullopt;
+    if (!unpack_hierarchy(section, content) || !take_hierarchy(content)) return false;
+    return declared_.finish() || too_many();
   }
 
-  std::optional<CaptureError> unpack_hierarchy(const Section& section,
-                                               std::vector<std::uint8_t>& into) {
+  bool unpack_hierarchy(const Section& section, std::vector<std::uint8_t>& into) {
     constexpr const char* part = "the hierarchy";
     constexpr std::size_t most_head_bytes = 18;
     const auto head_size =
@@ -366,32 +370,28 @@ class FstFile {
     const bool whole = bytes_.read(section.place, head);
     const std::uint64_t size = cursor.fixed64();
     const bool twice = section.kind == hierarchy_lz4_twice;
-    const std::uint64_t once_size = twice ? cursor.varint() : 0;
-    if (!whole || cursor.failed()) return error_of(CaptureCause::damaged, part, "its size");
+    // The size after the first step of unpacking.
+    const std::uint64_t once_size = twice ? cursor.varint() : size;
+    if (!whole || cursor.failed()) return damaged(part, "its size");
     const std::uint64_t place = section.place + cursor.at();
     const std::uint64_t packed = section.size - cursor.at();
     if (size > most_block_bytes || once_size > most_block_bytes) {
-      return error_of(CaptureCause::block_too_large, part, nullptr);
+      return wrong(CaptureCause::block_too_large, part, nullptr);
     }
-    if ((twice ? once_size : size) / max_packing_ratio > packed ||
-        (twice && size / max_packing_ratio > once_size)) {
-      return error_of(CaptureCause::damaged, part, "a size that the compressed data can have");
+    if (once_size / max_packing_ratio > packed || size / max_packing_ratio > once_size) {
+      return damaged(part, possible_size);
     }
-    into.resize(static_cast<std::size_t>(size));
-    bool good = false;
+    into.resize(static_cast<std::size_t>(once_size));
+    const Packing packing = section.kind == hierarchy ? Packing::gzip : Packing::lz4;
+    bool good = unpack(packing, place, packed, into, false);
     if (twice) {
-      std::vector<std::uint8_t> once(static_cast<std::size_t>(once_size));
-      good = unpack(Packing::lz4, place, packed, once, false) &&
-             capture::unpack(Packing::lz4, once, into, inflater_);
-    } else {
-      const Packing packing = section.kind == hierarchy_lz4 ? Packing::lz4 : Packing::gzip;
-      good = unpack(packing, place, packed, into, false);
+      const auto once = std::exchange(into, std::vector<std::uint8_t>(std::size_t{size}));
+      good = good && capture::unpack(Packing::lz4, once, into, inflater_);
     }
-    if (!good) return error_of(CaptureCause::damaged, part, "data that unpacks to its size");
-    return std::nullopt;
+    return good || damaged(part, "data that unpacks to its size");
   }
 
-  std::optional<CaptureError> take_hierarchy(std::span<const std::uint8_t> content) {
+  bool take_hierarchy(std::span<const std::uint8_t> content) {
     constexpr const char* part = "the hierarchy";
     FstCursor cursor(content);
     std::uint32_t handles = 0;
@@ -402,15 +402,11 @@ class FstFile {
         const std::string name = cursor.text();
         cursor.text();  // the component
         if (declared_.depth() == DeclaredLines::max_depth) {
-          return error_of(CaptureCause::malformed, part, "at most 256 nested scopes");
+          return malformed(part, "at most 256 nested scopes");
         }
-        if (!declared_.open_scope(name_of(name))) {
-          return error_of(CaptureCause::too_many_lines, nullptr, nullptr);
-        }
+        if (!declared_.open_scope(name_of(name))) return too_many();
       } else if (tag == tag_scope_end) {
-        if (declared_.depth() == 0) {
-          return error_of(CaptureCause::malformed, part, "a scope for each that is closed");
-        }
+        if (declared_.depth() == 0) return malformed(part, "a scope for each that is closed");
         declared_.close_scope();
       } else if (tag == tag_attribute) {
         cursor.byte();
@@ -418,27 +414,26 @@ class FstFile {
         cursor.text();
         cursor.varint();
       } else if (tag <= last_variable_type) {
-        if (auto error = take_variable(tag, cursor, handles)) return error;
+        if (!take_variable(tag, cursor, handles)) return false;
       } else if (tag != tag_attribute_end) {
-        return error_of(CaptureCause::malformed, part, "a scope, an attribute or a variable");
+        return malformed(part, "a scope, an attribute or a variable");
       }
-      if (cursor.failed()) return error_of(CaptureCause::damaged, part, "complete entries");
+      if (cursor.failed()) return damaged(part, "complete entries");
     }
-    return std::nullopt;
+    return true;
   }
 
   // A variable with a handle of its own, or another name for an earlier one.
-  std::optional<CaptureError> take_variable(std::uint8_t type, FstCursor& cursor,
-                                            std::uint32_t& handles) {
+  bool take_variable(std::uint8_t type, FstCursor& cursor, std::uint32_t& handles) {
     cursor.byte();  // the direction
     const std::string name = cursor.text();
     const std::uint64_t length = cursor.varint();
     const std::uint64_t alias = cursor.varint();
     if (cursor.failed() || length > UINT32_MAX) {
-      return error_of(CaptureCause::damaged, "the hierarchy", "complete entries");
+      return damaged("the hierarchy", "complete entries");
     }
     if (alias == 0) {
-      if (handles == max_variables) return error_of(CaptureCause::too_many_lines, nullptr, nullptr);
+      if (handles == max_variables) return too_many();
       ++handles;
       if (!has_geometry_) {
         lengths_.push_back(is_one_of(type, real_types) ? real_bytes
@@ -447,14 +442,12 @@ class FstFile {
     }
     const std::uint64_t handle = alias == 0 ? handles : alias;
     if (handle > lengths_.size() || handle > handles) {
-      return error_of(CaptureCause::damaged, "the hierarchy", "variables of the geometry");
+      return damaged("the hierarchy", "variables of the geometry");
     }
     const auto variable = static_cast<std::uint32_t>(handle - 1);
-    if (length != 1 || lengths_[variable] != 1 || is_one_of(type, types_without_level)) {
-      return std::nullopt;
-    }
-    if (declared_.add(name_of(name), variable)) return std::nullopt;
-    return error_of(CaptureCause::too_many_lines, nullptr, nullptr);
+    const bool is_signal =
+        length == 1 && lengths_[variable] == 1 && !is_one_of(type, types_without_level);
+    return !is_signal || declared_.add(name_of(name), variable) || too_many();
   }
 
   PlacedBytes bytes_;
@@ -466,6 +459,7 @@ class FstFile {
   std::vector<std::uint32_t> lengths_;
   DeclaredLines declared_;
   std::uint64_t next_place_ = 0;
+  CaptureError error_;
 };
 
 }  // namespace biss::capture

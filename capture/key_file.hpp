@@ -2,26 +2,19 @@
 #pragma once
 
 #include <charconv>
+#include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <system_error>
 
 #include "biss/base/units.hpp"
+#include "capture/edge_source.hpp"
 
 namespace biss::capture {
 
-/// `text` without blanks around it.
-std::string_view trimmed(std::string_view text);
-
-/// Takes the next row off the front of `text`, trimmed.
-std::string_view take_row(std::string_view& text);
-
-/// Neither a section nor a key: empty, or a comment.
-bool is_comment_row(std::string_view row);
-
-/// Characters that cannot stand in a value are written as \s, \n, \t, \r and doubled backslashes.
-std::string unescaped(std::string_view value);
+/// `text` with \s, \n, \t, \r and doubled backslashes for characters that cannot stand in a value.
 std::string escaped(std::string_view text);
 
 /// Decimal digits and nothing else.
@@ -39,5 +32,48 @@ Hertz parse_sample_rate(std::string_view text);
 
 /// The rate with the largest unit in which it is whole. \pre rate is not 0 Hz
 std::string sample_rate_text(Hertz rate);
+
+/// Reads a description of samples, row by row. A format adds its sections, its keys and complete().
+class SamplesDescription {
+ public:
+  virtual ~SamplesDescription() = default;
+
+ protected:
+  static constexpr unsigned most_probes = 64;
+
+  /// How a format writes its rows.
+  struct Style {
+    const char* part;  ///< CaptureError::part
+    const char* row;   ///< a valid row
+    unsigned first_probe;
+    const char* probes;  ///< the valid probes
+  };
+
+  explicit SamplesDescription(const Style& style) : style_(style) {}
+
+  /// Reads all rows; the first error.
+  std::optional<CaptureError> read(std::string_view text);
+  /// Notes that this is expected in the row; returns false.
+  bool wrong(const char* expected, CaptureCause cause = CaptureCause::malformed);
+
+  /// The row `[section]`.
+  virtual bool begin_section(std::string_view row) = 0;
+  /// A key of the section; here a key that all formats have.
+  virtual bool take_key(std::string_view key, std::string_view value);
+  /// The last section has ended: everything must be there.
+  virtual bool complete() = 0;
+
+  bool done_ = false;  // complete; other sections are not read
+  std::string capture_file_;
+  Hertz rate_;
+  std::map<unsigned, std::string> probes_;  // names, by the numbers of the probes
+
+ private:
+  bool read_row(std::string_view row);
+
+  Style style_;
+  std::uint64_t line_ = 0;
+  CaptureError error_;
+};
 
 }  // namespace biss::capture

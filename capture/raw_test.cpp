@@ -95,8 +95,9 @@ TEST(Raw, LayoutsThatCannotBe_ReportBadLayout) {
 // The same samples repeatedly, far more than a file would hold.
 class EndlessPieces final : public SamplePieces {
  public:
-  Result<std::span<const std::uint8_t>, CaptureError> next() override {
-    return std::span<const std::uint8_t>(bytes_);
+  Result<bool, CaptureError> fetch(PackedSamples& piece, const FetchWish&) override {
+    piece.bytes = bytes_;
+    return true;
   }
 
  private:

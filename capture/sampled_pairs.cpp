@@ -268,7 +268,7 @@ class SampledPairs final : public PairSource {
     if (packed.deflated) {
       samples = packed.deflated->size_bytes / layout_.unit_bytes;
     } else {
-      join_begun(packed);
+      packed.prepend(std::span(begun_).first(std::exchange(begun_bytes_, 0)));
       samples = packed.bytes.size() / layout_.unit_bytes;
       const auto whole = static_cast<std::size_t>(samples) * layout_.unit_bytes;
       begun_bytes_ = packed.bytes.size() - whole;
@@ -281,16 +281,6 @@ class SampledPairs final : public PairSource {
     piece.first = next_;
     piece.count = static_cast<std::size_t>(std::min(samples, left));
     next_ += piece.count;
-  }
-
-  // The beginning of a sample goes before the bytes that continue it.
-  void join_begun(PackedSamples& packed) {
-    if (begun_bytes_ == 0) return;
-    const std::span<std::uint8_t> joined =
-        packed.memory.take(begun_room + packed.bytes.size()).subspan(begun_room - begun_bytes_);
-    std::copy_n(begun_.begin(), begun_bytes_, joined.begin());
-    packed.bytes = joined;
-    begun_bytes_ = 0;
   }
 
   SamplePieces* pieces_;

@@ -14,13 +14,9 @@ namespace {
 
 template <std::size_t UnitBytes>
 std::uint64_t load(const std::uint8_t* at) {
-  if constexpr (std::endian::native == std::endian::little) {
-    std::uint64_t sample = 0;
-    std::memcpy(&sample, at, UnitBytes);
-    return sample;
-  } else {
-    return get_number(reinterpret_cast<const char*>(at), UnitBytes);
-  }
+  std::uint64_t sample = 0;
+  std::memcpy(&sample, at, UnitBytes);
+  return sample;
 }
 
 // As many copies of the sample as fill a word.
@@ -32,9 +28,8 @@ constexpr std::uint64_t repeated(std::uint64_t sample) {
   return sample;
 }
 
-/// Finds the changes in a stream of samples that comes in pieces of any length; a piece may end
-/// inside a sample. A change has the time of the first sample that shows it; the first sample gives
-/// each line's initial level, at time 0.
+/// Finds the changes in a stream of samples that comes in pieces of any length. A change has the time
+/// of the first sample that shows it; the first sample gives each line's initial level, at time 0.
 class SampleScanner {
  public:
   /// \pre fault_of(layout) is null
@@ -47,27 +42,32 @@ class SampleScanner {
     }
   }
 
-  /// Takes bytes off the front of `piece` until none is left, the block is full or the times are
-  /// used up, and returns how many.
+  /// Reads whole samples at the front of `piece` until none is left, the block is full or the times
+  /// are used up, and returns how many bytes these are.
   std::size_t scan(std::span<const std::uint8_t> piece, EdgeBlock& block) {
-    const std::uint8_t* at = piece.data();
-    const std::uint8_t* const end = at + piece.size();
-    if (held_bytes_ != 0) at = finish_held(at, end, block);
-    if (held_bytes_ == 0) {
-      at = scan_units(at, end, block);
-      if (static_cast<std::size_t>(end - at) < unit_bytes_) {
-        while (at != end) held_[held_bytes_++] = *at++;
-      }
+    if (times_used_up()) return 0;
+    const auto units = piece.size() / unit_bytes_;
+    const std::uint64_t left = last_index_ - samples_ + 1;
+    const std::uint8_t* const at = piece.data();
+    const std::uint8_t* const end =
+        at + unit_bytes_ * static_cast<std::size_t>(std::min<std::uint64_t>(units, left));
+    if (samples_ == 0 && at != end) {
+      // The first sample is a change in every line.
+      last_ = ~get_number(reinterpret_cast<const char*>(at), unit_bytes_) & mask_;
     }
-    return static_cast<std::size_t>(at - piece.data());
+    using Scan = const std::uint8_t* (SampleScanner::*)(const std::uint8_t*, const std::uint8_t*,
+                                                        EdgeBlock&);
+    constexpr std::array<Scan, max_unit_bytes> scans{
+        &SampleScanner::scan_whole<1>, &SampleScanner::scan_whole<2>, &SampleScanner::scan_whole<3>,
+        &SampleScanner::scan_whole<4>, &SampleScanner::scan_whole<5>, &SampleScanner::scan_whole<6>,
+        &SampleScanner::scan_whole<7>, &SampleScanner::scan_whole<8>};
+    return static_cast<std::size_t>((this->*scans[unit_bytes_ - 1])(at, end, block) - at);
   }
 
   /// Whole samples seen.
   std::uint64_t samples() const { return samples_; }
   /// The lines' bits in the last of them.
   std::uint64_t last_sample() const { return last_; }
-  /// The beginning of a sample with which the bytes so far end.
-  std::span<const std::uint8_t> begun_sample() const { return std::span(held_).first(held_bytes_); }
   /// The time of the next sample does not fit into 64 bits of picoseconds.
   bool times_used_up() const { return samples_ > last_index_; }
   /// Time of the last sample; 0 before the first.
@@ -102,36 +102,6 @@ class SampleScanner {
     return at;
   }
 
-  const std::uint8_t* scan_units(const std::uint8_t* at, const std::uint8_t* end,
-                                 EdgeBlock& block) {
-    if (at == end || times_used_up()) return at;
-    const auto units = static_cast<std::size_t>(end - at) / unit_bytes_;
-    const std::uint64_t left = last_index_ - samples_ + 1;
-    end = at + unit_bytes_ * static_cast<std::size_t>(std::min<std::uint64_t>(units, left));
-    if (samples_ == 0 && at != end) {
-      // The first sample is a change in every line.
-      last_ = ~get_number(reinterpret_cast<const char*>(at), unit_bytes_) & mask_;
-    }
-    using Scan = const std::uint8_t* (SampleScanner::*)(const std::uint8_t*, const std::uint8_t*,
-                                                        EdgeBlock&);
-    constexpr std::array<Scan, max_unit_bytes> scans{
-        &SampleScanner::scan_whole<1>, &SampleScanner::scan_whole<2>, &SampleScanner::scan_whole<3>,
-        &SampleScanner::scan_whole<4>, &SampleScanner::scan_whole<5>, &SampleScanner::scan_whole<6>,
-        &SampleScanner::scan_whole<7>, &SampleScanner::scan_whole<8>};
-    return (this->*scans[unit_bytes_ - 1])(at, end, block);
-  }
-
-  // Completes the sample with whose beginning the last piece ended.
-  const std::uint8_t* finish_held(const std::uint8_t* at, const std::uint8_t* end,
-                                  EdgeBlock& block) {
-    if (block.full()) return at;
-    while (held_bytes_ < unit_bytes_ && at != end) held_[held_bytes_++] = *at++;
-    if (held_bytes_ < unit_bytes_) return at;
-    if (scan_units(held_.data(), held_.data() + unit_bytes_, block) != held_.data())
-      held_bytes_ = 0;
-    return at;
-  }
-
   void push_changes(std::uint64_t sample, std::uint64_t changed, EdgeBlock& block) {
     const Picoseconds time = clock_.time_of(samples_);
     for (; changed != 0; changed &= changed - 1) {
@@ -149,8 +119,6 @@ class SampleScanner {
   std::array<wire::LineIndex, 64> line_of_bit_{};
   std::uint64_t samples_ = 0;
   std::uint64_t last_ = 0;
-  std::array<std::uint8_t, max_unit_bytes> held_{};
-  std::size_t held_bytes_ = 0;
 };
 
 class SampledSource final : public StepSource {
@@ -180,31 +148,42 @@ class SampledSource final : public StepSource {
                             .slo_bit = layout_.lines[slo].bit,
                             .ma = ma,
                             .slo = slo};
-    SamplesRead read{scanner_.samples(), scanner_.last_sample(), {}, ended(), error()};
-    const auto begun = scanner_.begun_sample();
-    read.bytes.assign(begun.begin(), begun.end());
-    read.bytes.insert(read.bytes.end(), piece_.begin(), piece_.end());
+    SamplesRead read{scanner_.samples(),
+                     scanner_.last_sample(),
+                     {piece_.begin(), piece_.end()},
+                     ended(),
+                     error()};
+    packed_ = {};
     return sampled_pairs(*pieces_, layout, reading_, std::move(read));
   }
 
  private:
+  static constexpr std::size_t largest_piece = 262'144;
+
   void step() override {
-    if (piece_.empty()) return fetch();
+    if (piece_.size() < layout_.unit_bytes) return fetch();
     piece_ = piece_.subspan(scanner_.scan(piece_, block_));
-    if (!piece_.empty() && scanner_.times_used_up()) {
+    if (piece_.size() >= layout_.unit_bytes && scanner_.times_used_up()) {
       fail({.cause = CaptureCause::time_out_of_range});
     }
   }
 
   void fetch() {
-    const auto piece = pieces_->next();
-    if (!piece.ok()) return fail(piece.error());
-    piece_ = *piece;
-    if (!piece_.empty()) return;
+    // The beginning of a sample goes to the next piece.
+    std::copy(piece_.begin(), piece_.end(), begun_.begin());
+    piece_ = std::span(begun_).first(piece_.size());
+    const auto more =
+        pieces_->fetch(packed_, {.piece_bytes = piece_bytes_, .unit_bytes = 1, .at_sample = false});
+    if (!more.ok()) return fail(more.error());
+    if (*more) {
+      // Files that fit into a small buffer do not pay for a large one.
+      if (packed_.bytes.size() == piece_bytes_) piece_bytes_ = largest_piece;
+      packed_.prepend(piece_);
+      piece_ = packed_.bytes;
+      return;
+    }
     finish();
-    if (const auto begun = scanner_.begun_sample(); begun.size() == layout_.unit_bytes) {
-      fail({.cause = CaptureCause::time_out_of_range});
-    } else if (!begun.empty()) {
+    if (!piece_.empty()) {
       fail({.cause = CaptureCause::truncated, .expected = "a whole number of samples"});
     } else if (scanner_.samples() == 0) {
       fail({.cause = CaptureCause::empty});
@@ -216,25 +195,16 @@ class SampledSource final : public StepSource {
   RawLayout layout_;
   SampleReading reading_;
   bool is_raw_;
+  PackedSamples packed_;
+  std::size_t piece_bytes_ = 4'096;
+  // The bytes that are not scanned yet, in packed_ or, of a sample that was begun, in begun_.
   std::span<const std::uint8_t> piece_;
+  std::array<std::uint8_t, max_unit_bytes> begun_{};
 };
-
-constexpr std::size_t raw_piece_bytes = 262'144;
 
 class RawPieces final : public SamplePieces {
  public:
   explicit RawPieces(std::unique_ptr<ByteSource> bytes) : bytes_(std::move(bytes)) {}
-
-  Result<std::span<const std::uint8_t>, CaptureError> next() override {
-    // Files that fit into a small buffer do not pay for a large one.
-    if (last_bytes_ == buffer_.size()) {
-      buffer_.resize(buffer_.empty() ? raw_piece_bytes / 64 : raw_piece_bytes);
-    }
-    const auto got = bytes_->read({reinterpret_cast<char*>(buffer_.data()), buffer_.size()});
-    if (!got.ok()) return failure(got.error());
-    last_bytes_ = *got;
-    return std::span<const std::uint8_t>(buffer_).first(*got);
-  }
 
   Result<bool, CaptureError> fetch(PackedSamples& piece, const FetchWish& wish) override {
     if (wish.at_sample) {
@@ -244,7 +214,7 @@ class RawPieces final : public SamplePieces {
       piece.ahead = {reinterpret_cast<const std::uint8_t*>(after.data()), after.size()};
       if (!lying.empty()) return true;
     }
-    const auto room = piece.memory.take(begun_room + wish.piece_bytes).subspan(begun_room);
+    const auto room = piece.room(wish.piece_bytes);
     const auto got = bytes_->read({reinterpret_cast<char*>(room.data()), room.size()});
     if (!got.ok()) return failure(got.error());
     piece.bytes = room.first(*got);
@@ -253,8 +223,6 @@ class RawPieces final : public SamplePieces {
 
  private:
   std::unique_ptr<ByteSource> bytes_;
-  std::vector<std::uint8_t> buffer_;
-  std::size_t last_bytes_ = 0;
 };
 
 constexpr std::size_t most_copies = 8'192;
@@ -316,13 +284,11 @@ RawLayout packed_layout(const std::vector<std::string>& lines, Hertz rate) {
   return layout;
 }
 
-Result<bool, CaptureError> SamplePieces::fetch(PackedSamples& piece, const FetchWish& /*wish*/) {
-  const auto bytes = next();
-  if (!bytes.ok()) return failure(bytes.error());
-  const auto room = piece.memory.take(begun_room + bytes->size()).subspan(begun_room);
-  std::copy(bytes->begin(), bytes->end(), room.begin());
-  piece.bytes = room;
-  return !bytes->empty();
+void PackedSamples::prepend(std::span<const std::uint8_t> begun) {
+  if (begun.empty()) return;
+  const auto joined = memory.take(begun_room + bytes.size()).subspan(begun_room - begun.size());
+  std::copy(begun.begin(), begun.end(), joined.begin());
+  bytes = joined;
 }
 
 Opened open_samples(const RawLayout& layout, std::unique_ptr<SamplePieces> pieces,

@@ -142,6 +142,13 @@ struct PackedSamples {
   /// The bytes after them that are already in memory.
   std::span<const std::uint8_t> ahead;
   std::optional<DeflatedSamples> deflated;  ///< nothing if `bytes` are the samples
+
+  /// Memory for `count` bytes, which are not the bytes yet.
+  std::span<std::uint8_t> room(std::size_t count) {
+    return memory.take(begun_room + count).subspan(begun_room);
+  }
+  /// Puts the beginning of a sample before the bytes. \pre they are in the memory
+  void prepend(std::span<const std::uint8_t> begun);
 };
 
 /// The wanted properties of a piece.
@@ -158,12 +165,9 @@ class SamplePieces {
  public:
   virtual ~SamplePieces() = default;
 
-  /// The next bytes, valid until the next call; empty at the end. Not called again after an error.
-  virtual Result<std::span<const std::uint8_t>, CaptureError> next() = 0;
-
   /// The next bytes as a piece, which keeps them; false at the end. Deflated bytes hold whole samples
-  /// and are not looked at here. After this next() is not called again, nor after an error.
-  virtual Result<bool, CaptureError> fetch(PackedSamples& piece, const FetchWish& wish);
+  /// and are not looked at here. Not called again after an error.
+  virtual Result<bool, CaptureError> fetch(PackedSamples& piece, const FetchWish& wish) = 0;
 };
 
 /// The samples as edges. A capture without a whole sample is `empty`; one that ends inside a sample

@@ -1,7 +1,6 @@
 #include "capture/sr.hpp"
 
 #include <algorithm>
-#include <map>
 #include <optional>
 #include <utility>
 
@@ -11,100 +10,57 @@
 namespace biss::capture {
 namespace {
 
-constexpr unsigned max_probes = 8 * max_unit_bytes;
-
-class MetadataParser {
+class Metadata final : public SamplesDescription {
  public:
+  Metadata() : SamplesDescription({"metadata", "[section] or key=value", 1, "probe1 to probe64"}) {}
+
   tl::expected<SrMetadata, CaptureError> parse(std::string_view text) {
-    while (!text.empty()) {
-      ++line_;
-      const std::string_view row = take_row(text);
-      if (is_comment_row(row) || (done_ && row != device_)) continue;
-      if (done_ ? !wrong("each device once") : !read_row(row)) {
-        return tl::unexpected(error_);
-      }
-    }
-    if (!done_ && !complete()) return tl::unexpected(error_);
-    return std::move(found_);
+    if (const auto error = read(text)) return tl::unexpected(*error);
+    return SrMetadata{layout_, capture_file_};
   }
 
  private:
-  bool wrong(const char* expected) {
-    error_ = {.cause = CaptureCause::malformed,
-              .line = line_,
-              .column = 1,
-              .expected = expected,
-              .part = "metadata"};
-    return false;
+  bool begin_section(std::string_view row) override {
+    if (row == device_ && !capture_file_.empty()) return wrong("each device once");
+    if (done_) return true;
+    if (in_device_ && !capture_file_.empty()) return done_ = complete();
+    in_device_ = row.starts_with("[device ") && row.back() == ']';
+    device_ = row;
+    layout_.unit_bytes = 0;
+    capture_file_.clear();
+    rate_ = {};
+    probes_.clear();
+    return true;
   }
 
-  bool read_row(std::string_view row) {
-    if (row.front() == '[') {
-      if (in_device_ && !found_.capture_file.empty()) {
-        if (row == device_) return wrong("each device once");
-        return done_ = complete();
-      }
-      in_device_ = row.starts_with("[device ") && row.back() == ']';
-      device_ = row;
-      found_ = {};
-      probes_.clear();
-      has_unit_ = false;
-      return true;
-    }
-    const std::size_t equals = row.find('=');
-    if (equals == std::string_view::npos) return wrong("[section] or key=value");
+  bool take_key(std::string_view key, std::string_view value) override {
     if (!in_device_) return true;
-    return take_key(trimmed(row.substr(0, equals)), trimmed(row.substr(equals + 1)));
-  }
-
-  bool take_key(std::string_view key, std::string_view value) {
-    if (key == "capturefile") {
-      if (!found_.capture_file.empty()) return wrong("the capturefile once");
-      found_.capture_file = unescaped(value);
-    } else if (key == "samplerate") {
-      if (found_.layout.rate.count != 0) return wrong("the samplerate once");
-      found_.layout.rate = parse_sample_rate(value);
-      if (found_.layout.rate.count == 0) return wrong("a sample rate of 1 Hz to 4.29 GHz");
-    } else if (key == "unitsize") {
-      if (has_unit_) return wrong("the unitsize once");
-      const auto bytes = whole_number<unsigned>(value);
-      if (!bytes || *bytes < 1 || *bytes > max_unit_bytes) return wrong("a unitsize of 1 to 8");
-      found_.layout.unit_bytes = *bytes;
-      has_unit_ = true;
-    } else if (key.starts_with("probe")) {
-      const auto number = whole_number<unsigned>(key.substr(5));
-      if (!number || *number < 1 || *number > max_probes) return wrong("probe1 to probe64");
-      if (!probes_.emplace(*number, unescaped(value)).second) return wrong("each probe once");
-    }
+    if (key != "unitsize") return SamplesDescription::take_key(key, value);
+    if (layout_.unit_bytes != 0) return wrong("the unitsize once");
+    const auto bytes = whole_number<unsigned>(value);
+    if (!bytes || *bytes < 1 || *bytes > max_unit_bytes) return wrong("a unitsize of 1 to 8");
+    layout_.unit_bytes = *bytes;
     return true;
   }
 
-  // The device's section has ended: everything must be there, and the probes lie in the sample.
-  bool complete() {
-    RawLayout& layout = found_.layout;
-    if (found_.capture_file.empty()) return wrong("a device with a capturefile of logic samples");
-    if (layout.rate.count == 0) return wrong("the samplerate of the device");
-    if (!has_unit_) return wrong("the unitsize of the device");
-    for (const auto& [number, name] : probes_) layout.lines.push_back({name, number - 1});
-    if (layout.lines.empty()) return wrong("the names of the device's probes");
-    if (fault_of(layout) != nullptr) return wrong("no more probes than unitsize has bits");
-    return true;
+  bool complete() override {
+    if (capture_file_.empty()) return wrong("a device with a capturefile of logic samples");
+    if (rate_.count == 0) return wrong("the samplerate of the device");
+    if (layout_.unit_bytes == 0) return wrong("the unitsize of the device");
+    layout_.rate = rate_;
+    for (const auto& [number, name] : probes_) layout_.lines.push_back({name, number - 1});
+    if (layout_.lines.empty()) return wrong("the names of the device's probes");
+    return fault_of(layout_) == nullptr || wrong("no more probes than unitsize has bits");
   }
 
-  SrMetadata found_;
-  std::map<unsigned, std::string> probes_;
+  RawLayout layout_;
   std::string device_;  // its section
   bool in_device_ = false;
-  bool has_unit_ = false;
-  bool done_ = false;
-  std::uint64_t line_ = 0;
-  CaptureError error_;
 };
 
 // Members up to this size are inflated in one piece; PulseView's chunks have 10 MiB. Larger members
 // are read in pieces.
 constexpr std::uint64_t most_at_once = 32U * 1024U * 1024U;
-constexpr std::size_t stream_piece_bytes = 1024U * 1024U;
 constexpr std::size_t max_metadata_bytes = 1024U * 1024U;
 
 class SrPieces final : public SamplePieces {
@@ -114,15 +70,7 @@ class SrPieces final : public SamplePieces {
     chunks_ = archive_->names(capture_file_ + '-').size();
   }
 
-  Result<std::span<const std::uint8_t>, CaptureError> next() override {
-    PackedSamples& piece = next_piece_;
-    const auto got = fetch(piece, {.piece_bytes = stream_piece_bytes, .at_sample = false});
-    if (!got.ok()) return failure(got.error());
-    return *got ? piece.bytes : std::span<const std::uint8_t>{};
-  }
-
   Result<bool, CaptureError> fetch(PackedSamples& piece, const FetchWish& wish) override {
-    if (&piece != &next_piece_ && !next_piece_.bytes.empty()) release_next();
     for (;;) {
       if (streaming_) {
         const auto got = fetch_of_stream(piece, wish.piece_bytes);
@@ -147,12 +95,6 @@ class SrPieces final : public SamplePieces {
 
  private:
   using Fetched = Result<bool, CaptureError>;
-
-  // The chunk that next() used, and its deflated bytes, are not needed any longer.
-  void release_next() {
-    next_piece_ = PackedSamples();
-    compressed_ = Buffer();
-  }
 
   // A session has one member with all the samples, or chunks.
   std::optional<ZipMember> next_member() {
@@ -190,6 +132,7 @@ class SrPieces final : public SamplePieces {
   }
 
   Fetched fetch_deflated(const ZipMember& member, PackedSamples& piece) {
+    compressed_ = Buffer();  // for bytes that are inflated here only
     const auto read = read_compressed(member, piece.memory);
     if (!read.ok()) return read;
     piece.bytes = piece.memory.take(static_cast<std::size_t>(member.compressed_bytes));
@@ -203,7 +146,7 @@ class SrPieces final : public SamplePieces {
     const auto read = read_compressed(member, compressed_);
     if (!read.ok()) return read;
     const auto compressed = compressed_.take(static_cast<std::size_t>(member.compressed_bytes));
-    const auto bytes = room_in(piece, static_cast<std::size_t>(member.size_bytes));
+    const auto bytes = piece.room(static_cast<std::size_t>(member.size_bytes));
     if (!inflater_.inflate(compressed, bytes)) return damaged("data that inflates to its size");
     if (verify_ && zip_checksum(bytes) != member.checksum) return damaged("data with its checksum");
     piece.bytes = bytes;
@@ -214,17 +157,13 @@ class SrPieces final : public SamplePieces {
     // One byte more than the directory states shows whether the member ends there. It is read apart
     // from the bytes before it, which are samples with any size of the pieces.
     const auto room = stream_left_ == 0 ? 1 : std::min<std::uint64_t>(stream_left_, piece_bytes);
-    const auto bytes = room_in(piece, static_cast<std::size_t>(room));
+    const auto bytes = piece.room(static_cast<std::size_t>(room));
     const auto got = archive_->read_stream(bytes);
     if (!got || *got > stream_left_) return damaged("data that inflates to its size and checksum");
     if (*got == 0 && stream_left_ != 0) return damaged("data that inflates to its size");
     stream_left_ -= *got;
     piece.bytes = bytes.first(*got);
     return *got != 0;
-  }
-
-  static std::span<std::uint8_t> room_in(PackedSamples& piece, std::size_t bytes) {
-    return piece.memory.take(begun_room + bytes).subspan(begun_room);
   }
 
   std::unique_ptr<ZipArchive> archive_;
@@ -237,7 +176,6 @@ class SrPieces final : public SamplePieces {
   std::uint64_t stream_left_ = 0;
   Inflater inflater_;
   Buffer compressed_;
-  PackedSamples next_piece_;
 };
 
 // Names a member that is not read although its name begins with the name of the capture; also such
@@ -283,7 +221,7 @@ constexpr std::size_t chunk_bytes = 4U * 1024U * 1024U;
 }  // namespace
 
 tl::expected<SrMetadata, CaptureError> parse_sr_metadata(std::string_view text) {
-  return MetadataParser().parse(text);
+  return Metadata().parse(text);
 }
 
 std::string sr_metadata_text(const RawLayout& layout) {
