@@ -14,10 +14,10 @@
 #include "bench/rows.hpp"
 #include "bench/samples.hpp"
 #include "biss/frame/format_text.hpp"
+#include "capture/dsl.hpp"
 #include "capture/edge_pairs.hpp"
 #include "capture/pair_source.hpp"
 #include "capture/samples.hpp"
-#include "capture/sr.hpp"
 #include "capture/zip.hpp"
 #include "decode/statistics.hpp"
 #include "flow/cycle_flow.hpp"
@@ -93,7 +93,7 @@ void decode_memory(benchmark::State& state, unsigned threads) {
 void decode_archive(benchmark::State& state, std::size_t period, bool verify) {
   const Archive& archive = archive_of(period);
   for ([[maybe_unused]] auto _ : state) {
-    if (!decode_all(capture::open_sr(capture::memory_bytes(archive.bytes), {.verify = verify}),
+    if (!decode_all(capture::open_zip(capture::memory_bytes(archive.bytes), {.verify = verify}),
                     archive.line, 1)) {
       return state.SkipWithError("a wrong position");
     }
@@ -172,7 +172,7 @@ void expand_archive(benchmark::State& state, std::size_t period, bool verify) {
   const std::string& archive = archive_of(period).bytes;
   for ([[maybe_unused]] auto _ : state) {
     const auto changes =
-        changes_in(capture::open_sr(capture::memory_bytes(archive), {.verify = verify}));
+        changes_in(capture::open_zip(capture::memory_bytes(archive), {.verify = verify}));
     if (changes == 0) return state.SkipWithError("the archive could not be read");
   }
   state.SetBytesProcessed(state.iterations() * static_cast<std::int64_t>(archive_samples));

@@ -146,6 +146,17 @@ Result<std::span<const char>, CaptureError> BlockReader::read(ByteSource& source
   return std::span<const char>(block_).first(filled_);
 }
 
+const char* ByteTaker::take(std::size_t count) {
+  if (read_.size() - at_ < count) read_.erase(0, std::exchange(at_, 0));
+  while (read_.size() - at_ < count) {
+    const auto got = block_.read(*bytes_);
+    if (!got.ok()) error_ = got.error();
+    if (!got.ok() || got->empty()) return nullptr;
+    read_.append(got->data(), got->size());
+  }
+  return read_.data() + std::exchange(at_, at_ + count);
+}
+
 OpenedBytes open_bytes(const std::string& path) {
   const bool standard_input = path == "-";
   const int descriptor = standard_input ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);

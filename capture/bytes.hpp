@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "biss/base/result.hpp"
@@ -61,6 +63,25 @@ class BlockReader {
  private:
   std::vector<char> block_;
   std::size_t filled_ = 0;
+};
+
+/// Takes pieces of known length off the front of a source.
+class ByteTaker {
+ public:
+  explicit ByteTaker(std::unique_ptr<ByteSource> bytes) : bytes_(std::move(bytes)) {}
+
+  /// The next `count` bytes, valid until the next call. Null if fewer are left, and if the source
+  /// fails.
+  const char* take(std::size_t count);
+  /// Why the source failed.
+  const std::optional<CaptureError>& error() const { return error_; }
+
+ private:
+  std::unique_ptr<ByteSource> bytes_;
+  BlockReader block_;
+  std::string read_;
+  std::size_t at_ = 0;  // the next byte in read_
+  std::optional<CaptureError> error_;
 };
 
 using OpenedBytes = tl::expected<std::unique_ptr<ByteSource>, CaptureError>;

@@ -73,13 +73,12 @@ class DeclaredLines {
           groups.try_emplace(signal.name, Group{signal.variable, false, false}).first;
       if (entry->second.variable != signal.variable) entry->second.differ = true;
     }
-    LineNames names;
     for (const Signal& signal : signals_) {
       Group& group = groups.at(signal.name);
       if (!group.differ && std::exchange(group.named, true)) continue;
       std::string name = group.differ ? path_of(signal) : signal.name;
       if (!store(name.size())) return false;
-      names_.push_back(names.claim(name));
+      names_.push_back(std::move(name));
       variables_.push_back(signal.variable);
     }
     return true;

@@ -271,21 +271,9 @@ std::optional<CaptureError> find_unread_block(const ZipArchive& archive, const D
   return std::nullopt;
 }
 
-}  // namespace
-
-tl::expected<DslHeader, CaptureError> parse_dsl_header(std::string_view text) {
-  return HeaderParser().parse(text);
-}
-
-Opened open_dsl(std::unique_ptr<ByteSource> bytes, const SampleReading& reading) {
-  auto opened = ZipArchive::open(std::move(bytes));
-  if (!opened) return tl::unexpected(opened.error());
-  return open_dsl(std::move(*opened), reading);
-}
-
-Opened open_dsl(std::unique_ptr<ZipArchive> archive, const SampleReading& reading) {
-  const auto member = archive->find("header");
-  const auto text = member ? archive->read_text(*member, max_header_bytes) : std::nullopt;
+Opened open_dsl(std::unique_ptr<ZipArchive> archive, const ZipMember& member,
+                const SampleReading& reading) {
+  const auto text = archive->read_text(member, max_header_bytes);
   if (!text) {
     return tl::unexpected(CaptureError{
         .cause = CaptureCause::damaged, .expected = "text of up to 1 MiB", .part = "header"});
@@ -297,11 +285,24 @@ Opened open_dsl(std::unique_ptr<ZipArchive> archive, const SampleReading& readin
     return open_zip_samples(layout, std::move(archive), std::move(header->capture_file), reading);
   }
   if (const auto error = find_unread_block(*archive, *header)) return tl::unexpected(*error);
-  std::vector<std::string> names;
-  for (const SampleLine& line : header->lines) names.push_back(line.name);
-  return open_samples(packed_layout(names, header->rate),
+  return open_samples(packed_layout(names_of(header->lines), header->rate),
                       std::make_unique<DslPieces>(std::move(archive), *header, reading.verify),
                       reading);
+}
+
+}  // namespace
+
+tl::expected<DslHeader, CaptureError> parse_dsl_header(std::string_view text) {
+  return HeaderParser().parse(text);
+}
+
+Opened open_zip(std::unique_ptr<ByteSource> bytes, const SampleReading& reading) {
+  auto archive = ZipArchive::open(std::move(bytes));
+  if (!archive) return tl::unexpected(archive.error());
+  const auto header = (*archive)->find("header");
+  const bool is_dsl = header && !(*archive)->find("metadata");
+  return is_dsl ? open_dsl(std::move(*archive), *header, reading)
+                : open_sr(std::move(*archive), reading);
 }
 
 DslWriter::DslWriter(const std::vector<std::string>& lines, Hertz rate, ByteSink& sink)

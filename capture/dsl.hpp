@@ -37,7 +37,8 @@ struct DslHeader {
 /// `malformed`, and with `unknown_format` for captures of DSView's oscilloscope and data logger.
 tl::expected<DslHeader, CaptureError> parse_dsl_header(std::string_view text);
 
-/// Opens a DSLogic capture of version 1 to 3 and delivers the changes of its probes.
+/// Opens a ZIP archive: a DSLogic capture of version 1 to 3, or a sigrok session (see open_sr()).
+/// Delivers the changes of the probes.
 ///
 /// Version 1 has one member of two-byte samples with probe K at bit K. Versions 2 and 3 have the
 /// blocks `L-K/B` of each probe K, of which the last may be shorter. A block of every probe is in
@@ -49,8 +50,7 @@ tl::expected<DslHeader, CaptureError> parse_dsl_header(std::string_view text);
 /// header does not count), `empty`, `truncated` (fewer samples than the header has) and
 /// `time_out_of_range`.
 /// Source: DSView, storesession.cpp and session_driver.c.
-Opened open_dsl(std::unique_ptr<ByteSource> bytes, const SampleReading& reading = {});
-Opened open_dsl(std::unique_ptr<ZipArchive> archive, const SampleReading& reading = {});
+Opened open_zip(std::unique_ptr<ByteSource> bytes, const SampleReading& reading = {});
 
 /// Writes a DSLogic capture of version 3. Line k is probe k; up to 64 lines. It holds back a block of
 /// every line, 2 MiB each. Fails with `too_large` when the archive would pass 4 GiB or 65535 members;

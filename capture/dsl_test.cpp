@@ -13,7 +13,7 @@
 namespace biss::capture {
 namespace dsl_test {
 
-Read read_dsl(std::string_view bytes) { return read_all(open_dsl(memory_bytes(bytes))); }
+Read read_dsl(std::string_view bytes) { return read_all(open_zip(memory_bytes(bytes))); }
 
 std::string header_of(std::uint64_t samples, std::uint64_t blocks,
                       const std::vector<SampleLine>& lines, const std::string& version = "3") {
@@ -215,7 +215,7 @@ TEST(Dsl, DamagedArchives_AreNamed) {
             CaptureCause::empty);
   EXPECT_EQ(read_dsl(zip_of({{"header", header_of(~0ULL, 0, ma_and_slo)}})).cause(),
             CaptureCause::damaged);
-  EXPECT_EQ(read_dsl(zip_of({{"other", "x"}})).cause(), CaptureCause::damaged);
+  EXPECT_EQ(read_dsl(zip_of({{"other", "x"}})).cause(), CaptureCause::unknown_format);
   EXPECT_EQ(read_dsl("no archive").cause(), CaptureCause::damaged);
   std::string flipped = zip_of(capture_of(samples, ma_and_slo));
   flipped[flipped.find("L-2/0") + 10] ^= 4;

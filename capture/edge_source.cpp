@@ -1,5 +1,7 @@
 #include "capture/edge_source.hpp"
 
+#include <unordered_map>
+#include <unordered_set>
 #include <utility>
 
 #include "capture/pair_source.hpp"
@@ -11,7 +13,7 @@ std::unique_ptr<PairSource> EdgeSource::pairs(wire::LineIndex /*ma*/, wire::Line
 }
 
 void StepSource::set_lines(std::vector<std::string> lines) {
-  lines_ = std::move(lines);
+  lines_ = unique_names(std::move(lines));
   block_.prepare(2 * lines_.size());
 }
 
@@ -28,14 +30,19 @@ Result<std::span<const wire::Edge>, CaptureError> StepSource::next_block() {
   return block_.edges();
 }
 
-std::string LineNames::claim(const std::string& wanted) {
-  if (taken_.insert(wanted).second) return wanted;
-  // Numbering continues from the last number, so equal names cost as much as different names.
-  std::uint32_t& number = asked_.try_emplace(wanted, 1U).first->second;
-  for (;;) {
-    std::string name = wanted + '#' + std::to_string(++number);
-    if (taken_.insert(name).second) return name;
+std::vector<std::string> unique_names(std::vector<std::string> names) {
+  std::unordered_set<std::string> taken;
+  std::unordered_map<std::string, std::uint32_t> asked;
+  for (std::string& name : names) {
+    if (taken.insert(name).second) continue;
+    // Numbering continues from the last number, so equal names cost as much as different names.
+    std::uint32_t& number = asked.try_emplace(name, 1U).first->second;
+    const std::string wanted = name + '#';
+    do {
+      name = wanted + std::to_string(++number);
+    } while (!taken.insert(name).second);
   }
+  return names;
 }
 
 }  // namespace biss::capture

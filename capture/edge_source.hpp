@@ -10,8 +10,6 @@
 #include <span>
 #include <string>
 #include <tl/expected.hpp>
-#include <unordered_map>
-#include <unordered_set>
 #include <vector>
 
 #include "biss/base/result.hpp"
@@ -148,8 +146,8 @@ class StepSource : public EdgeSource {
   Result<std::span<const wire::Edge>, CaptureError> next_block() final;
 
  protected:
-  /// The names of the lines, before the first step. Two edges a line fit into a block that is not
-  /// full.
+  /// The names of the lines, which become unique_names(), before the first step. Two edges a line fit
+  /// into a block that is not full.
   void set_lines(std::vector<std::string> lines);
   /// Reads on and pushes edges into block_, or calls finish() or fail(). Called again while there are
   /// no edges.
@@ -176,15 +174,8 @@ class StepSource : public EdgeSource {
   std::optional<CaptureError> error_;
 };
 
-/// Gives out names; the second request for a name gets `name#2`, and so on.
-class LineNames {
- public:
-  /// `wanted`, or the first free of `wanted#2`, `wanted#3`, …
-  std::string claim(const std::string& wanted);
-
- private:
-  std::unordered_set<std::string> taken_;
-  std::unordered_map<std::string, std::uint32_t> asked_;
-};
+/// The names with a number after each that an earlier one equals: the second `MA` is `MA#2`, or the
+/// first free of `MA#3`, `MA#4`, …
+std::vector<std::string> unique_names(std::vector<std::string> names);
 
 }  // namespace biss::capture

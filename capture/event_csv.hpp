@@ -57,12 +57,8 @@ bool looks_like_event_csv(std::string_view row);
 /// but a last row without one is `truncated` when columns are missing or its last cell is empty.
 ///
 /// \param piece_limit the most text of a piece of pairs()
-Opened open_event_csv(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit,
-                      const EventCsvRows& rows);
-inline Opened open_event_csv(std::unique_ptr<ByteSource> bytes,
-                             std::size_t piece_limit = default_piece_bytes) {
-  return open_event_csv(std::move(bytes), piece_limit, {});
-}
+Opened open_event_csv(std::unique_ptr<ByteSource> bytes,
+                      std::size_t piece_limit = default_piece_bytes, const EventCsvRows& rows = {});
 
 /// How rows are written.
 enum class CsvDialect : std::uint8_t {

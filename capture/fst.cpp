@@ -175,20 +175,22 @@ class FstReader final : public StepSource {
   }
 
  private:
-  // The data of a block that is needed while it is opened. Places count from the beginning of the
-  // file.
+  // Places count from the beginning of the file.
+  struct Part {
+    std::uint64_t place = 0;
+    std::uint64_t size = 0;  // unpacked
+    std::uint64_t packed = 0;
+  };
+
+  // The data of a block that is needed while it is opened.
   struct Layout {
     std::uint64_t begin_tick = 0;
-    std::uint64_t frame_place = 0;
-    std::uint64_t frame_size = 0;
-    std::uint64_t frame_packed = 0;
+    Part frame;  // the initial values
+    Part times;
+    std::uint64_t times_count = 0;
     std::uint64_t chains_place = 0;
     std::uint64_t index_place = 0;
     std::uint64_t index_size = 0;
-    std::uint64_t times_place = 0;
-    std::uint64_t times_size = 0;
-    std::uint64_t times_packed = 0;
-    std::uint64_t times_count = 0;
     Packing packing{};
   };
 
@@ -260,20 +262,20 @@ class FstReader final : public StepSource {
       return damaged("the sizes of its times");
     }
     FstCursor cursor(tail);
-    layout.times_size = cursor.fixed64();
-    layout.times_packed = cursor.fixed64();
+    layout.times.size = cursor.fixed64();
+    layout.times.packed = cursor.fixed64();
     layout.times_count = cursor.fixed64();
     std::uint64_t room = end - layout.chains_place - tail_bytes - index_size_bytes;
-    if (layout.times_packed > room) return damaged("times that fit into it");
-    layout.times_place = end - tail_bytes - layout.times_packed;
-    room -= layout.times_packed;
+    if (layout.times.packed > room) return damaged("times that fit into it");
+    layout.times.place = end - tail_bytes - layout.times.packed;
+    room -= layout.times.packed;
     std::array<std::uint8_t, index_size_bytes> index_size{};
-    if (!file_.read(layout.times_place - index_size_bytes, index_size)) {
+    if (!file_.read(layout.times.place - index_size_bytes, index_size)) {
       return damaged("the size of its index");
     }
     layout.index_size = FstCursor(index_size).fixed64();
     if (layout.index_size > room) return damaged("an index that fits into it");
-    layout.index_place = layout.times_place - index_size_bytes - layout.index_size;
+    layout.index_place = layout.times.place - index_size_bytes - layout.index_size;
     return true;
   }
 
@@ -292,19 +294,19 @@ class FstReader final : public StepSource {
     layout.begin_tick = cursor.fixed64();
     cursor.fixed64();  // the end
     cursor.fixed64();  // the memory that fstapi takes for it
-    layout.frame_size = cursor.varint();
-    layout.frame_packed = cursor.varint();
+    layout.frame.size = cursor.varint();
+    layout.frame.packed = cursor.varint();
     cursor.varint();  // variables in the frame
-    layout.frame_place = block.place + cursor.at();
-    if (cursor.failed() || layout.frame_packed > block.size - cursor.at()) {
+    layout.frame.place = block.place + cursor.at();
+    if (cursor.failed() || layout.frame.packed > block.size - cursor.at()) {
       return damaged("initial values that fit into it");
     }
-    const auto rest = head_part(layout.frame_place + layout.frame_packed, number_and_letter);
+    const auto rest = head_part(layout.frame.place + layout.frame.packed, number_and_letter);
     FstCursor letter(rest);
     letter.varint();  // variables with changes
     const std::uint8_t packing = letter.byte();
     if (letter.failed()) return damaged("how its changes are packed");
-    layout.chains_place = layout.frame_place + layout.frame_packed + letter.at() - 1;
+    layout.chains_place = layout.frame.place + layout.frame.packed + letter.at() - 1;
     layout.packing = packing == '4'   ? Packing::lz4
                      : packing == 'F' ? Packing::fastlz
                                       : Packing::zlib;
@@ -312,17 +314,23 @@ class FstReader final : public StepSource {
     return damaged("changes packed by zlib, LZ4 or FastLZ");
   }
 
+  // The content of a part. \param possible, inflates describe a part that is right
+  bool unpack(const Part& part, std::vector<std::uint8_t>& into, const char* possible,
+              const char* inflates) {
+    if (part.size / max_packing_ratio > part.packed) return damaged(possible);
+    if (!take_memory(part.size + part.packed)) return false;
+    into.resize(static_cast<std::size_t>(part.size));
+    return file_.unpack(Packing::zlib, part.place, part.packed, into) || damaged(inflates);
+  }
+
   bool read_times(const Layout& layout) {
-    if (layout.times_size / max_packing_ratio > layout.times_packed) {
-      return damaged("a size of its times that the compressed data can have");
-    }
-    if (layout.times_count > layout.times_size || layout.times_count > UINT32_MAX) {
+    if (layout.times_count > layout.times.size || layout.times_count > UINT32_MAX) {
       return damaged("no more times than bytes of them");
     }
-    if (!take_memory(layout.times_size + layout.times_packed)) return false;
-    std::vector<std::uint8_t> times(static_cast<std::size_t>(layout.times_size));
-    if (!file_.unpack(Packing::zlib, layout.times_place, layout.times_packed, times)) {
-      return damaged("times that inflate to their size");
+    std::vector<std::uint8_t> times;
+    if (!unpack(layout.times, times, "a size of its times that the compressed data can have",
+                "times that inflate to their size")) {
+      return false;
     }
     times_ = FstTimes(std::move(times), layout.times_count);
     return true;
@@ -403,13 +411,11 @@ class FstReader final : public StepSource {
     const auto first = times_.tick_at(0, last_tick);
     if (!first) return wrong_time();
     if (layout.begin_tick > *first) return damaged("a first time after its begin");
-    if (layout.frame_size / max_packing_ratio > layout.frame_packed) {
-      return damaged("a size of its initial values that the compressed data can have");
-    }
-    if (!take_memory(layout.frame_size + layout.frame_packed)) return false;
-    std::vector<std::uint8_t> values(static_cast<std::size_t>(layout.frame_size));
-    if (!file_.unpack(Packing::zlib, layout.frame_place, layout.frame_packed, values)) {
-      return damaged("initial values that inflate to their size");
+    std::vector<std::uint8_t> values;
+    if (!unpack(layout.frame, values,
+                "a size of its initial values that the compressed data can have",
+                "initial values that inflate to their size")) {
+      return false;
     }
     set_tick(layout.begin_tick);
     std::uint64_t at = 0;
@@ -421,7 +427,7 @@ class FstReader final : public StepSource {
       levels_[variable] = static_cast<std::uint8_t>(level);
       driven_.set(variable, level, end_time_, block_);
     }
-    memory_left_ += layout.frame_size + layout.frame_packed;
+    memory_left_ += layout.frame.size + layout.frame.packed;
     return true;
   }
 

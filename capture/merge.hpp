@@ -31,14 +31,14 @@ class MergedSource final : public EdgeSource {
  public:
   /// \pre no source is null and none has been read from
   explicit MergedSource(std::vector<NamedSource> sources) {
-    LineNames names;
     for (NamedSource& named : sources) {
       const auto first_line = static_cast<wire::LineIndex>(lines_.size());
       for (const std::string& line : named.source->lines()) {
-        lines_.push_back(names.claim(named.name + ':' + line));
+        lines_.push_back(named.name + ':' + line);
       }
       inputs_.push_back({std::move(named.source), first_line, {}, false});
     }
+    lines_ = unique_names(std::move(lines_));
     levels_.assign(lines_.size(), no_level);
   }
 

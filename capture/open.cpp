@@ -11,10 +11,8 @@
 #include "capture/event_csv.hpp"
 #include "capture/fst.hpp"
 #include "capture/gather.hpp"
-#include "capture/saleae_analog.hpp"
 #include "capture/saleae_binary.hpp"
 #include "capture/sampled_csv.hpp"
-#include "capture/sr.hpp"
 #include "capture/text_source.hpp"
 #include "capture/vcd.hpp"
 #include "capture/zip.hpp"
@@ -170,13 +168,6 @@ std::string stem_of(std::string_view path, const char* otherwise) {
   std::string_view stem = path.substr(0, path.rfind('.'));
   if (stem.ends_with(".saleae")) stem.remove_suffix(std::string_view(".saleae").size());
   return stem.empty() ? otherwise : std::string(stem);
-}
-
-Opened open_zip(std::unique_ptr<ByteSource> bytes, const SampleReading& reading) {
-  auto archive = ZipArchive::open(std::move(bytes));
-  if (!archive) return tl::unexpected(archive.error());
-  const bool is_dsl = (*archive)->find("header") && !(*archive)->find("metadata");
-  return is_dsl ? open_dsl(std::move(*archive), reading) : open_sr(std::move(*archive), reading);
 }
 
 Opened open_as(Format format, std::unique_ptr<ByteSource> bytes, std::string_view path,

@@ -1,4 +1,4 @@
-#include "capture/saleae_analog.hpp"
+#include "capture/saleae_binary.hpp"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

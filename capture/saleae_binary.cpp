@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cstring>
+#include <bit>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <utility>
@@ -20,15 +23,14 @@ constexpr std::uint32_t digital_export = 0;
 
 class SaleaeBinary final : public StepSource {
  public:
-  SaleaeBinary(std::unique_ptr<ByteSource> bytes, std::string name)
-      : bytes_(std::move(bytes)), buffer_(least_buffer_bytes) {
+  SaleaeBinary(std::unique_ptr<ByteSource> bytes, std::string name) : bytes_(std::move(bytes)) {
     set_lines({std::move(name)});
   }
 
   /// Reads up to the first chunk; the cause when there is none.
   std::optional<CaptureError> open() {
-    if (!ensure(saleae_header_bytes, "the header")) return error();
-    const char* const header = take(saleae_header_bytes);
+    const char* const header = take(saleae_header_bytes, "the header");
+    if (header == nullptr) return error();
     const std::uint64_t version = get_number(header + 8, 4);
     const std::uint64_t type = get_number(header + 12, 4);
     if (version > 1) {
@@ -43,8 +45,9 @@ class SaleaeBinary final : public StepSource {
     version_ = version;
     chunks_ = 1;
     if (version == 1) {
-      if (!ensure(chunk_count_bytes, "the number of chunks")) return error();
-      chunks_ = get_number(take(chunk_count_bytes), 8);
+      const char* const count = take(chunk_count_bytes, "the number of chunks");
+      if (count == nullptr) return error();
+      chunks_ = get_number(count, chunk_count_bytes);
       if (chunks_ == 0) return CaptureError{.cause = CaptureCause::empty};
     }
     if (!begin_chunk()) return error();
@@ -55,9 +58,6 @@ class SaleaeBinary final : public StepSource {
   Hertz sample_rate() const override { return rate_; }
 
  private:
-  static constexpr std::size_t least_buffer_bytes = 4'096;
-  static constexpr std::size_t most_buffer_bytes = 65'536;
-
   void step() override {
     while (!ended() && !block_.full()) {
       if (changes_left_ != 0) {
@@ -70,33 +70,17 @@ class SaleaeBinary final : public StepSource {
     }
   }
 
-  // Reads until that many bytes are in the buffer. False after the end, `truncated` when `expected`
-  // is not null.
-  bool ensure(std::size_t bytes, const char* expected) {
-    if (filled_ - at_ >= bytes) return true;
-    std::memmove(buffer_.data(), buffer_.data() + at_, filled_ - at_);
-    filled_ -= std::exchange(at_, 0);
-    while (filled_ < bytes) {
-      if (block_filled_) {
-        buffer_.resize(std::min(2 * buffer_.size(), most_buffer_bytes));
-      }
-      const std::span<char> room = std::span(buffer_).subspan(filled_);
-      const auto got = bytes_->read(room);
-      if (!got.ok()) {
-        fail(got.error());
-        return false;
-      }
-      if (*got == 0) {
-        if (expected != nullptr) stop(CaptureCause::truncated, expected);
-        return false;
-      }
-      filled_ += *got;
-      block_filled_ = *got == room.size();
+  // Null after the end, which is `truncated`.
+  const char* take(std::size_t bytes, const char* expected) {
+    const char* const taken = bytes_.take(bytes);
+    if (taken != nullptr) return taken;
+    if (!bytes_.error()) {
+      stop(CaptureCause::truncated, expected);
+    } else {
+      fail(*bytes_.error());
     }
-    return true;
+    return nullptr;
   }
-
-  const char* take(std::size_t bytes) { return buffer_.data() + std::exchange(at_, at_ + bytes); }
 
   bool take_time(const char* at, Picoseconds earliest, Picoseconds& time) {
     const auto found = picoseconds_of(get_double(at));
@@ -113,8 +97,8 @@ class SaleaeBinary final : public StepSource {
   bool begin_chunk() {
     ++chunk_;
     const std::size_t bytes = version_ == 0 ? chunk_bytes_of_0 : chunk_bytes_of_1;
-    if (!ensure(bytes, "the header of a chunk")) return false;
-    const char* at = take(bytes);
+    const char* at = take(bytes, "the header of a chunk");
+    if (at == nullptr) return false;
     const std::uint64_t level = get_number(at, 4);
     if (level > 1) {
       stop(CaptureCause::malformed, "0 or 1 as the first level");
@@ -161,8 +145,8 @@ class SaleaeBinary final : public StepSource {
   void read_changes() {
     constexpr auto high = static_cast<std::uint8_t>(wire::Level::high);
     while (changes_left_ != 0 && !block_.full()) {
-      if (!ensure(8, "as many changes as the chunk has")) return;
-      if (!take_time(take(8), end_time_, end_time_)) return;
+      const char* const at = take(8, "as many changes as the chunk has");
+      if (at == nullptr || !take_time(at, end_time_, end_time_)) return;
       push(end_time_, level_ == high ? wire::Level::low : wire::Level::high);
       --changes_left_;
     }
@@ -171,8 +155,10 @@ class SaleaeBinary final : public StepSource {
 
   void end() {
     finish();
-    if (ensure(1, nullptr)) {
+    if (bytes_.take(1) != nullptr) {
       stop(CaptureCause::malformed, "the end of the file after the last change");
+    } else if (bytes_.error()) {
+      fail(*bytes_.error());
     }
   }
 
@@ -191,12 +177,7 @@ class SaleaeBinary final : public StepSource {
     block_.push({time, 0, level});
   }
 
-  std::unique_ptr<ByteSource> bytes_;
-  // Doubled after each block that fills it.
-  std::vector<char> buffer_;
-  bool block_filled_ = false;
-  std::size_t at_ = 0;
-  std::size_t filled_ = 0;
+  ByteTaker bytes_;
   std::uint64_t version_ = 0;
   std::uint64_t chunks_ = 0;  // in the file
   std::uint64_t chunk_ = 0;   // being read, from 1
@@ -286,6 +267,170 @@ void SaleaeBinaryWriter::put_changes(std::uint64_t changes) {
     changes -= some;
     if (!flush_full()) return;
   }
+}
+
+namespace {
+
+// Source of the layout: the format description of Saleae's support pages for Logic 2 exports.
+constexpr std::uint32_t analog_type = 1;
+constexpr std::size_t type_offset = 12;
+constexpr std::size_t samples_of_block = 4'096;
+
+// A waveform: samples at an even rate.
+struct Waveform {
+  double begin = 0;
+  double period = 0;  // s
+  std::uint64_t samples = 0;
+};
+
+CaptureError wrong(const char* expected) {
+  return {.cause = CaptureCause::malformed, .expected = expected, .part = "header"};
+}
+
+class SaleaeAnalogReader final : public AnalogSamples {
+ public:
+  SaleaeAnalogReader(std::unique_ptr<ByteSource> bytes, std::string name)
+      : bytes_(std::move(bytes)), channels_{{.name = std::move(name)}} {}
+
+  // Reads the header; the cause when there is none.
+  std::optional<CaptureError> open() {
+    const char* const head = bytes_.take(saleae_header_bytes);
+    if (head == nullptr) return missing("a whole header");
+    version_ = static_cast<std::uint32_t>(get_number(head + 8, 4));
+    if (version_ > 1) {
+      return CaptureError{.cause = CaptureCause::unknown_format,
+                          .expected = "version 0 or 1 of Saleae's analog export"};
+    }
+    waveforms_left_ = 1;
+    if (version_ == 1) {
+      const char* const count = bytes_.take(8);
+      if (count == nullptr) return missing("a whole header");
+      waveforms_left_ = get_number(count, 8);
+    }
+    if (waveforms_left_ == 0) return CaptureError{.cause = CaptureCause::empty};
+    if (const auto error = open_waveform()) return error;
+    if (waveform_.samples == 0 && waveforms_left_ == 0) {
+      return CaptureError{.cause = CaptureCause::empty};
+    }
+    return std::nullopt;
+  }
+
+  const std::vector<AnalogChannel>& channels() const override { return channels_; }
+  Picoseconds sample_period() const override { return sample_period_; }
+  Hertz sample_rate() const override { return sample_rate_; }
+  std::optional<CaptureError> next(SampleRows& rows) override {
+    while (!error_ && rows.times.empty()) {
+      if (next_sample_ < waveform_.samples) {
+        error_ = read_samples(rows);
+      } else if (waveforms_left_ != 0) {
+        error_ = open_waveform();
+      } else {
+        break;
+      }
+    }
+    return error_;
+  }
+
+ private:
+  CaptureError missing(const char* expected) const {
+    return bytes_.error().value_or(
+        CaptureError{.cause = CaptureCause::truncated, .expected = expected});
+  }
+
+  std::optional<CaptureError> open_waveform() {
+    const char* const at = bytes_.take(version_ == 0 ? 32 : 40);
+    if (at == nullptr) return missing("a whole header");
+    double rate = 0;
+    double downsample = 0;
+    waveform_.begin = get_double(at);
+    if (version_ == 0) {
+      rate = static_cast<double>(get_number(at + 8, 8));
+      downsample = static_cast<double>(get_number(at + 16, 8));
+      waveform_.samples = get_number(at + 24, 8);
+    } else {
+      // The time of the trigger, at 8, is not needed.
+      rate = get_double(at + 16);
+      downsample = static_cast<double>(static_cast<std::int64_t>(get_number(at + 24, 8)));
+      waveform_.samples = get_number(at + 32, 8);
+    }
+    if (!(rate >= 1e-3 && rate <= 1e12)) return wrong("a sample rate");
+    if (!(downsample >= 1 && downsample <= 1e9)) return wrong("a downsample factor of 1 or more");
+    if (const auto begin = picoseconds_of(waveform_.begin); !begin.ok()) {
+      return CaptureError{.cause = begin.error(), .expected = "a time", .part = "header"};
+    }
+    waveform_.period = downsample / rate;
+    next_sample_ = 0;
+    --waveforms_left_;
+    const Hertz of_waveform = whole_rate(rate / downsample);
+    if (std::exchange(first_waveform_, false)) {
+      sample_period_ = period_of_rate(rate / downsample);
+      sample_rate_ = of_waveform;
+    } else if (sample_rate_ != of_waveform) {
+      sample_rate_ = {};
+    }
+    return std::nullopt;
+  }
+
+  std::optional<CaptureError> read_samples(SampleRows& rows) {
+    while (next_sample_ < waveform_.samples && rows.times.size() < samples_of_block) {
+      const char* const at = bytes_.take(4);
+      if (at == nullptr) return missing("as many samples as the header gives");
+      const auto bits = static_cast<std::uint32_t>(get_number(at, 4));
+      if (const auto error = put(std::bit_cast<float>(bits), rows)) return error;
+    }
+    return std::nullopt;
+  }
+
+  std::optional<CaptureError> put(float volts, SampleRows& rows) {
+    const auto found =
+        picoseconds_of(waveform_.begin + static_cast<double>(next_sample_) * waveform_.period);
+    if (!found.ok()) return CaptureError{.cause = found.error()};
+    const Picoseconds time = *found;
+    if (last_time_ && time < *last_time_)
+      return CaptureError{.cause = CaptureCause::time_backwards};
+    if (next_sample_ == 0 && last_time_) {
+      // Between two waveforms nothing is known.
+      rows.times.push_back(*last_time_);
+      rows.values.push_back(bad_sample);
+    }
+    Nanovolts value = bad_sample;
+    const double limit = static_cast<double>(over_range.count);
+    const double nanovolts = static_cast<double>(volts) * 1e9;
+    if (!std::isnan(nanovolts)) {
+      value = Nanovolts{std::llround(std::min(std::max(nanovolts, -limit), limit))};
+    }
+    last_time_ = time;
+    ++next_sample_;
+    rows.times.push_back(time);
+    rows.values.push_back(value);
+    return std::nullopt;
+  }
+
+  ByteTaker bytes_;
+  std::vector<AnalogChannel> channels_;
+  std::uint32_t version_ = 0;
+  std::uint64_t waveforms_left_ = 0;
+  bool first_waveform_ = true;
+  Waveform waveform_;
+  std::uint64_t next_sample_ = 0;
+  Picoseconds sample_period_;
+  Hertz sample_rate_;
+  std::optional<Picoseconds> last_time_;
+  std::optional<CaptureError> error_;
+};
+
+}  // namespace
+
+bool looks_like_saleae_analog(std::string_view head) {
+  return head.size() >= saleae_header_bytes && head.starts_with(saleae_magic) &&
+         get_number(head.data() + type_offset, 4) == analog_type;
+}
+
+Opened open_saleae_analog(std::unique_ptr<ByteSource> bytes, std::string name,
+                          const AnalogOptions& options) {
+  auto reader = std::make_unique<SaleaeAnalogReader>(std::move(bytes), std::move(name));
+  if (const auto error = reader->open()) return tl::unexpected(*error);
+  return open_analog(std::move(reader), options);
 }
 
 }  // namespace biss::capture

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "capture/analog.hpp"
 #include "capture/bytes.hpp"
 #include "capture/edge_source.hpp"
 #include "capture/edge_writer.hpp"
@@ -32,6 +33,18 @@ inline constexpr std::size_t saleae_header_bytes = 16;
 /// Source: Saleae, "Binary Export Format - Version 0" and "Binary and CSV Export Formats - 2025
 /// Update".
 Opened open_saleae_binary(std::unique_ptr<ByteSource> bytes, std::string name);
+
+/// Whether a file that begins in this way is an analog binary export, of any version.
+bool looks_like_saleae_analog(std::string_view head);
+
+/// Opens an analog binary export of version 0 or 1. Its line is called `name`. Waveforms of
+/// version 1 follow one another in time; no edge is interpolated between two of them.
+///
+/// Fails with `unknown_format` (another version), `malformed` (an impossible rate, count or time),
+/// `truncated`, `time_backwards`, `time_out_of_range`, `empty`, `read_failed`, and as
+/// open_analog().
+Opened open_saleae_analog(std::unique_ptr<ByteSource> bytes, std::string name,
+                          const AnalogOptions& options);
 
 /// Writes a digital channel of version 0. If the level is unknown for a time, it writes version 1,
 /// with a chunk for each time in which the level is known. Unknown times before the first level or

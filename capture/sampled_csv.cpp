@@ -17,8 +17,6 @@ constexpr std::size_t beginning_rows = 64;
 constexpr std::size_t beginning_bytes = 131'072;
 constexpr std::size_t rows_of_block = 4'096;
 
-constexpr const char* expected_number = "a decimal number";
-constexpr const char* expected_cells = "a value for every channel";
 constexpr const char* expected_digits =
     "times with enough digits to tell two samples apart; export more digits";
 
@@ -32,13 +30,18 @@ std::optional<Nanovolts> voltage_word(std::string_view cell) {
   return negative ? Nanovolts{-over_range.count} : over_range;
 }
 
-// 0 Hz if it is not known, or not a whole number of hertz.
-Hertz rate_of(const SampledCsvLayout& layout) {
-  constexpr std::int64_t femtoseconds_of_second = 1'000'000'000'000'000;
-  if (layout.sample_rate.count != 0 || layout.step_femtoseconds == 0) return layout.sample_rate;
-  const std::int64_t rate = femtoseconds_of_second / layout.step_femtoseconds;
-  const bool whole = rate * layout.step_femtoseconds == femtoseconds_of_second;
-  return whole && rate <= hertz_max.count ? Hertz{static_cast<std::uint32_t>(rate)} : Hertz{};
+// The time of the sample with this index; nothing if it is out of range.
+std::optional<Picoseconds> time_of(const SampledCsvLayout& layout, std::uint64_t index) {
+  if (layout.rate.count != 0) {
+    const SampleClock clock(layout.rate);
+    return index > clock.last_index() ? std::nullopt : std::optional(clock.time_of(index));
+  }
+  constexpr auto greatest = std::numeric_limits<std::int64_t>::max();
+  const auto step = static_cast<std::uint64_t>(layout.step_femtoseconds);
+  if (index > (static_cast<std::uint64_t>(greatest) - 500) / step) return std::nullopt;
+  const auto offset = static_cast<std::int64_t>((index * step + 500) / 1'000);
+  if (layout.start.count > greatest - offset) return std::nullopt;
+  return layout.start + picoseconds(offset);
 }
 
 // Rows of text as rows of samples.
@@ -71,7 +74,7 @@ class SampledCsvReader final : public AnalogSamples {
 
   const std::vector<AnalogChannel>& channels() const override { return channels_; }
   Picoseconds sample_period() const override { return layout_.sample_period; }
-  Hertz sample_rate() const override { return rate_of(layout_); }
+  Hertz sample_rate() const override { return layout_.sample_rate; }
   std::optional<Picoseconds> time_digit() const override { return digit_; }
   std::optional<CaptureError> next(SampleRows& rows) override {
     for (; next_beginning_ < beginning_.size(); ++next_beginning_) {
@@ -146,17 +149,15 @@ class SampledCsvReader final : public AnalogSamples {
     if (layout_.channels.size() > max_analog_channels) {
       return CaptureError{CaptureCause::too_many_lines, beginning_[0].line, 1};
     }
-    for (std::size_t i = 0; i < layout_.channels.size(); ++i) {
-      const CsvChannel& channel = layout_.channels[i];
+    const auto need_cell = [this](std::size_t cell) {
+      channel_of_cell_.resize(std::max(channel_of_cell_.size(), cell + 1), unused);
+    };
+    for (const CsvChannel& channel : layout_.channels) {
+      need_cell(channel.cell);
+      channel_of_cell_[channel.cell] = channels_.size();
       channels_.push_back(channel.channel);
-      cells_needed_ = std::max(cells_needed_, channel.cell + 1);
-      channel_of_cell_.resize(cells_needed_, unused);
-      channel_of_cell_[channel.cell] = i;
     }
-    if (layout_.time_cell) {
-      cells_needed_ = std::max(cells_needed_, *layout_.time_cell + 1);
-      channel_of_cell_.resize(cells_needed_, unused);
-    }
+    if (layout_.time_cell) need_cell(*layout_.time_cell);
     values_.resize(channels_.size());
     next_beginning_ = layout_.header_rows;
     return std::nullopt;
@@ -191,10 +192,10 @@ class SampledCsvReader final : public AnalogSamples {
 
   bool read_cells(std::string_view row, bool cut) {
     std::size_t at = 0;
-    for (std::size_t cell = 0; cell < cells_needed_; ++cell) {
+    for (std::size_t cell = 0; cell < channel_of_cell_.size(); ++cell) {
       if (at > row.size()) {
         return stop(cut ? CaptureCause::truncated : CaptureCause::malformed, row.size(),
-                    expected_cells);
+                    "a value for every channel");
       }
       const std::size_t end = std::min(row.find(layout_.separator, at), row.size());
       const std::string_view text =
@@ -211,40 +212,26 @@ class SampledCsvReader final : public AnalogSamples {
   }
 
   bool read_time(std::string_view cell, std::size_t column, Picoseconds& time) {
-    if (layout_.by_index() && !layout_.time_cell) return time_of_index(rows_read_, time);
-    const int scale = layout_.by_index() ? 0 : layout_.time_scale;
+    const bool by_index = layout_.by_index();
+    if (by_index && !layout_.time_cell) return take_time(time_of(layout_, rows_read_), time);
+    const int scale = by_index ? 0 : layout_.time_scale;
     const auto number = parse_decimal(cell, scale, layout_.separator != ',');
     if (!number.ok()) {
       const bool range = number.error() == DecimalCause::out_of_range;
       return stop(range ? CaptureCause::time_out_of_range : CaptureCause::malformed, column,
                   range ? nullptr : "a decimal number as the time");
     }
-    if (!layout_.by_index()) {
-      time = Picoseconds{*number};
-      return true;
-    }
+    if (!by_index) return take_time(Picoseconds{*number}, time);
     if (*number < 0 || *number % layout_.index_step != 0) {
       return stop(CaptureCause::malformed, column, "the number of the sample");
     }
-    return time_of_index(static_cast<std::uint64_t>(*number / layout_.index_step), time);
+    const auto index = static_cast<std::uint64_t>(*number / layout_.index_step);
+    return take_time(time_of(layout_, index), time);
   }
 
-  bool time_of_index(std::uint64_t index, Picoseconds& time) {
-    constexpr auto greatest = std::numeric_limits<std::int64_t>::max();
-    if (layout_.rate.count != 0) {
-      const SampleClock clock(layout_.rate);
-      if (index > clock.last_index()) return stop(CaptureCause::time_out_of_range, 0);
-      time = clock.time_of(index);
-      return true;
-    }
-    const auto step = static_cast<std::uint64_t>(layout_.step_femtoseconds);
-    if (index > (static_cast<std::uint64_t>(greatest) - 500) / step) {
-      return stop(CaptureCause::time_out_of_range, 0);
-    }
-    const auto offset = static_cast<std::int64_t>((index * step + 500) / 1'000);
-    if (layout_.start.count > greatest - offset) return stop(CaptureCause::time_out_of_range, 0);
-    time = layout_.start + picoseconds(offset);
-    return true;
+  bool take_time(std::optional<Picoseconds> found, Picoseconds& time) {
+    time = found.value_or(time);
+    return found || stop(CaptureCause::time_out_of_range, 0);
   }
 
   bool read_channel(std::string_view cell, std::size_t channel, std::size_t column) {
@@ -253,14 +240,12 @@ class SampledCsvReader final : public AnalogSamples {
     value = no_sample;
     if (cell.empty()) return true;
     if (kind.channel.logic) {
-      if (cell == "0")
-        value = Nanovolts{};
-      else if (cell == "1")
-        value = millivolts(1'000);
-      else if (cell == "x" || cell == "X" || cell == "z" || cell == "Z")
-        value = bad_sample;
-      else
+      const std::size_t level =
+          cell.size() == 1 ? std::string_view("01xXzZ").find(cell[0]) : std::string_view::npos;
+      if (level == std::string_view::npos) {
         return stop(CaptureCause::malformed, column, "a level: 0 or 1");
+      }
+      value = level > 1 ? bad_sample : level == 1 ? millivolts(1'000) : Nanovolts{};
       return true;
     }
     const auto number = parse_decimal(cell, kind.scale, layout_.separator != ',');
@@ -272,7 +257,7 @@ class SampledCsvReader final : public AnalogSamples {
     } else if (const auto word = voltage_word(cell)) {
       value = *word;
     } else {
-      return stop(CaptureCause::malformed, column, expected_number);
+      return stop(CaptureCause::malformed, column, "a decimal number");
     }
     return true;
   }
@@ -299,9 +284,8 @@ class SampledCsvReader final : public AnalogSamples {
   TextWindow window_;
   SampledCsvLayout layout_;
   std::vector<AnalogChannel> channels_;
-  // The channel of each cell; the time, too, is read from its cell.
+  // The channel of each cell that is read; the time, too, is read from its cell.
   std::vector<std::size_t> channel_of_cell_;
-  std::size_t cells_needed_ = 0;
 
   std::vector<Row> beginning_;
   std::size_t next_beginning_ = 0;

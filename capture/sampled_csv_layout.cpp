@@ -9,6 +9,7 @@
 #include "capture/decimal.hpp"
 #include "capture/key_file.hpp"
 #include "capture/sampled_csv.hpp"
+#include "capture/samples.hpp"
 #include "capture/text_source.hpp"
 
 namespace biss::capture {
@@ -276,8 +277,13 @@ class LayoutParser {
     if (const char* const wrong = (this->*take)()) return tl::unexpected(wrong);
     if (layout_.channels.empty()) return tl::unexpected(expected_header);
     layout_.header_rows = samples_;
-    if (layout_.sample_period == Picoseconds{} && layout_.step_femtoseconds != 0) {
+    if (layout_.sample_rate.count == 0 && layout_.step_femtoseconds != 0) {
       layout_.sample_period = Picoseconds{(layout_.step_femtoseconds + 999) / 1'000};
+      constexpr std::int64_t femtoseconds_of_second = 1'000'000'000'000'000;
+      const std::int64_t rate = femtoseconds_of_second / layout_.step_femtoseconds;
+      const bool whole = femtoseconds_of_second % layout_.step_femtoseconds == 0;
+      if (whole && rate <= hertz_max.count)
+        layout_.sample_rate = Hertz{static_cast<std::uint32_t>(rate)};
     }
     return std::move(layout_);
   }
@@ -318,19 +324,19 @@ class LayoutParser {
     if (header_.size() != 2 || !lower_case(cells(header_[1])[0]).starts_with("second")) {
       return expected_header;
     }
-    return take_named(header_[0], header_[1]);
+    return take_named(cells(header_[0]), cells(header_[1]));
   }
 
   const char* take_picoscope() {
     const auto scale = event_csv_time_scale("time " + cells(last_header())[0]);
     if (header_.size() != 2 || !scale) return expected_header;
     layout_.time_scale = *scale;
-    return take_named(header_[0], header_[1]);
+    return take_named(cells(header_[0]), cells(header_[1]));
   }
 
   const char* take_tektronix() {
     if (lower_case(cells(last_header())[0]) != "time") return expected_header;
-    return take_named(last_header());
+    return take_named(cells(last_header()));
   }
 
   void take_start(std::string_view text) {
@@ -386,22 +392,21 @@ class LayoutParser {
   }
 
   const char* take_siglent() {
-    const std::size_t units = last_header();
-    if (!cells(units)[0].starts_with("Second")) return expected_header;
-    Cells names(1);
+    const Cells units = cells(last_header());
+    if (!units[0].starts_with("Second")) return expected_header;
+    Cells names;
     for (const std::size_t row : header_) {
       if (cells(row)[0] == "Source") names = cells(row);
     }
-    const Cells unit_cells = cells(units);
-    layout_.time_cell = 0;
-    for (std::size_t i = 1; i < unit_cells.size(); ++i) {
-      if (unit_cells[i].empty()) continue;
-      const bool named = i < names.size() && !names[i].empty();
-      layout_.channels.push_back({.cell = i,
-                                  .channel = {.name = named ? names[i] : "CH" + std::to_string(i)},
-                                  .scale = scale_of_unit(unit_cells[i])});
+    names.resize(units.size());
+    for (std::size_t i = 1; i < units.size(); ++i) {
+      if (units[i].empty()) {
+        names[i].clear();
+      } else if (names[i].empty()) {
+        names[i] = "CH" + std::to_string(i);
+      }
     }
-    return nullptr;
+    return take_named(names, units);
   }
 
   const char* take_lecroy() {
@@ -412,7 +417,7 @@ class LayoutParser {
       }
     }
     if (!cells(last_header())[0].starts_with("Time")) return expected_header;
-    return take_named(last_header());
+    return take_named(cells(last_header()));
   }
 
   const char* take_sigrok() {
@@ -454,25 +459,21 @@ class LayoutParser {
     return nullptr;
   }
 
-  const char* take_named(std::size_t names, std::optional<std::size_t> units = std::nullopt) {
-    const Cells name_cells = cells(names);
-    const Cells unit_cells = units ? cells(*units) : Cells();
+  const char* take_named(const Cells& names, const Cells& units = {}) {
     layout_.time_cell = 0;
-    for (std::size_t i = 1; i < name_cells.size(); ++i) {
-      if (name_cells[i].empty()) continue;
-      CsvChannel channel = units ? CsvChannel{.cell = i, .channel = {.name = name_cells[i]}}
-                                 : channel_of(i, name_cells[i]);
-      if (units && i < unit_cells.size()) channel.scale = scale_of_unit(unit_cells[i]);
+    for (std::size_t i = 1; i < names.size(); ++i) {
+      if (names[i].empty()) continue;
+      CsvChannel channel = units.empty() ? channel_of(i, names[i])
+                                         : CsvChannel{.cell = i, .channel = {.name = names[i]}};
+      if (i < units.size()) channel.scale = scale_of_unit(units[i]);
       layout_.channels.push_back(std::move(channel));
     }
     return nullptr;
   }
 
   const char* take_columns() {
-    const auto scale = event_csv_time_scale(cells(header_[0])[0]);
-    if (!scale) return expected_header;
-    layout_.time_scale = *scale;
-    return take_named(header_[0]);
+    layout_.time_scale = event_csv_time_scale(cells(header_[0])[0]).value_or(0);
+    return take_named(cells(header_[0]));
   }
 
   const char* take_tektronix_old() {
@@ -502,9 +503,7 @@ class LayoutParser {
   // sigrok gives times in the largest unit that is at most a sample period, as the index times the
   // whole units of a period: at 3 MHz 333, 666, 999 ns.
   void take_rate(Hertz rate, std::string_view time_name) {
-    if (rate.count == 0) return;
-    layout_.sample_period =
-        period_of(rate) + picoseconds(picoseconds_per_second % rate.count == 0 ? 0 : 1);
+    layout_.sample_period = longest_period(rate);
     layout_.sample_rate = rate;
     if (time_name.ends_with("(s)")) return;  // DSView
     layout_.rate = rate;

@@ -298,7 +298,7 @@ TEST(SrPairs, ChunksOfAnySize_AgreeWithTheEdges) {
     const PairRead edges = pair_of(read_sr(archive), 0, 1);
     for (const std::size_t blocks : {0U, 1U, 30U}) {
       SCOPED_TRACE(testing::Message() << unit << " bytes after " << blocks);
-      expect_same(read_pairs(open_sr(memory_bytes(archive)), 0, 1, blocks, 3), edges);
+      expect_same(read_pairs(open_zip(memory_bytes(archive)), 0, 1, blocks, 3), edges);
     }
   }
 }
@@ -313,8 +313,8 @@ TEST(SrPairs, AnyByteDamaged_EndsAsTheEdges) {
     SCOPED_TRACE(at);
     for (const bool verify : {true, false}) {
       const SampleReading reading{.verify = verify};
-      const PairRead edges = pair_of(read_all(open_sr(memory_bytes(damaged), reading)), 0, 1);
-      expect_same(read_pairs(open_sr(memory_bytes(damaged), reading), 0, 1, 0, 2), edges);
+      const PairRead edges = pair_of(read_all(open_zip(memory_bytes(damaged), reading)), 0, 1);
+      expect_same(read_pairs(open_zip(memory_bytes(damaged), reading), 0, 1, 0, 2), edges);
     }
   }
 }
@@ -347,7 +347,7 @@ TEST(SrPairs, MemberLargerThanIsInflatedAtOnce_AgreesWithTheEdges) {
   for (int i = 0; i < 2; ++i) {
     const PairRead edges = pair_of(read_sr(archive), 0, 1);
     EXPECT_EQ(edges.error.has_value(), i == 1);
-    expect_same(read_pairs(open_sr(memory_bytes(archive)), 0, 1, 2, 3), edges);
+    expect_same(read_pairs(open_zip(memory_bytes(archive)), 0, 1, 2, 3), edges);
     const std::size_t entry = archive.rfind("PK\x01\x02");
     archive[entry + 16] = static_cast<char>(archive[entry + 16] ^ 1);
   }
@@ -358,7 +358,7 @@ TEST(SrPairs, MemberLargerThanIsInflatedAtOnce_AgreesWithTheEdges) {
   const PairRead edges = pair_of(read_sr(archive), 0, 1);
   ASSERT_TRUE(edges.error);
   EXPECT_FALSE(edges.changes[0].empty());
-  expect_same(read_pairs(open_sr(memory_bytes(archive)), 0, 1), edges);
+  expect_same(read_pairs(open_zip(memory_bytes(archive)), 0, 1), edges);
 }
 
 // MA changes in every sample, SLO in seven of eight.
@@ -430,7 +430,7 @@ TEST(SrPairs, MoreChangesThanAPieceTakes_AgreeWithTheEdgesAndAreVerified) {
   for (int i = 0; i < 2; ++i) {
     const PairRead edges = pair_of(read_sr(archive), 0, 1);
     EXPECT_EQ(edges.error.has_value(), i == 1);
-    expect_same(read_pairs(open_sr(memory_bytes(archive)), 0, 1, 1), edges);
+    expect_same(read_pairs(open_zip(memory_bytes(archive)), 0, 1, 1), edges);
     const std::size_t entry = archive.rfind("PK\x01\x02");
     archive[entry + 16] = static_cast<char>(archive[entry + 16] ^ 1);
   }
@@ -472,7 +472,7 @@ std::string dsl_of(std::string_view samples, std::uint64_t said, const RawLayout
   return zip_of(members);
 }
 
-Opened opened_dsl(std::string_view archive) { return open_dsl(memory_bytes(archive)); }
+Opened opened_dsl(std::string_view archive) { return open_zip(memory_bytes(archive)); }
 
 TEST(DslPairs, SamplesOfAnyNumber_AgreeWithTheEdges) {
   std::mt19937_64 random(13'110);

@@ -130,10 +130,7 @@ class SampledSource final : public StepSource {
         layout_(layout),
         reading_(reading),
         is_raw_(is_raw) {
-    LineNames names;
-    std::vector<std::string> lines;
-    for (const SampleLine& line : layout.lines) lines.push_back(names.claim(line.name));
-    set_lines(std::move(lines));
+    set_lines(names_of(layout.lines));
   }
 
   bool is_raw() const override { return is_raw_; }
@@ -227,12 +224,6 @@ class RawPieces final : public SamplePieces {
 
 constexpr std::size_t most_copies = 8'192;
 
-std::vector<std::string> names_of(const RawLayout& layout) {
-  std::vector<std::string> names;
-  for (const SampleLine& line : layout.lines) names.push_back(line.name);
-  return names;
-}
-
 }  // namespace
 
 const char* fault_of(const RawLayout& layout) {
@@ -276,6 +267,12 @@ Picoseconds longest_period(Hertz rate) {
   return period_of(rate) + picoseconds(whole ? 0 : 1);
 }
 
+std::vector<std::string> names_of(std::span<const SampleLine> lines) {
+  std::vector<std::string> names;
+  for (const SampleLine& line : lines) names.push_back(line.name);
+  return names;
+}
+
 RawLayout packed_layout(const std::vector<std::string>& lines, Hertz rate) {
   RawLayout layout{rate, std::max<std::size_t>(1, (lines.size() + 7) / 8), {}};
   for (std::size_t line = 0; line < lines.size(); ++line) {
@@ -305,7 +302,9 @@ Opened open_raw(std::unique_ptr<ByteSource> bytes, const RawLayout& layout,
 }
 
 SampledWriter::SampledWriter(const RawLayout& layout, ByteSink& sink)
-    : EdgeWriter(names_of(layout), sink), clock_(layout.rate), unit_bytes_(layout.unit_bytes) {
+    : EdgeWriter(names_of(layout.lines), sink),
+      clock_(layout.rate),
+      unit_bytes_(layout.unit_bytes) {
   if (layout.lines.size() > 8 * max_unit_bytes) refuse(WriteCause::too_many_lines);
   for (const SampleLine& line : layout.lines) bits_.push_back(line.bit);
 }

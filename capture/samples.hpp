@@ -29,6 +29,8 @@ struct SampleLine {
   unsigned bit = 0;
 };
 
+std::vector<std::string> names_of(std::span<const SampleLine> lines);
+
 /// Raw samples do not describe themselves; this is their description. Bits without a line are
 /// ignored.
 struct RawLayout {

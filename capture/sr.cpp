@@ -235,12 +235,6 @@ std::string sr_metadata_text(const RawLayout& layout) {
   return text + "unitsize=" + std::to_string(layout.unit_bytes) + '\n';
 }
 
-Opened open_sr(std::unique_ptr<ByteSource> bytes, const SampleReading& reading) {
-  auto opened = ZipArchive::open(std::move(bytes));
-  if (!opened) return tl::unexpected(opened.error());
-  return open_sr(std::move(*opened), reading);
-}
-
 Opened open_sr(std::unique_ptr<ZipArchive> archive, const SampleReading& reading) {
   const auto version = archive->find("version");
   const auto metadata = archive->find("metadata");

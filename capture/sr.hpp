@@ -38,8 +38,7 @@ std::string sr_metadata_text(const RawLayout& layout);
 /// chunk that is missing between others), `malformed` (metadata; a member that begins with the name
 /// of the capture and is not a chunk; two members of one name), `empty`, `truncated` (the last
 /// sample is incomplete) and `time_out_of_range`.
-Opened open_sr(std::unique_ptr<ByteSource> bytes, const SampleReading& reading = {});
-Opened open_sr(std::unique_ptr<ZipArchive> archive, const SampleReading& reading = {});
+Opened open_sr(std::unique_ptr<ZipArchive> archive, const SampleReading& reading);
 
 /// Opens the samples of the member `name`, or of its numbered chunks `name-1`, `name-2`, … Fails as
 /// open_samples(), and with `malformed` if the name of another member begins with `name`.

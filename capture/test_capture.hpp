@@ -90,8 +90,12 @@ inline Read read_vcd(std::string_view text, std::size_t block = one_block) {
   return read_text(open_vcd, text, block);
 }
 
+inline Opened open_csv(std::unique_ptr<ByteSource> bytes, std::size_t piece_limit) {
+  return open_event_csv(std::move(bytes), piece_limit);
+}
+
 inline Read read_csv(std::string_view text, std::size_t block = one_block) {
-  return read_text(open_event_csv, text, block);
+  return read_text(open_csv, text, block);
 }
 
 inline wire::Edge edge(std::int64_t ps, wire::LineIndex line, char level) {

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "capture/dsl.hpp"
 #include "capture/samples.hpp"
 #include "capture/sr.hpp"
 #include "capture/test_capture.hpp"
@@ -78,7 +79,7 @@ inline Read read_raw(std::string_view bytes, const RawLayout& layout,
 }
 
 inline Read read_sr(std::string_view bytes, std::size_t block = one_block) {
-  return read_all(open_sr(memory_bytes(bytes, block)));
+  return read_all(open_zip(memory_bytes(bytes, block)));
 }
 
 using Members = std::vector<std::pair<std::string, std::string>>;

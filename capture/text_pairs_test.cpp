@@ -223,13 +223,13 @@ Source plain_source(std::size_t number, Random& random) {
   std::string text = text_of<EventCsvWriter>(shape, random, dialect);
   switch (number / 2 % 6) {
     case 0:
-      return {open_event_csv, replaced(std::move(text), "\n", "\r\n")};
+      return {open_csv, replaced(std::move(text), "\n", "\r\n")};
     case 1:
-      return {open_event_csv, replaced(std::move(text), ",", ", ")};
+      return {open_csv, replaced(std::move(text), ",", ", ")};
     case 2:
-      return {open_event_csv, replaced(replaced(std::move(text), ",", ";"), ".", ",")};
+      return {open_csv, replaced(replaced(std::move(text), ",", ";"), ".", ",")};
     default:
-      return {open_event_csv, text};
+      return {open_csv, text};
   }
 }
 
@@ -348,16 +348,15 @@ TEST(TextPairs, EventCsvOfKnownLevels_IsRegular) {
   for (const std::int64_t start : {std::int64_t{0}, std::int64_t{-70'000'000}}) {
     const Shape shape{.start = start, .bursts = 30};
     const std::string text = text_of<EventCsvWriter>(shape, random);
-    expect_regular(open_event_csv, text, "plain");
-    expect_regular(open_event_csv, replaced(text, "\n", "\r\n"), "CRLF");
-    expect_regular(open_event_csv, replaced(text, ",", ", "), "blanks");
-    expect_regular(open_event_csv, replaced(text, "\n", "\n# a comment\n\n"), "comments");
-    expect_regular(open_event_csv, replaced(replaced(text, ",", ";"), ".", ","), "decimal comma");
-    expect_regular(open_event_csv, text_of<EventCsvWriter>(shape, random, CsvDialect::saleae),
-                   "saleae");
+    expect_regular(open_csv, text, "plain");
+    expect_regular(open_csv, replaced(text, "\n", "\r\n"), "CRLF");
+    expect_regular(open_csv, replaced(text, ",", ", "), "blanks");
+    expect_regular(open_csv, replaced(text, "\n", "\n# a comment\n\n"), "comments");
+    expect_regular(open_csv, replaced(replaced(text, ",", ";"), ".", ","), "decimal comma");
+    expect_regular(open_csv, text_of<EventCsvWriter>(shape, random, CsvDialect::saleae), "saleae");
   }
   const Shape wide{.lines = 12, .bursts = 30};
-  expect_regular(open_event_csv, text_of<EventCsvWriter>(wide, random), "wide");
+  expect_regular(open_csv, text_of<EventCsvWriter>(wide, random), "wide");
 }
 
 TEST(TextPairs, TimesOfManyDecimals_AreRoundedLikeThoseOfBlocks) {
@@ -368,7 +367,7 @@ TEST(TextPairs, TimesOfManyDecimals_AreRoundedLikeThoseOfBlocks) {
         std::to_string(1'000'000'000'000'000 + i * 1'500'000'000 + random() % 1'500'000);
     text += "0." + fraction.substr(1) + (i % 2 == 0 ? ", 0, 1\n" : ", 1, 1\n");
   }
-  expect_regular(open_event_csv, text, "15 decimals");
+  expect_regular(open_csv, text, "15 decimals");
 }
 
 /// The text, then the same word again and again.

@@ -30,6 +30,12 @@ struct ClockChange {
   Picoseconds doubt{};
 };
 
+/// All edges of MA were seen, and are the clocks of one request.
+constexpr bool has_whole_clock(CycleStatus status) {
+  return !is_cut(status) && status != CycleStatus::ma_glitch && status != CycleStatus::ma_clock &&
+         status != CycleStatus::unknown_level;
+}
+
 /// A request cycle and its measurements. An absent value could not be measured.
 struct Cycle {
   /// The first falling edge of MA, or the first edge in the capture if that one is before it. Counts

@@ -23,12 +23,6 @@ constexpr std::int64_t usual_delay_share = 4;
 
 bool lacks_stop(const Cycle& cycle) { return cycle.frame && !cycle.frame->stop_seen; }
 
-// Whether a cycle with this status is as long as its request.
-bool is_usual(CycleStatus status) {
-  return !is_cut(status) && status != CycleStatus::ma_glitch && status != CycleStatus::ma_clock &&
-         status != CycleStatus::unknown_level;
-}
-
 }  // namespace
 
 void Decoder::push_ma(LevelChange change) {
@@ -418,7 +412,7 @@ void Decoder::emit_before_doubt() {
 
 void Decoder::emit(const CycleReading& reading) {
   const Cycle& cycle = reading.cycle;
-  if (cycle.period && is_usual(cycle.status)) {
+  if (cycle.period && has_whole_clock(cycle.status)) {
     usual_clocks_ = cycle.pauses != 0 ? std::int64_t{cycle.rising_edges} - 1
                                       : clocks_between(0, scanned_, *cycle.period);
   }

@@ -16,17 +16,7 @@ namespace biss::decode {
 /// Whether a request with this status proves nothing: the device could not answer it in full, or
 /// the capture does not show the answer.
 constexpr bool is_no_evidence(CycleStatus status) {
-  switch (status) {
-    case CycleStatus::truncated:
-    case CycleStatus::cut_start:
-    case CycleStatus::cut_end:
-    case CycleStatus::ma_glitch:
-    case CycleStatus::ma_clock:
-    case CycleStatus::unknown_level:
-      return true;
-    default:
-      return false;
-  }
+  return status == CycleStatus::truncated || !has_whole_clock(status);
 }
 
 /// START was found, and MA ran as it should.

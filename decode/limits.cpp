@@ -11,20 +11,6 @@ namespace {
 // The line delay may vary by a period divided by this (D2, characteristics, row 8).
 constexpr std::int64_t delay_divisor = 4;
 
-// Its edges of MA can be counted, so that its clock is known.
-bool has_clock(const Cycle& cycle) {
-  switch (cycle.status) {
-    case CycleStatus::cut_start:
-    case CycleStatus::cut_end:
-    case CycleStatus::ma_glitch:
-    case CycleStatus::ma_clock:
-    case CycleStatus::unknown_level:
-      return false;
-    default:
-      return cycle.period.has_value();
-  }
-}
-
 // The rules of the limits before `release`, which has two.
 constexpr std::array limit_rules{Rule::clock_max, Rule::clock_min, Rule::clock_change,
                                  Rule::cycle_min};
@@ -85,7 +71,7 @@ bool LimitWatch::knows(Limit limit) const {
 
 std::span<const Comparison> LimitWatch::compare(const Cycle& cycle) {
   count_ = 0;
-  if (has_clock(cycle)) compare_clock(cycle);
+  if (cycle.period && has_whole_clock(cycle.status)) compare_clock(cycle);
   compare_interval(cycle);
   const bool complete = is_good(cycle.status) || cycle.status == CycleStatus::ack_range;
   if (complete && knows(Limit::release)) compare_release(cycle);

@@ -5,7 +5,6 @@
 
 #include "decode/polarity.hpp"
 #include "decode/times.hpp"
-#include "explain/plausibility.hpp"
 #include "explain/pricer.hpp"
 
 namespace biss::explain {

@@ -15,8 +15,8 @@
 #include "decode/clean_cycles.hpp"
 #include "decode/cycle_edges.hpp"
 #include "decode/distribution.hpp"
+#include "explain/plausibility.hpp"
 #include "explain/request.hpp"
-#include "explain/sightings.hpp"
 
 namespace biss::explain {
 
@@ -115,7 +115,6 @@ struct ObserverSetup {
   decode::Lines lines;
 };
 
-class Plausibility;
 class Pricer;
 
 /// Sees the cycles of a capture as the decoder delivers them, and its edges; keeps the edges of

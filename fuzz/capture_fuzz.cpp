@@ -9,7 +9,6 @@
 #include "capture/fst.hpp"
 #include "capture/little_endian.hpp"
 #include "capture/merge.hpp"
-#include "capture/saleae_analog.hpp"
 #include "capture/sampled_csv.hpp"
 #include "capture/test_capture.hpp"
 #include "capture/test_pairs.hpp"
@@ -397,7 +396,7 @@ std::string change_raw(std::string input, SplitMix& random) {
 }
 
 void check_sr(std::string_view archive) {
-  check_reader(archive, [](auto bytes) { return capture::open_sr(std::move(bytes)); });
+  check_reader(archive, [](auto bytes) { return capture::open_zip(std::move(bytes)); });
 }
 
 std::string change_sr(std::string archive, SplitMix& random) {
@@ -405,7 +404,7 @@ std::string change_sr(std::string archive, SplitMix& random) {
 }
 
 void check_dsl(std::string_view archive) {
-  check_reader(archive, [](auto bytes) { return capture::open_dsl(std::move(bytes)); });
+  check_reader(archive, [](auto bytes) { return capture::open_zip(std::move(bytes)); });
 }
 
 std::string change_dsl(std::string archive, SplitMix& random) {
