@@ -4,6 +4,7 @@
 #include <array>
 #include <charconv>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -36,10 +37,10 @@ class EdgeWriter {
 
   /// Appends edges in time order; levels as in EdgeSource.
   Written write(std::span<const wire::Edge> edges) {
-    if (failed_) return failure(cause_);
     const std::uint64_t before = changes_;
     for (const wire::Edge& edge : edges) {
-      if (!accept(edge)) return failure(cause_);
+      if (!failed_) failed_ = fault_of(edge);
+      if (failed_) break;
       const auto level = static_cast<std::uint8_t>(edge.level);
       if (levels_[edge.line] == level) continue;
       levels_[edge.line] = level;
@@ -47,22 +48,20 @@ class EdgeWriter {
       any_ = true;
       last_time_ = edge.time;
       ++changes_;
-      if (!flush_full()) return failure(cause_);
+      flush_full();
     }
+    if (failed_) return failure(*failed_);
     return changes_ - before;
   }
 
   /// Writes what is held back, and that the capture lasts until `end_time` if that is later than
   /// the last edge. Returns the number of changes in the whole capture.
   Written finish(Picoseconds end_time) {
-    if (failed_) return failure(cause_);
+    if (failed_) return failure(*failed_);
     const bool sayable = negative_times() || end_time >= Picoseconds{};
     put_end(end_time, sayable && (!any_ || end_time > last_time_));
-    if (!flush_text(0)) return failure(cause_);
-    if (!sink_->flush()) {
-      refuse(WriteCause::write_failed);
-      return failure(cause_);
-    }
+    if (flush_text(0) && !sink_->flush()) failed_ = WriteCause::write_failed;
+    if (failed_) return failure(*failed_);
     return changes_;
   }
 
@@ -91,38 +90,25 @@ class EdgeWriter {
   bool flush_full() { return flush_text(flush_bytes); }
 
   /// Fails this call and every later one with `cause`.
-  void refuse(WriteCause cause) {
-    failed_ = true;
-    cause_ = cause;
-  }
+  void refuse(WriteCause cause) { failed_ = cause; }
 
  private:
   static constexpr std::size_t flush_bytes = 65'536;
 
-  // False and a cause when the edge cannot be written.
-  bool accept(const wire::Edge& edge) {
-    failed_ = true;
-    if (edge.line >= lines_.size()) {
-      cause_ = WriteCause::no_such_line;
-    } else if (any_ && edge.time < last_time_) {
-      cause_ = WriteCause::time_backwards;
-    } else if (edge.time < Picoseconds{} && !negative_times()) {
-      cause_ = WriteCause::time_before_zero;
-    } else {
-      failed_ = false;
-    }
-    return !failed_;
+  // Why the edge cannot be written.
+  std::optional<WriteCause> fault_of(const wire::Edge& edge) const {
+    if (edge.line >= lines_.size()) return WriteCause::no_such_line;
+    if (any_ && edge.time < last_time_) return WriteCause::time_backwards;
+    if (edge.time < Picoseconds{} && !negative_times()) return WriteCause::time_before_zero;
+    return std::nullopt;
   }
 
   bool flush_text(std::size_t limit) {
     if (failed_) return false;
     if (text_.size() < limit) return true;
-    if (!sink_->write(text_)) {
-      refuse(WriteCause::write_failed);
-      return false;
-    }
+    if (!sink_->write(text_)) failed_ = WriteCause::write_failed;
     text_.clear();
-    return true;
+    return !failed_;
   }
 
   std::vector<std::string> lines_;
@@ -132,8 +118,7 @@ class EdgeWriter {
   bool any_ = false;
   Picoseconds last_time_;
   std::uint64_t changes_ = 0;
-  bool failed_ = false;
-  WriteCause cause_{};
+  std::optional<WriteCause> failed_;
 };
 
 }  // namespace biss::capture

@@ -321,12 +321,10 @@ class EventCsvReader final : public TextSource {
     bool any_text = false;
     for (;;) {
       if (window_.begin() == window_.end()) {
-        const TextWindow::Fill fill = window_.next();
-        if (fill == TextWindow::Fill::failed) return window_.error();
-        if (fill == TextWindow::Fill::ended && !any_text) {
-          return CaptureError{.cause = CaptureCause::empty};
-        }
-        if (fill == TextWindow::Fill::ended) {
+        const auto more = window_.next();
+        if (!more) return more.error();
+        if (!*more && !any_text) return CaptureError{.cause = CaptureCause::empty};
+        if (!*more) {
           return window_.error_at(window_.end(), CaptureCause::truncated, "a header and rows");
         }
       }

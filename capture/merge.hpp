@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -46,7 +47,7 @@ class MergedSource final : public EdgeSource {
 
   Result<std::span<const wire::Edge>, CaptureError> next_block() override {
     block_.clear();
-    while (!failed_ && block_.size() < block_edges && fill()) {
+    while (!error_ && block_.size() < block_edges && fill()) {
       Input* const input = earliest();
       if (input == nullptr) break;
       wire::Edge edge = input->ahead.front();
@@ -56,14 +57,14 @@ class MergedSource final : public EdgeSource {
       block_.push_back(edge);
       last_ = edge.time;
     }
-    if (block_.empty() && failed_) return failure(error_);
+    if (block_.empty() && error_) return failure(*error_);
     return std::span<const wire::Edge>(block_);
   }
 
   /// The largest of the sources' end times; after an error, the time up to which all of them were
   /// read.
   Picoseconds end_time() const override {
-    if (failed_) return std::max(last_, read_to());
+    if (error_) return std::max(last_, read_to());
     const auto latest = std::max_element(
         inputs_.begin(), inputs_.end(),
         [](const Input& a, const Input& b) { return a.source->end_time() < b.source->end_time(); });
@@ -113,7 +114,6 @@ class MergedSource final : public EdgeSource {
       if (input.ended || !input.ahead.empty()) continue;
       const auto block = input.source->next_block();
       if (!block.ok()) {
-        failed_ = true;
         error_ = block.error();
         failed_source_ = static_cast<std::size_t>(&input - inputs_.data());
         return false;
@@ -168,8 +168,7 @@ class MergedSource final : public EdgeSource {
   std::vector<std::uint8_t> levels_;  // of the edges delivered, or no_level
   std::vector<wire::Edge> block_;
   Picoseconds last_{std::numeric_limits<std::int64_t>::min()};  // of the edges delivered
-  bool failed_ = false;
-  CaptureError error_;
+  std::optional<CaptureError> error_;
   std::size_t failed_source_ = 0;
 };
 

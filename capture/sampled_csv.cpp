@@ -89,9 +89,9 @@ class SampledCsvReader final : public AnalogSamples {
     while (rows.times.size() < rows_of_block && !error_) {
       if (window_.begin() == window_.end()) {
         if (!rows.times.empty()) break;
-        const TextWindow::Fill fill = window_.next();
-        if (fill == TextWindow::Fill::failed) error_ = window_.error();
-        if (fill != TextWindow::Fill::ready) break;
+        const auto more = window_.next();
+        if (!more) error_ = more.error();
+        if (!more || !*more) break;
       }
       const char* const row = window_.begin();
       const char* const end = find_or_end(row, window_.end(), '\n');
@@ -115,12 +115,10 @@ class SampledCsvReader final : public AnalogSamples {
     beginning_.reserve(beginning_rows);
     while (beginning_.size() < beginning_rows && bytes < beginning_bytes) {
       if (window_.begin() == window_.end()) {
-        const TextWindow::Fill fill = window_.next();
-        if (fill == TextWindow::Fill::failed) {
-          if (beginning_.empty()) return window_.error();
-          late_error_ = window_.error();
-        }
-        if (fill != TextWindow::Fill::ready) break;
+        const auto more = window_.next();
+        if (!more && beginning_.empty()) return more.error();
+        if (!more) late_error_ = more.error();
+        if (!more || !*more) break;
       }
       const char* const row = window_.begin();
       const char* const end = find_or_end(row, window_.end(), '\n');

@@ -157,30 +157,22 @@ TextCutter& TextWindow::hand_over() {
   return cutter_;
 }
 
-TextWindow::Fill TextWindow::next(bool drop_long) {
+tl::expected<bool, CaptureError> TextWindow::next(bool drop_long) {
   constexpr std::string_view mark = "\xEF\xBB\xBF";
   do {
     leave();
-    if (!cutter_.next(own_)) return Fill::ended;
+    if (!cutter_.next(own_)) return false;
     show(own_);
   } while (drop_long && own_.part == TextStretch::Part::overlong);
   if (!std::exchange(started_, true) && text_between(at_, end()).starts_with(mark)) {
     at_ += mark.size();
     line_offset_ = mark.size();
   }
-  switch (own_.part) {
-    case TextStretch::Part::whole:
-      return Fill::ready;
-    case TextStretch::Part::rest:
-      return own_.bytes != 0 ? Fill::ready : Fill::ended;
-    case TextStretch::Part::overlong:
-      error_ = error_at(at_, CaptureCause::token_too_long);
-      return Fill::failed;
-    case TextStretch::Part::failed:
-      break;
+  if (own_.part == TextStretch::Part::overlong) {
+    return tl::unexpected(error_at(at_, CaptureCause::token_too_long));
   }
-  error_ = own_.error;
-  return Fill::failed;
+  if (own_.part == TextStretch::Part::failed) return tl::unexpected(own_.error);
+  return own_.part == TextStretch::Part::whole || own_.bytes != 0;
 }
 
 CaptureError TextWindow::error_at(const char* place, CaptureCause cause,
@@ -262,14 +254,9 @@ void TextSource::end() {
 
 void TextSource::step() {
   if (window_.begin() != window_.end()) return parse();
-  switch (window_.next(in_comment())) {
-    case TextWindow::Fill::ready:
-      return;
-    case TextWindow::Fill::failed:
-      return fail(window_.error());
-    case TextWindow::Fill::ended:
-      return end();
-  }
+  const auto more = window_.next(in_comment());
+  if (!more) return fail(more.error());
+  if (!*more) end();
 }
 
 }  // namespace biss::capture

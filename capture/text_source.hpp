@@ -159,16 +159,15 @@ class TextCutter {
 class TextWindow {
  public:
   using Cut = TextCutter::Cut;
-  enum class Fill : std::uint8_t { ready, ended, failed };
 
   TextWindow(std::unique_ptr<ByteSource> source, Cut cut,
              std::size_t most_bytes = default_piece_bytes)
       : cutter_(std::move(source), cut, most_bytes), cut_at_words_(cut == Cut::words) {}
 
-  /// Leaves the window and makes the next. A byte order mark at the start is left out. `drop_long`
+  /// Leaves the window and makes the next; false at the end. A byte order mark at the start is left out. `drop_long`
   /// drops a word that no delimiter ends within `max_token_bytes` (text of a comment) up to that
   /// delimiter; otherwise it fails with `token_too_long`. Fails with `read_failed` too.
-  Fill next(bool drop_long = false);
+  tl::expected<bool, CaptureError> next(bool drop_long = false);
 
   const char* begin() const { return at_; }
   const char* end() const { return text_->end(); }
@@ -178,9 +177,6 @@ class TextWindow {
 
   /// The window is one word or line with which the text ended; its delimiter was added.
   bool unterminated() const { return text_->part == TextStretch::Part::rest && text_->bytes != 0; }
-
-  /// Why next() failed.
-  const CaptureError& error() const { return error_; }
 
   /// Gives away the text from begin() on; no next() follows. From now on the text from the cutter
   /// is shown, or passed.
@@ -208,7 +204,6 @@ class TextWindow {
   std::uint64_t offset_ = 0;
   std::uint64_t line_offset_ = 0;
   std::uint64_t line_ = 1;
-  CaptureError error_;
 };
 
 /// An EdgeSource over text. A format adds parse() and finish_text().

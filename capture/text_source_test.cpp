@@ -13,7 +13,7 @@ namespace text_source_test {
 std::vector<std::string> windows_of(std::string_view text, TextWindow::Cut cut, std::size_t block) {
   TextWindow window(memory_bytes(text, block), cut);
   std::vector<std::string> windows;
-  while (window.next() == TextWindow::Fill::ready) {
+  while (window.next() == true) {
     windows.emplace_back(window.begin(), window.end());
   }
   return windows;
@@ -38,18 +38,18 @@ TEST(TextWindow, CutAtLines_GivesWholeLines) {
 
 TEST(TextWindow, MissingLastDelimiter_IsAddedAndSaid) {
   TextWindow window(memory_bytes("ab cd"), TextWindow::Cut::words);
-  ASSERT_EQ(window.next(), TextWindow::Fill::ready);
+  ASSERT_TRUE(window.next() == true);
   EXPECT_FALSE(window.unterminated());
-  ASSERT_EQ(window.next(), TextWindow::Fill::ready);
+  ASSERT_TRUE(window.next() == true);
   EXPECT_EQ(std::string(window.begin(), window.end()), "cd\n");
   EXPECT_TRUE(window.unterminated());
-  EXPECT_EQ(window.next(), TextWindow::Fill::ended);
+  EXPECT_TRUE(window.next() == false);
 }
 
 TEST(TextWindow, ByteOrderMark_IsLeftOutAndNotCountedInColumns) {
   for (const std::size_t block : {std::size_t{1}, one_block}) {
     TextWindow window(memory_bytes("\xEF\xBB\xBFxy z", block), TextWindow::Cut::words);
-    ASSERT_EQ(window.next(), TextWindow::Fill::ready);
+    ASSERT_TRUE(window.next() == true);
     EXPECT_EQ(std::string(window.begin(), window.end()), "xy ");
     EXPECT_EQ(window.error_at(window.begin(), CaptureCause::malformed).column, 1U);
   }
@@ -60,7 +60,7 @@ TEST(TextWindow, Error_NamesLineAndColumnWhateverTheBlockSize) {
   for (const std::size_t block : {std::size_t{1}, std::size_t{2}, std::size_t{7}, one_block}) {
     TextWindow window(memory_bytes(text, block), TextWindow::Cut::words);
     bool found = false;
-    while (!found && window.next() == TextWindow::Fill::ready) {
+    while (!found && window.next() == true) {
       const std::string_view view(window.begin(),
                                   static_cast<std::size_t>(window.end() - window.begin()));
       const std::size_t at = view.find("three");
@@ -78,11 +78,12 @@ TEST(TextWindow, WordWithoutEnd_FailsAfterBoundedReading) {
   const std::string text = "ab " + std::string(10 * max_token_bytes, 'x');
   for (const std::size_t block : {std::size_t{997}, one_block}) {
     TextWindow window(memory_bytes(text, block), TextWindow::Cut::words);
-    ASSERT_EQ(window.next(), TextWindow::Fill::ready);
-    ASSERT_EQ(window.next(), TextWindow::Fill::failed);
-    EXPECT_EQ(window.error().cause, CaptureCause::token_too_long);
-    EXPECT_EQ(window.error().line, 1U);
-    EXPECT_EQ(window.error().column, 4U);
+    ASSERT_TRUE(window.next() == true);
+    const auto failed = window.next();
+    ASSERT_FALSE(failed);
+    EXPECT_EQ(failed.error().cause, CaptureCause::token_too_long);
+    EXPECT_EQ(failed.error().line, 1U);
+    EXPECT_EQ(failed.error().column, 4U);
   }
 }
 
@@ -92,7 +93,7 @@ TEST(TextWindow, DroppedLongWord_GoesOnBehindItWithRightColumns) {
     TextWindow window(memory_bytes(text, block), TextWindow::Cut::words);
     std::string all;
     CaptureError last;
-    while (window.next(true) == TextWindow::Fill::ready) {
+    while (window.next(true) == true) {
       all.append(window.begin(), window.end());
       last = window.error_at(window.end() - 1, CaptureCause::malformed);
     }

@@ -36,40 +36,39 @@ bool is_number(std::string_view text) {
 /// Each one-bit `$var` is a line; its variable is the number of its identifier.
 class VcdHeader {
  public:
-  enum class Step : std::uint8_t { more, done, failed };
+  using Fault = std::optional<CaptureError>;
 
   explicit VcdHeader(VcdSignals& signals) : signals_(signals) {}
 
-  /// The next word. After `done` the signals are complete.
-  Step feed(std::string_view word) {
+  /// The next word. Returns what is wrong with it.
+  Fault feed(std::string_view word) {
     if (end_section_ == nullptr) return begin_section(word);
     if (word == "$end") return (this->*std::exchange(end_section_, nullptr))();
-    if (in_comment()) return Step::more;
+    if (in_comment()) return std::nullopt;
     if (words_.size() == max_words) return malformed("$end, after this many words");
     words_.emplace_back(word);
-    return Step::more;
+    return std::nullopt;
   }
 
   /// Text that is skipped up to `$end`; its words may have any length.
   bool in_comment() const { return end_section_ == &VcdHeader::end_comment; }
   bool started() const { return started_; }
-  CaptureCause cause() const { return cause_; }
-  const char* expected() const { return expected_; }
+  /// The signals are complete.
+  bool done() const { return done_; }
   std::vector<std::string> take_names() { return lines_.take_names(); }
 
  private:
-  using EndSection = Step (VcdHeader::*)();
+  using EndSection = Fault (VcdHeader::*)();
 
   static constexpr std::size_t max_words = 64;
 
-  Step fail(CaptureCause cause, const char* expected) {
-    cause_ = cause;
-    expected_ = expected;
-    return Step::failed;
+  static constexpr CaptureError too_many{.cause = CaptureCause::too_many_lines};
+
+  static CaptureError malformed(const char* expected) {
+    return {.cause = CaptureCause::malformed, .expected = expected};
   }
 
-  Step malformed(const char* expected) { return fail(CaptureCause::malformed, expected); }
-  Step begin_section(std::string_view keyword) {
+  Fault begin_section(std::string_view keyword) {
     if (keyword.size() < 2 || keyword[0] != '$' || keyword[1] < 'a' || keyword[1] > 'z') {
       return malformed(started_ ? "a declaration such as $var, or $enddefinitions"
                                 : "a VCD, which begins with a word such as $timescale or $date");
@@ -89,12 +88,12 @@ class VcdHeader {
     for (const auto& [name, end_section] : sections) {
       if (keyword == name) end_section_ = end_section;
     }
-    return Step::more;
+    return std::nullopt;
   }
 
-  Step end_comment() { return Step::more; }
+  Fault end_comment() { return std::nullopt; }
 
-  Step end_timescale() {
+  Fault end_timescale() {
     std::string text;
     for (const std::string& word : words_) text += word;
     const Timescale timescale = parse_vcd_timescale(text);
@@ -105,10 +104,10 @@ class VcdHeader {
       return malformed("one $timescale; this second one differs from the first");
     }
     signals_.timescale = timescale;
-    return Step::more;
+    return std::nullopt;
   }
 
-  Step end_var() {
+  Fault end_var() {
     if (words_.size() < 4) return malformed("type, size, identifier and name before this $end");
     if (!is_number(words_[1])) return malformed("a number of bits as the second word of this $var");
     if (!VcdIds::valid(words_[2])) {
@@ -116,35 +115,36 @@ class VcdHeader {
     }
     const std::uint32_t variable = signals_.ids.add(words_[2]);
     if (signals_.ids.size() > max_variables || !lines_.store(words_[2].size())) {
-      return fail(CaptureCause::too_many_lines, nullptr);
+      return too_many;
     }
-    if (!is_one_bit(words_[0], words_[1])) return Step::more;
+    if (!is_one_bit(words_[0], words_[1])) return std::nullopt;
     if (!lines_.add(joined_name(std::span(words_).subspan(3)), variable)) {
-      return fail(CaptureCause::too_many_lines, nullptr);
+      return too_many;
     }
-    return Step::more;
+    return std::nullopt;
   }
 
-  Step end_scope() {
+  Fault end_scope() {
     if (words_.size() < 2) return malformed("kind and name of the scope before this $end");
     if (lines_.depth() == DeclaredLines::max_depth) {
       return malformed("at most 256 nested scopes");
     }
-    if (!lines_.open_scope(words_[1])) return fail(CaptureCause::too_many_lines, nullptr);
-    return Step::more;
+    if (!lines_.open_scope(words_[1])) return too_many;
+    return std::nullopt;
   }
 
-  Step end_upscope() {
+  Fault end_upscope() {
     if (lines_.depth() == 0) return malformed("a $scope for this $upscope to close");
     lines_.close_scope();
-    return Step::more;
+    return std::nullopt;
   }
 
-  Step end_definitions() {
+  Fault end_definitions() {
     if (!signals_.timescale.known()) return malformed("a $timescale before $enddefinitions");
-    if (!lines_.finish()) return fail(CaptureCause::too_many_lines, nullptr);
+    if (!lines_.finish()) return too_many;
     signals_.driven = DrivenLines(lines_, signals_.ids.size());
-    return Step::done;
+    done_ = true;
+    return std::nullopt;
   }
 
   VcdSignals& signals_;
@@ -152,8 +152,7 @@ class VcdHeader {
   bool started_ = false;
   std::vector<std::string> words_;
   DeclaredLines lines_;
-  CaptureCause cause_{};
-  const char* expected_ = nullptr;
+  bool done_ = false;
 };
 
 using wire::Level;
@@ -166,16 +165,14 @@ class VcdReader final : public TextSource {
 
   // Reads the declarations; the cause when there are none.
   std::optional<CaptureError> open() {
-    for (;;) {
-      const TextWindow::Fill fill = window_.next(header_->in_comment());
-      if (fill == TextWindow::Fill::failed) return window_.error();
-      if (fill == TextWindow::Fill::ended) {
-        if (!header_->started()) return CaptureError{.cause = CaptureCause::empty};
+    while (!header_->done()) {
+      const auto more = window_.next(header_->in_comment());
+      if (!more) return more.error();
+      if (!*more && !header_->started()) return CaptureError{.cause = CaptureCause::empty};
+      if (!*more) {
         return window_.error_at(window_.end(), CaptureCause::truncated, "$enddefinitions");
       }
-      const VcdHeader::Step step = read_declarations();
-      if (step == VcdHeader::Step::failed) return error();
-      if (step == VcdHeader::Step::done) break;
+      if (!read_declarations()) return error();
     }
     set_lines(header_->take_names());
     header_.reset();
@@ -245,31 +242,25 @@ class VcdReader final : public TextSource {
     return true;
   }
 
-  VcdHeader::Step read_declarations() {
+  bool read_declarations() {
     const char* p = window_.begin();
-    const char* const end = window_.end();
-    for (;;) {
-      while (p != end && is_space(*p)) ++p;
-      if (p == end) return VcdHeader::Step::more;
+    while (!header_->done()) {
+      while (p != window_.end() && is_space(*p)) ++p;
+      if (p == window_.end()) return true;
       const char* const word = p;
       p = end_of_word(p);
       const std::string_view text = text_between(word, p);
       const bool started = header_->started();
       if (text.size() > max_token_bytes && !header_->in_comment()) {
-        stop(word, CaptureCause::token_too_long);
-        return VcdHeader::Step::failed;
+        return stop(word, CaptureCause::token_too_long) != nullptr;
       }
-      const VcdHeader::Step step = header_->feed(text);
-      if (step == VcdHeader::Step::failed) {
+      if (const auto fault = header_->feed(text)) {
         const bool cut = started && window_.unterminated();
-        stop(word, cut ? CaptureCause::truncated : header_->cause(), header_->expected());
-        return step;
-      }
-      if (step == VcdHeader::Step::done) {
-        window_.advance(p);
-        return step;
+        return stop(word, cut ? CaptureCause::truncated : fault->cause, fault->expected) != nullptr;
       }
     }
+    window_.advance(p);
+    return true;
   }
 
   // Cold: it is called once, and the loop over the words is not laid out for it.

@@ -1,8 +1,6 @@
 #include "decode/clean_cycles.hpp"
 
 #include <algorithm>
-#include <bit>
-#include <cstring>
 
 #include "decode/cycle_rules.hpp"
 #include "decode/times.hpp"
@@ -122,7 +120,7 @@ void CleanCycleFinder::measure_times(CycleReading& reading) const {
 // The values measured on SLO. With a format, only good frames are clean.
 bool CleanCycleFinder::read_frame(CycleReading& reading) {
   Cycle& cycle = reading.cycle;
-  const std::size_t start_bit = find_start();
+  const std::size_t start_bit = measured_.bits().find(true, 2);
   if (start_bit == measured_.rises) return false;
   if (!read_payload(start_bit, cycle)) return false;
   if (!ack_within_bounds(timing_, *cycle.period, static_cast<std::uint16_t>(start_bit - 1))) {
@@ -147,59 +145,25 @@ bool CleanCycleFinder::read_frame(CycleReading& reading) {
   return true;
 }
 
-// The first two bits are LAT and ACK. \return the number of bits if there is no START
-std::size_t CleanCycleFinder::find_start() const {
-  std::uint64_t word = measured_.bits[0] & (~std::uint64_t{0} >> 2U);
-  std::size_t first = 0;
-  while (word == 0 && first + 64 < measured_.rises) {
-    first += 64;
-    word = measured_.bits[first / 64];
-  }
-  return std::min<std::size_t>(first + static_cast<std::size_t>(std::countl_zero(word)),
-                               measured_.rises);
-}
-
 bool CleanCycleFinder::read_payload(std::size_t start_bit, Cycle& cycle) const {
+  const BitView bits = measured_.bits();
   if (!codec_) {
-    append_raw(start_bit, RawBits::capacity_bits, cycle.raw);
+    cycle.raw.append(bits.from(start_bit).first(RawBits::capacity_bits));
     cycle.status = CycleStatus::unchecked;
     return true;
   }
-  std::array<std::uint8_t, CleanMeasure::bit_words * 8> bytes;
-  const std::size_t words =
-      std::min((std::size_t{measured_.rises} + 63) / 64, CleanMeasure::bit_words);
-  for (std::size_t w = 0; w < words; ++w) {
-    std::uint64_t word = measured_.bits[w];
-    if constexpr (std::endian::native == std::endian::little) word = __builtin_bswap64(word);
-    std::memcpy(bytes.data() + 8 * w, &word, sizeof word);
-  }
   // The bits begin with LAT and ACK.
   const FrameStart start{start_bit, 1, static_cast<std::uint16_t>(start_bit - 1)};
-  const auto frame = decode_payload(
-      BitView(std::span<const std::uint8_t>(bytes.data(), 8 * words), 0, measured_.rises), start,
-      *codec_);
+  const auto frame = decode_payload(bits, start, *codec_);
   if (!frame.ok()) return false;
   cycle.frame = *frame;
   if (needs_next_) cycle.status = CycleStatus::unchecked;
-  append_raw(start_bit, codec_->payload_bits() + 3U, cycle.raw);
+  cycle.raw.append(bits.from(start_bit).first(codec_->payload_bits() + 3U));
   const auto channels = codec_->format().channels();
   for (std::size_t k = 0; k < channels.size(); ++k) {
     if (channels[k].crc.present()) cycle.crc_ok[k] = true;
   }
   return true;
-}
-
-// `count` bits from START on, or all that there are.
-void CleanCycleFinder::append_raw(std::size_t start_bit, std::size_t count, RawBits& raw) const {
-  const std::size_t end = std::min<std::size_t>(start_bit + count, measured_.rises);
-  for (std::size_t at = start_bit; at < end; at += 64) {
-    std::uint64_t word = measured_.bits[at / 64] << (at % 64);
-    if (at % 64 != 0 && at / 64 + 1 < CleanMeasure::bit_words) {
-      word |= measured_.bits[at / 64 + 1] >> (64 - at % 64);
-    }
-    const auto now = static_cast<unsigned>(std::min<std::size_t>(end - at, 64));
-    raw.append(word >> (64 - now), now);
-  }
 }
 
 // False if a level is as short as a pulse.

@@ -64,9 +64,7 @@ class CleanCycleFinder {
   void fetch_ahead();
   bool read(CleanCycle& cycle, const CleanLines& lines);
   bool read_frame(CycleReading& reading);
-  std::size_t find_start() const;
   bool read_payload(std::size_t start_bit, Cycle& cycle) const;
-  void append_raw(std::size_t start_bit, std::size_t count, RawBits& raw) const;
   void measure_times(CycleReading& reading) const;
   std::optional<Picoseconds> release(std::size_t last_bit) const;
   bool measure_signal(const CleanLines& lines, std::int64_t high_since, Cycle& cycle) const;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cstring>
 #include <limits>
 #include <type_traits>
 
@@ -653,8 +654,11 @@ HWY_INLINE void collect_bits(const CleanScratch& scratch, CleanMeasure& m) {
   for (std::size_t w = 0; w < words; ++w) {
     std::uint64_t word = toggles[w];
     for (unsigned shift = 1; shift < 64; shift *= 2) word ^= word >> shift;
-    m.bits[w] = word ^ level;
-    level = (m.bits[w] & 1U) != 0 ? ~std::uint64_t{0} : 0;
+    word ^= level;
+    level = (word & 1U) != 0 ? ~std::uint64_t{0} : 0;
+    // The first bit is the uppermost of the first byte.
+    word = __builtin_bswap64(word);
+    std::memcpy(m.bytes.data() + 8 * w, &word, sizeof word);
   }
 }
 

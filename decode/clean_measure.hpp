@@ -7,6 +7,8 @@
 #include <cstdint>
 #include <span>
 
+#include "biss/base/bits.hpp"
+
 namespace biss::decode {
 
 /// The changes of both lines from a falling edge of MA on, in picoseconds. Each change inverts the
@@ -45,11 +47,12 @@ struct CleanMeasure {
   std::int32_t fall = 0;
   /// From a rising edge of MA to the change of SLO that it makes.
   std::int32_t delay = 0;
-  /// SLO at each rising edge of MA plus `delay` and half a period: the first bit is the uppermost of
-  /// the first word. The first two are LAT and ACK.
-  std::array<std::uint64_t, bit_words> bits{};
+  /// SLO at each rising edge of MA plus `delay` and half a period. The first two are LAT and ACK.
+  std::array<std::uint8_t, 8 * bit_words> bytes{};
   /// The first sample that is within `margin` of a change of SLO; 2^31 - 1 if there is none.
   std::int32_t first_marginal = 0;
+
+  BitView bits() const { return BitView(bytes, 0, rises); }
 };
 
 /// Options of the measurement.
