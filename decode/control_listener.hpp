@@ -58,7 +58,7 @@ struct SeenAccess {
   std::uint8_t address = 0;
   ControlCommand command{};
   /// Read: the byte that came with a good CRC. Write: the byte sent, echoed or not.
-  std::optional<std::uint8_t> data;
+  std::optional<std::uint8_t> data{};
   std::uint8_t slaves_present = 0;  ///< IDL0 … IDL7, bit k for ID k
   bool more_slaves = false;         ///< IDL8
   std::uint8_t accepted = 0;        ///< commands: IDA, bit k for ID k
@@ -154,11 +154,7 @@ class ControlListener {
       ++stray_cdm_;
       return;
     }
-    access_ = {};
-    access_.cycle = number_;
-    access_.time = time_;
-    access_.cycles = 1;
-    access_.reduced = reduced_;
+    access_ = {.cycle = number_, .time = time_, .cycles = 1, .reduced = reduced_};
     phase_ = Phase::header;
     k_ = control_bit::cts;
   }

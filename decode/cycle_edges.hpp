@@ -35,52 +35,15 @@ struct CycleEdges {
   bool last_of_capture = false;
 };
 
-/// The changes of a line that later cycles may need.
-struct LineChanges {
-  /// If there are more, the older half is dropped.
-  std::size_t most = 0;
-  std::vector<LevelChange> changes{};
-  wire::Level before = wire::Level::unknown;
-
-  void push(LevelChange change) {
-    if ((changes.empty() ? before : changes.back().level) == change.level) return;
-    if (changes.size() >= most) {
-      const std::size_t gone = most / 2;
-      before = changes[gone - 1].level;
-      changes.erase(changes.begin(), changes.begin() + static_cast<std::ptrdiff_t>(gone));
-    }
-    changes.push_back(change);
-  }
-
-  void forget_before(Picoseconds time) {
-    const auto end = std::lower_bound(changes.begin(), changes.end(), time, is_earlier);
-    if (end == changes.begin()) return;
-    before = (end - 1)->level;
-    changes.erase(changes.begin(), end);
-  }
-
-  /// Valid until the next push().
-  std::span<const LevelChange> between(Picoseconds from, Picoseconds to) const {
-    const auto first = std::lower_bound(changes.begin(), changes.end(), from, is_earlier);
-    const auto last = std::lower_bound(first, changes.end(), to, is_earlier);
-    return std::span<const LevelChange>(changes).subspan(
-        static_cast<std::size_t>(first - changes.begin()), static_cast<std::size_t>(last - first));
-  }
-
- private:
-  static bool is_earlier(const LevelChange& change, Picoseconds time) { return change.time < time; }
-};
-
 /// The cycle with its edges. \param limit, last_of_capture as in CycleEdges
-inline CycleEdges edges_of(const Cycle& cycle, std::uint64_t number, const LineChanges& ma,
-                           const LineChanges& slo, Picoseconds limit, bool last_of_capture) {
+inline CycleEdges edges_of(const Cycle& cycle, std::uint64_t number, const LineHistory& ma,
+                           const LineHistory& slo, Picoseconds limit, bool last_of_capture) {
   const Picoseconds after = shifted(shifted(cycle.time, cycle.clocked), picoseconds(1));
-  const auto before = slo.between(Picoseconds{INT64_MIN}, cycle.time);
   return {.cycle = cycle,
           .number = number,
           .ma = ma.between(cycle.time, after),
           .ma_after = ma.between(after, limit),
-          .slo_before = before.empty() ? slo.before : before.back().level,
+          .slo_before = slo.level_before(slo.from(cycle.time)),
           .slo = slo.between(cycle.time, limit),
           .limit = limit,
           .last_of_capture = last_of_capture};
@@ -129,9 +92,9 @@ class CycleEdgeReader {
       const auto now = edges.first(std::min(piece, edges.size()));
       for (const wire::Edge& edge : now) {
         if (edge.line == lines_.ma) {
-          ma_.push({edge.time, seen_as(edge.level, lines_.ma_inverted)});
+          ma_.push_recent({edge.time, seen_as(edge.level, lines_.ma_inverted)}, max_edges);
         } else if (edge.line == lines_.slo) {
-          slo_.push({edge.time, seen_as(edge.level, lines_.slo_inverted)});
+          slo_.push_recent({edge.time, seen_as(edge.level, lines_.slo_inverted)}, max_edges);
         }
       }
       decoder_.push(now, lines_);
@@ -150,8 +113,8 @@ class CycleEdgeReader {
   void take(const Cycle& cycle) {
     if (waiting_) deliver(cycle.time, false);
     waiting_ = cycle;
-    ma_.forget_before(cycle.time);
-    slo_.forget_before(cycle.time);
+    ma_.forget(ma_.from(cycle.time));
+    slo_.forget(slo_.from(cycle.time));
   }
 
   void deliver(Picoseconds limit, bool last_of_capture) {
@@ -160,8 +123,8 @@ class CycleEdgeReader {
 
   Lines lines_;
   OnCycle on_cycle_;
-  LineChanges ma_{.most = max_edges};
-  LineChanges slo_{.most = max_edges};
+  LineHistory ma_;
+  LineHistory slo_;
   // The cycle whose end is not known yet.
   std::optional<Cycle> waiting_;
   std::uint64_t number_ = 0;

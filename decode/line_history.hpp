@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "biss/base/units.hpp"
@@ -23,8 +24,8 @@ constexpr wire::Level seen_as(wire::Level level, bool inverted) {
   return level == wire::Level::low ? wire::Level::high : wire::Level::low;
 }
 
-/// The changes of SLO that cycles still to be read may need. Bounded: beyond `max_changes` the
-/// level is unknown until something is forgotten.
+/// The changes of a line that cycles still to be read may need. Bounded: beyond `max_changes` the
+/// level is unknown until something is forgotten, unless push_recent() drops the oldest ones.
 class LineHistory {
  public:
   static constexpr std::size_t max_changes = std::size_t{1} << 16U;
@@ -35,6 +36,13 @@ class LineHistory {
     } else {
       changes_.back().level = wire::Level::unknown;
     }
+  }
+
+  /// The same if it changes the level. If there are `most` changes, the older half is dropped.
+  void push_recent(LevelChange change, std::size_t most) {
+    if (level_before(size()) == change.level) return;
+    if (size() >= most) forget(most / 2);
+    changes_.push_back(change);
   }
 
   /// Index of the first change after `time`.
@@ -66,16 +74,23 @@ class LineHistory {
     return known ? std::optional(changes_[index - 1].time) : std::nullopt;
   }
 
+  /// The changes in [begin, end). Valid until the next push.
+  std::span<const LevelChange> between(Picoseconds begin, Picoseconds end) const {
+    const std::size_t first = from(begin);
+    return std::span(changes_).subspan(first, std::max(first, from(end)) - first);
+  }
+
   std::size_t size() const { return changes_.size(); }
   const LevelChange& operator[](std::size_t index) const { return changes_[index]; }
 
-  /// Forgets the changes before `time`, and keeps the level after them.
-  void forget_before(Picoseconds time) {
-    const std::size_t gone = after(time);
+  /// Forgets the first `gone` changes, and keeps the level after them.
+  void forget(std::size_t gone) {
     before_since_ = taken_at(gone);
     before_ = level_before(gone);
     changes_.erase(changes_.begin(), changes_.begin() + static_cast<std::ptrdiff_t>(gone));
   }
+
+  void forget_before(Picoseconds time) { forget(after(time)); }
 
   /// Forgets everything but this level, taken at this time.
   void restart(wire::Level level, Picoseconds since) {

@@ -22,6 +22,7 @@ constexpr std::int64_t grid_tolerance = 12;
 constexpr std::int64_t grid_steps = 40;
 constexpr std::size_t gaps_kept = 4096;
 constexpr std::size_t rows_kept = 4096;
+constexpr std::size_t edges_kept = std::size_t{1} << 18U;
 
 bool lies_on(Picoseconds gap, Picoseconds step) {
   const std::int64_t off = (gap.count + step.count / 2) % step.count - step.count / 2;
@@ -94,16 +95,13 @@ constexpr Rule limit_rules[] = {Rule::ack_shortest,   Rule::ack_longest,  Rule::
                                 Rule::timeout_longest};
 
 // The changes of a run from this time on.
-void push(decode::LineChanges& line, const decode::LineRun& run, Picoseconds from, bool inverted) {
+void push(decode::LineHistory& line, const decode::LineRun& run, Picoseconds from, bool inverted) {
   const auto begin = std::lower_bound(run.times.begin(), run.times.end(), from.count);
   auto index = static_cast<std::size_t>(begin - run.times.begin());
   const auto level = [&](std::size_t i) { return decode::seen_as(run.level(i), inverted); };
-  if (index != 0) {
-    line.changes.clear();
-    line.before = level(index - 1);
-  }
+  if (index != 0) line.restart(level(index - 1), Picoseconds{run.times[index - 1]});
   for (; index < run.times.size(); ++index) {
-    line.push({Picoseconds{run.times[index]}, level(index)});
+    line.push_recent({Picoseconds{run.times[index]}, level(index)}, edges_kept);
   }
 }
 
@@ -154,10 +152,12 @@ void Observer::take(std::span<const wire::Edge> edges) {
   for (const wire::Edge& edge : edges) {
     if (edge.line == setup_.lines.ma) {
       ++evidence_.ma_edges;
-      ma_.push({edge.time, decode::seen_as(edge.level, setup_.lines.ma_inverted)});
+      ma_.push_recent({edge.time, decode::seen_as(edge.level, setup_.lines.ma_inverted)},
+                      edges_kept);
     } else if (edge.line == setup_.lines.slo) {
       ++evidence_.slo_edges;
-      slo_.push({edge.time, decode::seen_as(edge.level, setup_.lines.slo_inverted)});
+      slo_.push_recent({edge.time, decode::seen_as(edge.level, setup_.lines.slo_inverted)},
+                       edges_kept);
     }
   }
 }
@@ -191,8 +191,8 @@ void Observer::settle() {
             false);
     waiting_.pop_front();
   }
-  ma_.forget_before(needed_from());
-  slo_.forget_before(needed_from());
+  ma_.forget(ma_.from(needed_from()));
+  slo_.forget(slo_.from(needed_from()));
 }
 
 const Evidence& Observer::finish(Picoseconds end_time) {

@@ -152,9 +152,8 @@ class Observer {
   std::unique_ptr<Pricer> pricer_;
   std::vector<Plausibility> plausibility_;
   decode::Check check_;
-  static constexpr std::size_t edges_kept = std::size_t{1} << 18U;
-  decode::LineChanges ma_{.most = edges_kept};
-  decode::LineChanges slo_{.most = edges_kept};
+  decode::LineHistory ma_;
+  decode::LineHistory slo_;
   std::deque<Waiting> waiting_;
   Picoseconds last_end_{};
   std::uint64_t plain_ = 0;

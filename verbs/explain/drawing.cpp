@@ -14,18 +14,15 @@ namespace {
 using report::Cell;
 using report::Kind;
 
-std::optional<std::uint64_t> level_number(wire::Level level) {
-  if (level == wire::Level::unknown) return std::nullopt;
-  return level == wire::Level::high ? 1U : 0U;
-}
-
-wire::Level ma_at(const draw::CycleDrawing& drawing, Picoseconds time) {
+// The level of MA as a number.
+std::optional<unsigned> ma_at(const draw::CycleDrawing& drawing, Picoseconds time) {
   wire::Level level = drawing.ma_before;
   for (const decode::LevelChange& change : drawing.ma) {
     if (change.time > time) break;
     level = change.level;
   }
-  return level;
+  if (level == wire::Level::unknown) return std::nullopt;
+  return level == wire::Level::high ? 1U : 0U;
 }
 
 bool mends_alone(const draw::CycleDrawing& drawing, std::size_t payload_bit) {
@@ -53,18 +50,20 @@ std::vector<report::Column> drawing_columns() {
 
 bool write_drawing(const draw::CycleDrawing& drawing, report::TableWriter& writer) {
   for (const draw::DrawnBit& bit : drawing.bits) {
-    std::array<Cell, 11> cells{};
-    cells[0] = drawing.number;
-    cells[2] = bit.time;
-    if (bit.payload_bit) cells[1] = std::uint64_t{*bit.payload_bit};
-    if (bit.sampled_at) cells[3] = level_number(ma_at(drawing, *bit.sampled_at));
-    if (bit.level) cells[4] = std::uint64_t{*bit.level ? 1U : 0U};
-    cells[5] = bit.sampled_at;
-    if (!bit.name.empty()) cells[6] = bit.name;
-    cells[7] = std::uint64_t{bit.clock};
-    if (bit.expected) cells[8] = std::uint64_t{*bit.expected ? 1U : 0U};
-    if (bit.payload_bit) cells[9] = mends_alone(drawing, *bit.payload_bit);
-    cells[10] = name_of(drawing.cycle.status);
+    const auto number = [](std::optional<bool> level) {
+      return level ? Cell(*level ? 1U : 0U) : Cell();
+    };
+    const Cell cells[] = {drawing.number,
+                          bit.payload_bit,
+                          bit.time,
+                          bit.sampled_at ? ma_at(drawing, *bit.sampled_at) : std::nullopt,
+                          number(bit.level),
+                          bit.sampled_at,
+                          bit.name.empty() ? Cell() : bit.name,
+                          bit.clock,
+                          number(bit.expected),
+                          bit.payload_bit ? mends_alone(drawing, *bit.payload_bit) : Cell(),
+                          name_of(drawing.cycle.status)};
     if (!writer.row(cells)) return false;
   }
   return true;

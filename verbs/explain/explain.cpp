@@ -103,10 +103,8 @@ class ExplainRun {
     return {};
   }
 
-  // To be called before the cycles are read. The result is as for choose_watch().
-  std::string prepare() {
-    std::string wrong = choose_watch();
-    if (!wrong.empty()) return wrong;
+  // To be called before the cycles are read.
+  void choose_context() {
     context_ = explain_context(capture_);
     // Frames are judged by the likeliest format with a usual checksum, if none is certain.
     const auto* finding = capture_.finding();
@@ -136,14 +134,14 @@ class ExplainRun {
       capture_.judge_by(*usual);
       context_.format = usual;
     }
-    return wrong;
   }
 
   // Reads the capture: false if not to its end. Without a cycle there is no finding.
   // \return or the mistake in the options of the monitor
   tl::expected<bool, std::string> find() {
-    std::string wrong = prepare();
+    std::string wrong = choose_watch();
     if (!wrong.empty()) return tl::unexpected(std::move(wrong));
+    choose_context();
     const auto judge = [this](const decode::Cycle& cycle) {
       if (watch_) watch_->judge(cycle);
     };
