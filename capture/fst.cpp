@@ -231,14 +231,12 @@ class FstReader final : public StepSource {
 
   void open_block() {
     ++block_number_;
-    const auto next = file_.next_block();
-    if (!next) return fail(next.error().cause);
-    if (!*next) {
+    const auto block = file_.next_block();
+    if (!block) {
       // Applies the remaining switches, at the last time.
       if (!apply_switch(tick_ + 1)) finish();
       return;
     }
-    const FstBlock& block = **next;
     memory_left_ = FstFile::most_block_bytes;
     chains_.clear();
     chain_data_.clear();
@@ -246,9 +244,9 @@ class FstReader final : public StepSource {
     times_ = {};
     Layout layout;
     in_block_ = true;
-    if (!read_layout(block, layout) || !read_times(layout)) return;
+    if (!read_layout(*block, layout) || !read_times(layout)) return;
     if (block_number_ == 1 && !read_frame(layout)) return;
-    read_chains(block, layout);
+    read_chains(*block, layout);
   }
 
   bool read_layout(const FstBlock& block, Layout& layout) {

@@ -111,17 +111,14 @@ class FstFile {
   DeclaredLines& declared() { return declared_; }
   std::uint64_t size() const { return bytes_.size(); }
 
-  /// The next block of value changes; nothing after the last. Fails with `truncated`.
-  tl::expected<std::optional<FstBlock>, CaptureError> next_block() {
+  /// The next block of value changes; nothing after the last.
+  std::optional<FstBlock> next_block() {
     while (const auto section = section_at(next_place_)) {
-      if (section->size > bytes_.size() - section->place) {
-        return tl::unexpected(CaptureError{.cause = CaptureCause::truncated});
-      }
       next_place_ = section->place + section->size;
-      const bool values = section->kind == value_changes || section->kind == value_changes_alias ||
-                          section->kind == value_changes_alias_2;
-      if (!values) continue;
-      return FstBlock{section->place, section->size, section->kind == value_changes_alias_2};
+      const bool signed_index = section->kind == value_changes_alias_2;
+      if (signed_index || section->kind == value_changes || section->kind == value_changes_alias) {
+        return FstBlock{section->place, section->size, signed_index};
+      }
     }
     return std::nullopt;
   }

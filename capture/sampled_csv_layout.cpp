@@ -273,7 +273,6 @@ class LayoutParser {
     const bool old_tektronix = take == &LayoutParser::take_tektronix_old;
     if (!sigrok) layout_.separator = find_separator(judged[0]);
     if (!old_tektronix && !find_samples(sigrok)) return tl::unexpected(expected_samples);
-    if (header_.empty() && !sigrok && !old_tektronix) return tl::unexpected(expected_header);
     if (const char* const wrong = (this->*take)()) return tl::unexpected(wrong);
     if (layout_.channels.empty()) return tl::unexpected(expected_header);
     layout_.header_rows = samples_;
