@@ -130,15 +130,12 @@ class DrivenLines {
     for (const std::uint32_t variable : lines.variables()) ++variables_[variable].lines;
     std::uint32_t first = 0;
     for (Variable& variable : variables_) {
-      variable.first = std::exchange(first, first + variable.lines);
+      variable.first = first;
+      first += std::exchange(variable.lines, 0U);
     }
     for (std::size_t line = 0; line < driven_.size(); ++line) {
       Variable& variable = variables_[lines.variables()[line]];
-      driven_[variable.first++] = static_cast<wire::LineIndex>(line);
-    }
-    for (Variable& variable : variables_) {
-      variable.first -= variable.lines;
-      if (variable.lines == 1) variable.first = driven_[variable.first];
+      driven_[variable.first + variable.lines++] = static_cast<wire::LineIndex>(line);
     }
   }
 
@@ -151,10 +148,6 @@ class DrivenLines {
     Variable& driver = variables_[variable];
     if (driver.level == static_cast<std::uint8_t>(level)) return;
     driver.level = static_cast<std::uint8_t>(level);
-    if (driver.lines == 1) {
-      block.push({time, driver.first, level});
-      return;
-    }
     for (std::uint32_t i = 0; i < driver.lines; ++i) {
       block.push({time, driven_[driver.first + i], level});
     }
@@ -164,8 +157,6 @@ class DrivenLines {
   std::uint32_t variable_of(wire::LineIndex line) const {
     for (std::uint32_t variable = 0;; ++variable) {
       const Variable& driver = variables_[variable];
-      if (driver.lines == 1 && driver.first == line) return variable;
-      if (driver.lines < 2) continue;
       const auto* const first = driven_.data() + driver.first;
       if (std::find(first, first + driver.lines, line) != first + driver.lines) return variable;
     }
@@ -185,7 +176,7 @@ class DrivenLines {
 
  private:
   struct Variable {
-    std::uint32_t first = 0;  // the line itself when there is one, else a place in driven_
+    std::uint32_t first = 0;  // place in driven_
     std::uint32_t lines = 0;
     std::uint8_t level = no_level;
   };

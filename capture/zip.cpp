@@ -23,8 +23,6 @@ T* or_throw(T* allocated) {
 
 using Source = std::unique_ptr<zip_source_t, Released<zip_source_free>>;
 
-constexpr CaptureError read_failed{.cause = CaptureCause::read_failed};
-
 Source source_of_file(Stdio file) {
   if (!file) return nullptr;
   Source source(zip_source_filep_create(file.get(), 0, -1, nullptr));
@@ -117,35 +115,33 @@ bool looks_like_zip(std::string_view head) {
 }
 
 OpenedZip ZipArchive::open(std::unique_ptr<ByteSource> bytes) {
-  std::unique_ptr<ZipArchive> archive(new ZipArchive);
-  if (const auto error = archive->open_source(std::move(bytes))) return tl::unexpected(*error);
-  return archive;
-}
-
-std::optional<CaptureError> ZipArchive::open_source(std::unique_ptr<ByteSource> bytes) {
   auto gathered = gather(std::move(bytes));
-  if (!gathered) return gathered.error();
-  memory_ = std::move(gathered->memory);
-  Source source =
-      gathered->file ? source_of_file(std::move(gathered->file))
-                     : Source(zip_source_buffer_create(memory_.data(), memory_.size(), 0, nullptr));
+  if (!gathered) return tl::unexpected(gathered.error());
+  std::unique_ptr<ZipArchive> archive(new ZipArchive);
+  std::string& memory = archive->memory_ = std::move(gathered->memory);
+  Source source = gathered->file
+                      ? source_of_file(std::move(gathered->file))
+                      : Source(zip_source_buffer_create(memory.data(), memory.size(), 0, nullptr));
   zip_stat_t about{};
-  if (!source || zip_source_stat(source.get(), &about) != 0) return read_failed;
-  archive_.reset(zip_open_from_source(source.get(), ZIP_RDONLY, nullptr));
-  if (!archive_) {
-    return CaptureError{.cause = CaptureCause::damaged,
-                        .expected = "a ZIP archive with its directory at the end"};
+  if (!source || zip_source_stat(source.get(), &about) != 0) {
+    return tl::unexpected(CaptureError{.cause = CaptureCause::read_failed});
   }
+  const auto damaged = [](const char* expected) {
+    return tl::unexpected(CaptureError{.cause = CaptureCause::damaged, .expected = expected});
+  };
+  archive->archive_.reset(zip_open_from_source(source.get(), ZIP_RDONLY, nullptr));
+  if (!archive->archive_) return damaged("a ZIP archive with its directory at the end");
   static_cast<void>(source.release());  // the archive frees it
-  if (members_overlap(about.size)) {
-    return CaptureError{.cause = CaptureCause::damaged,
-                        .expected = "members that fit into the file, each in a place of its own"};
+  if (archive->members_overlap(about.size)) {
+    return damaged("members that fit into the file, each in a place of its own");
   }
-  std::vector<std::string> all = names("");
+  std::vector<std::string> all = archive->names("");
   std::sort(all.begin(), all.end());
   const auto twice = std::adjacent_find(all.begin(), all.end());
-  if (twice != all.end()) return unread_member(*twice, "one member of this name");
-  return std::nullopt;
+  if (twice != all.end()) {
+    return tl::unexpected(unread_member(*twice, "one member of this name"));
+  }
+  return archive;
 }
 
 // Members that share their compressed bytes would make a file of any size out of a small one.

@@ -110,7 +110,6 @@ class ZipArchive {
   using File = std::unique_ptr<zip_file_t, Released<zip_fclose>>;
 
   ZipArchive() = default;
-  std::optional<CaptureError> open_source(std::unique_ptr<ByteSource> bytes);
   bool members_overlap(std::uint64_t file_bytes) const;
 
   std::string memory_;  // outlives the archive that reads it

@@ -205,7 +205,7 @@ bool Decoder::take_cycle(bool at_end) {
       follow_clock(ma_[scanned_ - faster_clock_edges].time, ma_[scanned_].time);
     }
     if (begins_with_pulse()) {
-      emit(read_front(ma_[scanned_].time, false));
+      emit(read(0, ma_[scanned_].time, false));
       return true;
     }
     const Picoseconds gap = elapsed(ma_[scanned_ - 1].time, ma_[scanned_].time);
@@ -221,7 +221,7 @@ bool Decoder::take_cycle(bool at_end) {
       emit(*before);
       return true;
     }
-    const CycleReading reading = read_front(next, last);
+    const CycleReading reading = read(0, next, last);
     const bool doubtful = gap <= 4 * period_;
     if (doubtful && repeats(reading)) {
       usual_clocks_ = clocks_between(0, doubt_->edges, *reading.cycle.period);
@@ -237,15 +237,9 @@ bool Decoder::take_cycle(bool at_end) {
     return true;
   }
   if (!at_end) return false;
-  const CycleReading reading = read_front(end_time_, true);
+  const CycleReading reading = read(0, end_time_, true);
   if (!emit_before_frame(reading, end_time_, true)) emit(reading);
   return true;
-}
-
-CycleReading Decoder::read_front(Picoseconds next, bool last_of_capture) {
-  const bool known = proof_ && proof_->begin == ma_.front().time && proof_->edges == scanned_ &&
-                     proof_->next == next && proof_->last_of_capture == last_of_capture;
-  return known ? proof_->reading : read(0, next, last_of_capture);
 }
 
 // The edges from `begin` to scanned_ as a cycle.
@@ -285,7 +279,7 @@ bool Decoder::emit_before_frame(const CycleReading& reading, Picoseconds next,
   }
   if (!frame_after_unknown(next, last_of_capture)) return false;
   scanned_ = 2;
-  emit(read_front(ma_[scanned_].time, false));
+  emit(read(0, ma_[scanned_].time, false));
   return true;
 }
 
@@ -307,14 +301,9 @@ bool Decoder::frame_after_unknown(Picoseconds next, bool last_of_capture) {
 
 // Whether a frame with a correct checksum begins at this edge.
 bool Decoder::proves_a_cycle(std::size_t begin, Picoseconds next, bool last_of_capture) {
-  const CycleReading reading = read(begin, next, last_of_capture);
-  const auto& checks = reading.cycle.crc_ok;
-  if (!reading.cycle.frame || std::none_of(checks.begin(), checks.end(),
-                                           [](const auto& crc_ok) { return crc_ok.has_value(); })) {
-    return false;
-  }
-  proof_ = {ma_[begin].time, scanned_ - begin, next, last_of_capture, reading};
-  return true;
+  const Cycle cycle = read(begin, next, last_of_capture).cycle;
+  return cycle.frame && std::any_of(cycle.crc_ok.begin(), cycle.crc_ok.end(),
+                                    [](const auto& crc_ok) { return crc_ok.has_value(); });
 }
 
 // The first low of MA is much too short for a clock: a pulse just before a request.
@@ -335,7 +324,7 @@ std::optional<CycleReading> Decoder::read_before_pause(Picoseconds next) {
   if (slo_.level_before(change) != Level::high || slo_.level_before(end) != Level::high) {
     return std::nullopt;
   }
-  CycleReading reading = read_front(next, false);
+  CycleReading reading = read(0, next, false);
   if (!reading.cycle.line_delay) return std::nullopt;
   // A change by the last clock comes a line delay later; a change by the next clock comes after
   // that clock.
@@ -538,7 +527,7 @@ void Decoder::deliver_held() {
 }
 
 void Decoder::give_up() {
-  emit(read_front(ma_[scanned_].time, false));
+  emit(read(0, ma_[scanned_].time, false));
   last_skipped_ = skipped_mark_ = ma_.back().time;
   skipped_edges_ = 0;
   skipping_ = true;

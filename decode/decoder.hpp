@@ -79,15 +79,6 @@ class Decoder {
     std::size_t edges = 0;
     CycleReading reading;
   };
-  // A reading that read_front() will need after the previous cycle is emitted.
-  struct Proof {
-    Picoseconds begin{};
-    std::size_t edges = 0;
-    Picoseconds next{};
-    bool last_of_capture = false;
-    CycleReading reading;
-  };
-
   // A cycle that failed, and may be the beginning of one with a pause.
   struct Held {
     CycleReading reading;
@@ -103,7 +94,6 @@ class Decoder {
   void drain(bool at_end);
   bool find_begin(bool at_end);
   bool take_cycle(bool at_end);
-  CycleReading read_front(Picoseconds next, bool last_of_capture);
   CycleReading read(std::size_t begin, Picoseconds next, bool last_of_capture);
   bool is_over(const CycleReading& reading) const;
   bool repeats(const CycleReading& reading) const;
@@ -143,8 +133,6 @@ class Decoder {
   std::size_t scanned_ = 0;
   // The edges before the last doubtful gap, as a cycle.
   std::optional<Doubt> doubt_;
-  // The frame that showed that the previous cycle is over.
-  std::optional<Proof> proof_;
   Picoseconds period_{};
   // A gap of MA longer than this is between two requests, or comes from jitter.
   Picoseconds pause_{};

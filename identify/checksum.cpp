@@ -123,7 +123,8 @@ class ChannelCheck {
     const CrcSpec& crc = channel_.crc;
     if (sample.bits.size_bits() < channel_.end()) return false;
     if (!crc.present() || (crc.of_previous && before == nullptr)) return true;
-    std::uint64_t sent = sample.bits.view().word(channel_.data().end, crc.width_bits);
+    std::uint64_t sent =
+        sample.bits.view().word(channel_.begin + channel_.data_bits, crc.width_bits);
     if (crc.reversed) sent = frame_detail::bits_reversed(sent, crc.width_bits);
     // CDS is the first bit that is covered.
     if (crc.with_cds && sample.cds)
@@ -367,7 +368,8 @@ class LayoutSearch {
       Polynomial first = 0;
       std::size_t different = 0;
       for (std::size_t k = 0; k < frames_a_draw; ++k) {
-        const Polynomial word = polynomial_of(*patterns_[draw_pattern(draw)].sample, {begin, end});
+        const Sample& sample = *patterns_[draw_pattern(draw)].sample;
+        const Polynomial word = polynomial_of(sample, begin, end - begin);
         if (k == 0) first = word;
         const Polynomial divisor = without_x(common_divisor(common, first ^ word));
         different += divisor != common ? 1U : 0U;
@@ -525,10 +527,11 @@ class LayoutSearch {
     Basis basis;
     const auto first =
         static_cast<std::size_t>(std::find(right.begin(), right.end(), true) - right.begin());
+    const auto data = [&](std::size_t i) {
+      return polynomial_of(*frames_.samples[i], channel.begin, channel.data_bits);
+    };
     for (std::size_t i = first; i < right.size(); ++i) {
-      if (!right[i]) continue;
-      basis.add(polynomial_of(*frames_.samples[i], channel.data()) ^
-                polynomial_of(*frames_.samples[first], channel.data()));
+      if (right[i]) basis.add(data(i) ^ data(first));
     }
     return basis.rank();
   }

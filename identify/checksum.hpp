@@ -28,7 +28,6 @@ struct ChannelLayout {
   unsigned rank = 0;
 
   unsigned end() const { return begin + data_bits + crc.width_bits; }
-  Span data() const { return {begin, begin + data_bits}; }
 };
 
 /// Frames of one length, and which of them are equal.

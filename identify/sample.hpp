@@ -82,21 +82,13 @@ struct Sample {
   BitBuffer<max_payload_bits + 1> bits;
 };
 
-/// A part of the bits after CDS: [begin, end).
-struct Span {
-  unsigned begin = 0;
-  unsigned end = 0;
-
-  unsigned bits() const { return end - begin; }
-};
-
-/// The bits of a part as a polynomial, the first one on the line with the highest power.
-/// \pre the sample has these bits; 128 at most
-inline Polynomial polynomial_of(const Sample& sample, Span span) {
+/// `count` bits after CDS, from `begin` on, as a polynomial, the first one on the line with the highest
+/// power. \pre the sample has these bits; 128 at most
+inline Polynomial polynomial_of(const Sample& sample, unsigned begin, unsigned count) {
   const BitView bits = sample.bits.view();
-  const unsigned low = std::min(span.bits(), 64U);
-  const unsigned high = span.bits() - low;
-  return Polynomial{bits.word(span.begin, high)} << low | bits.word(span.begin + high, low);
+  const unsigned low = std::min(count, 64U);
+  const unsigned high = count - low;
+  return Polynomial{bits.word(begin, high)} << low | bits.word(begin + high, low);
 }
 
 }  // namespace biss::identify
