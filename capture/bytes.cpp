@@ -129,11 +129,6 @@ class LimitedBytes final : public ByteSource {
   CaptureError error_;
 };
 
-bool is_directory(int descriptor) {
-  struct stat about {};
-  return ::fstat(descriptor, &about) == 0 && S_ISDIR(about.st_mode);
-}
-
 }  // namespace
 
 Result<std::span<const char>, CaptureError> BlockReader::read(ByteSource& source) {
@@ -162,7 +157,8 @@ OpenedBytes open_bytes(const std::string& path) {
   const int descriptor = standard_input ? STDIN_FILENO : ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) return tl::unexpected(CaptureError{.cause = CaptureCause::cannot_open});
   auto bytes = std::make_unique<DescriptorBytes>(descriptor, !standard_input);
-  if (is_directory(descriptor)) {
+  struct stat about {};
+  if (::fstat(descriptor, &about) == 0 && S_ISDIR(about.st_mode)) {
     return tl::unexpected(CaptureError{.cause = CaptureCause::is_directory});
   }
   return bytes;

@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <system_error>
@@ -125,15 +124,9 @@ bool PlacedBytes::read(std::uint64_t place, std::span<std::uint8_t> into) const 
     std::memcpy(into.data(), bytes_.memory.data() + place, into.size());
     return true;
   }
-  while (!into.empty()) {
-    const ssize_t got =
-        ::pread(::fileno(bytes_.file.get()), into.data(), into.size(), static_cast<off_t>(place));
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) return false;
-    into = into.subspan(static_cast<std::size_t>(got));
-    place += static_cast<std::uint64_t>(got);
-  }
-  return true;
+  std::FILE* const file = bytes_.file.get();
+  return ::fseeko(file, static_cast<off_t>(place), SEEK_SET) == 0 &&
+         std::fread(into.data(), 1, into.size(), file) == into.size();
 }
 
 }  // namespace biss::capture

@@ -112,20 +112,15 @@ CycleReading CycleReader::read_answer(const CycleSpan& span, const LineHistory& 
     const Sampled sampled = sample(span, slo, delay);
     const auto start = find_start(sampled.bits.view(), anywhere);
     if (start.ok()) {
-      const Picoseconds sampled_at =
-          shifted(clock_.rises[start->start_bit], delay + clock_.period / 2);
+      const Picoseconds sampled_at = shifted(clock_.rises[start->start_bit], *sampled_after_);
       const auto rise = rise_before(slo, std::min(slo.after(sampled_at), slo_end_));
       if (rise && *rise > response.fall) cycle.ack = *rise - response.fall;
-    }
-    if (start.ok()) {
       answer_ = {response.fall, delay, std::nullopt};
       if (codec_) answer_->stop = start->start_bit + 2 + codec_->payload_bits();
     }
     judge(span, slo, delay, sampled, start, reading);
-    const bool known_end = codec_ && start.ok();
-    cycle.release = release(
-        span, slo, delay,
-        known_end ? start->start_bit + 1 + codec_->payload_bits() : clock_.rises.size() - 1);
+    const std::size_t stop = answer_ && answer_->stop ? *answer_->stop : clock_.rises.size();
+    cycle.release = release(span, slo, delay, stop - 1);
     cycle.marginal = judge_margin(span, slo, response.fall, sampled,
                                   start.ok() ? start->start_bit : sampled.bits.size_bits());
   }
