@@ -94,12 +94,8 @@ Verdict Tallies::verdict(const Tally& of) const {
 
 RuleResult Tallies::result(Rule rule) const {
   const Tally& of = tallies_[static_cast<std::size_t>(rule)];
-  RuleResult result{.verdict = verdict(of),
-                    .cases = of.cases,
-                    .faults = of.faults,
-                    .measured = of.measured,
-                    .cycle = of.cycle,
-                    .note = of.note};
+  RuleResult result = of;
+  result.verdict = verdict(of);
   if (result.measured) {
     result.measured->worst =
         std::clamp(result.measured->worst, -most_thousandths, most_thousandths);

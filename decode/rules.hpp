@@ -153,12 +153,8 @@ class Tallies {
   std::uint64_t faults(Rule rule) const { return tallies_[static_cast<std::size_t>(rule)].faults; }
 
  private:
-  struct Tally {
-    std::uint64_t cases = 0;
-    std::uint64_t faults = 0;
-    std::optional<Measured> measured;
-    std::optional<std::uint64_t> cycle;
-    std::string note;
+  // The result of a rule, but for its verdict.
+  struct Tally : RuleResult {
     std::string_view why;
     bool advice = false;
     // A fault that may come from the resolution of the capture.
