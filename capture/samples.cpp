@@ -155,7 +155,7 @@ class SampledSource final : public StepSource {
   }
 
  private:
-  static constexpr std::size_t largest_piece = 262'144;
+  static constexpr std::size_t piece_bytes = 262'144;
 
   void step() override {
     if (piece_.size() < layout_.unit_bytes) return fetch();
@@ -170,11 +170,9 @@ class SampledSource final : public StepSource {
     std::copy(piece_.begin(), piece_.end(), begun_.begin());
     piece_ = std::span(begun_).first(piece_.size());
     const auto more =
-        pieces_->fetch(packed_, {.piece_bytes = piece_bytes_, .unit_bytes = 1, .at_sample = false});
+        pieces_->fetch(packed_, {.piece_bytes = piece_bytes, .unit_bytes = 1, .at_sample = false});
     if (!more.ok()) return fail(more.error());
     if (*more) {
-      // Files that fit into a small buffer do not pay for a large one.
-      if (packed_.bytes.size() == piece_bytes_) piece_bytes_ = largest_piece;
       packed_.prepend(piece_);
       piece_ = packed_.bytes;
       return;
@@ -193,7 +191,6 @@ class SampledSource final : public StepSource {
   SampleReading reading_;
   bool is_raw_;
   PackedSamples packed_;
-  std::size_t piece_bytes_ = 4'096;
   // The bytes that are not scanned yet, in packed_ or, of a sample that was begun, in begun_.
   std::span<const std::uint8_t> piece_;
   std::array<std::uint8_t, max_unit_bytes> begun_{};
