@@ -282,10 +282,7 @@ class FstReader final : public StepSource {
     constexpr std::uint64_t times_and_three_numbers = 24 + 30;
     constexpr std::uint64_t number_and_letter = 11;
     const auto head_part = [&](std::uint64_t place, std::uint64_t most) {
-      const std::uint64_t room = block.place + block.size - place;
-      std::vector<std::uint8_t> bytes(static_cast<std::size_t>(std::min(room, most)));
-      if (!file_.read(place, bytes)) bytes.clear();
-      return bytes;
+      return file_.bytes(place, std::min(block.place + block.size - place, most));
     };
     const auto head = head_part(block.place, times_and_three_numbers);
     FstCursor cursor(head);
@@ -369,12 +366,10 @@ class FstReader final : public StepSource {
                   std::vector<std::uint8_t>& changes) {
     constexpr std::uint64_t most_varint_bytes = 10;
     const std::uint64_t at = layout.chains_place + place.place;
-    std::vector<std::uint8_t> head(
-        static_cast<std::size_t>(std::min(place.size, most_varint_bytes)));
+    const auto head = file_.bytes(at, std::min(place.size, most_varint_bytes));
     FstCursor cursor(head);
-    const bool whole = file_.read(at, head);
     const std::uint64_t size = cursor.varint();
-    if (!whole || cursor.failed()) return damaged("the size of each chain of changes");
+    if (cursor.failed()) return damaged("the size of each chain of changes");
     const std::uint64_t packed = place.size - cursor.at();
     if (size / max_packing_ratio > packed)
       return damaged("a size that the compressed data can have");

@@ -127,6 +127,12 @@ class FstFile {
   bool read(std::uint64_t place, std::span<std::uint8_t> into) const {
     return bytes_.read(place, into);
   }
+  /// These bytes; none when they are not there, so that a FstCursor fails.
+  std::vector<std::uint8_t> bytes(std::uint64_t place, std::uint64_t count) const {
+    std::vector<std::uint8_t> read(static_cast<std::size_t>(count));
+    if (!bytes_.read(place, read)) read.clear();
+    return read;
+  }
   /// Unpacks `packed_size` bytes at `place` into `into`, which has exactly the unpacked size. The
   /// bytes are stored without packing if both sizes are equal and `may_be_stored` is true.
   bool unpack(Packing packing, std::uint64_t place, std::uint64_t packed_size,
@@ -295,15 +301,13 @@ class FstFile {
   }
 
   bool read_geometry(const Section& section) {
-    constexpr std::size_t head_bytes = 16;
+    constexpr std::uint64_t head_bytes = 16;
     constexpr const char* part = "the geometry";
-    std::array<std::uint8_t, head_bytes> head{};
-    if (section.size < head.size() || !bytes_.read(section.place, head)) {
-      return damaged(part, "its size and the number of variables");
-    }
+    const auto head = bytes(section.place, std::min(section.size, head_bytes));
     FstCursor numbers(head);
     const std::uint64_t size = numbers.fixed64();
     const std::uint64_t handles = numbers.fixed64();
+    if (numbers.failed()) return damaged(part, "its size and the number of variables");
     const std::uint64_t packed = section.size - head_bytes;
     if (handles > max_variables) return too_many();
     constexpr std::uint64_t most_varint_bytes = 5;
@@ -335,11 +339,10 @@ class FstFile {
     if (section.size > most_bytes) {
       return wrong(CaptureCause::block_too_large, "the blackouts", nullptr);
     }
-    std::vector<std::uint8_t> content(static_cast<std::size_t>(section.size));
+    const auto content = bytes(section.place, section.size);
     FstCursor cursor(content);
-    const bool whole = bytes_.read(section.place, content);
     std::uint64_t tick = 0;
-    for (std::uint64_t left = cursor.varint(); whole && left != 0 && !cursor.failed(); --left) {
+    for (std::uint64_t left = cursor.varint(); left != 0 && !cursor.failed(); --left) {
       const bool on = cursor.byte() != 0;
       const std::uint64_t delta = cursor.varint();
       if (cursor.failed() || delta > timescale_.last_tick() - tick) break;
@@ -347,8 +350,7 @@ class FstFile {
       switches_.push_back({tick, on});
       if (left == 1) return true;
     }
-    return (whole && !cursor.failed() && switches_.empty()) ||
-           damaged("the blackouts", "a time for each");
+    return (!cursor.failed() && switches_.empty()) || damaged("the blackouts", "a time for each");
   }
 
   bool read_hierarchy(const Section& section) {
@@ -359,17 +361,14 @@ class FstFile {
 
   bool unpack_hierarchy(const Section& section, std::vector<std::uint8_t>& into) {
     constexpr const char* part = "the hierarchy";
-    constexpr std::size_t most_head_bytes = 18;
-    const auto head_size =
-        static_cast<std::size_t>(std::min<std::uint64_t>(section.size, most_head_bytes));
-    std::vector<std::uint8_t> head(head_size);
+    constexpr std::uint64_t most_head_bytes = 18;
+    const auto head = bytes(section.place, std::min(section.size, most_head_bytes));
     FstCursor cursor(head);
-    const bool whole = bytes_.read(section.place, head);
     const std::uint64_t size = cursor.fixed64();
     const bool twice = section.kind == hierarchy_lz4_twice;
     // The size after the first step of unpacking.
     const std::uint64_t once_size = twice ? cursor.varint() : size;
-    if (!whole || cursor.failed()) return damaged(part, "its size");
+    if (cursor.failed()) return damaged(part, "its size");
     const std::uint64_t place = section.place + cursor.at();
     const std::uint64_t packed = section.size - cursor.at();
     if (size > most_block_bytes || once_size > most_block_bytes) {
