@@ -27,7 +27,6 @@ enum class Format : std::uint8_t {
   zip,
   fst,
   saleae_binary,
-  saleae_analog,
   raw,
   other
 };
@@ -82,7 +81,6 @@ Format format_of_content(std::string_view head, bool whole) {
   if (looks_like_zip(head)) return Format::zip;
   if (looks_like_fst(head)) return Format::fst;
   if (head.starts_with(saleae_magic)) {
-    if (looks_like_saleae_analog(head)) return Format::saleae_analog;
     return whole || head.size() >= saleae_header_bytes ? Format::saleae_binary : Format::other;
   }
   const Likeness sampled = looks_like_sampled_csv(head, whole);
@@ -162,12 +160,12 @@ Format format_of(std::string_view head, std::string_view path, bool raw_given) {
 }
 
 // The name of the file without folder and extension: the name of a line without a name of its own.
-std::string stem_of(std::string_view path, const char* otherwise) {
-  if (path == "-") return otherwise;
+std::string stem_of(std::string_view path) {
+  if (path == "-") return {};
   path.remove_prefix(std::min(path.rfind('/') + 1, path.size()));
   std::string_view stem = path.substr(0, path.rfind('.'));
   if (stem.ends_with(".saleae")) stem.remove_suffix(std::string_view(".saleae").size());
-  return stem.empty() ? otherwise : std::string(stem);
+  return std::string(stem);
 }
 
 Opened open_as(Format format, std::unique_ptr<ByteSource> bytes, std::string_view path,
@@ -183,9 +181,7 @@ Opened open_as(Format format, std::unique_ptr<ByteSource> bytes, std::string_vie
     case Format::zip:
       return open_zip(std::move(bytes), reading);
     case Format::saleae_binary:
-      return open_saleae_binary(std::move(bytes), stem_of(path, "digital"));
-    case Format::saleae_analog:
-      return open_saleae_analog(std::move(bytes), stem_of(path, "analog"), options.analog);
+      return open_saleae_binary(std::move(bytes), stem_of(path), options.analog);
     case Format::fst:
       return open_fst(std::move(bytes));
     case Format::raw:

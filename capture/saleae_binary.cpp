@@ -23,28 +23,15 @@ constexpr std::uint32_t digital_export = 0;
 
 class SaleaeBinary final : public StepSource {
  public:
-  SaleaeBinary(std::unique_ptr<ByteSource> bytes, std::string name) : bytes_(std::move(bytes)) {
+  /// \param bytes after the header
+  SaleaeBinary(ByteTaker bytes, std::uint64_t version, std::string name)
+      : bytes_(std::move(bytes)), version_(version) {
     set_lines({std::move(name)});
   }
 
   /// Reads up to the first chunk; the cause when there is none.
   std::optional<CaptureError> open() {
-    const char* const header = take(saleae_header_bytes, "the header");
-    if (header == nullptr) return error();
-    const std::uint64_t version = get_number(header + 8, 4);
-    const std::uint64_t type = get_number(header + 12, 4);
-    if (version > 1) {
-      return CaptureError{
-          .cause = CaptureCause::unknown_format,
-          .expected = "version 0 or 1 of Saleae's binary export; this is a newer one"};
-    }
-    if (type != digital_export) {
-      return CaptureError{.cause = CaptureCause::malformed,
-                          .expected = "type 0 (digital) or 1 (analog)"};
-    }
-    version_ = version;
-    chunks_ = 1;
-    if (version == 1) {
+    if (version_ == 1) {
       const char* const count = take(chunk_count_bytes, "the number of chunks");
       if (count == nullptr) return error();
       chunks_ = get_number(count, chunk_count_bytes);
@@ -178,8 +165,8 @@ class SaleaeBinary final : public StepSource {
   }
 
   ByteTaker bytes_;
-  std::uint64_t version_ = 0;
-  std::uint64_t chunks_ = 0;  // in the file
+  std::uint64_t version_;
+  std::uint64_t chunks_ = 1;  // in the file
   std::uint64_t chunk_ = 0;   // being read, from 1
   std::uint64_t changes_left_ = 0;
   Picoseconds chunk_end_;
@@ -190,12 +177,6 @@ class SaleaeBinary final : public StepSource {
 };
 
 }  // namespace
-
-Opened open_saleae_binary(std::unique_ptr<ByteSource> bytes, std::string name) {
-  auto reader = std::make_unique<SaleaeBinary>(std::move(bytes), std::move(name));
-  if (const auto error = reader->open()) return tl::unexpected(*error);
-  return reader;
-}
 
 SaleaeBinaryWriter::SaleaeBinaryWriter(std::vector<std::string> lines, Hertz rate, ByteSink& sink)
     : EdgeWriter(std::move(lines), sink), rate_(rate) {
@@ -272,8 +253,7 @@ void SaleaeBinaryWriter::put_changes(std::uint64_t changes) {
 namespace {
 
 // Source of the layout: the format description of Saleae's support pages for Logic 2 exports.
-constexpr std::uint32_t analog_type = 1;
-constexpr std::size_t type_offset = 12;
+constexpr std::uint32_t analog_export = 1;
 constexpr std::size_t samples_of_block = 4'096;
 
 // A waveform: samples at an even rate.
@@ -289,19 +269,12 @@ CaptureError wrong(const char* expected) {
 
 class SaleaeAnalogReader final : public AnalogSamples {
  public:
-  SaleaeAnalogReader(std::unique_ptr<ByteSource> bytes, std::string name)
-      : bytes_(std::move(bytes)), channels_{{.name = std::move(name)}} {}
+  /// \param bytes after the header
+  SaleaeAnalogReader(ByteTaker bytes, std::uint64_t version, std::string name)
+      : bytes_(std::move(bytes)), channels_{{.name = std::move(name)}}, version_(version) {}
 
-  // Reads the header; the cause when there is none.
+  // Reads up to the first waveform; the cause when there is none.
   std::optional<CaptureError> open() {
-    const char* const head = bytes_.take(saleae_header_bytes);
-    if (head == nullptr) return missing("a whole header");
-    version_ = static_cast<std::uint32_t>(get_number(head + 8, 4));
-    if (version_ > 1) {
-      return CaptureError{.cause = CaptureCause::unknown_format,
-                          .expected = "version 0 or 1 of Saleae's analog export"};
-    }
-    waveforms_left_ = 1;
     if (version_ == 1) {
       const char* const count = bytes_.take(8);
       if (count == nullptr) return missing("a whole header");
@@ -408,8 +381,8 @@ class SaleaeAnalogReader final : public AnalogSamples {
 
   ByteTaker bytes_;
   std::vector<AnalogChannel> channels_;
-  std::uint32_t version_ = 0;
-  std::uint64_t waveforms_left_ = 0;
+  std::uint64_t version_;
+  std::uint64_t waveforms_left_ = 1;
   bool first_waveform_ = true;
   Waveform waveform_;
   std::uint64_t next_sample_ = 0;
@@ -421,14 +394,34 @@ class SaleaeAnalogReader final : public AnalogSamples {
 
 }  // namespace
 
-bool looks_like_saleae_analog(std::string_view head) {
-  return head.size() >= saleae_header_bytes && head.starts_with(saleae_magic) &&
-         get_number(head.data() + type_offset, 4) == analog_type;
-}
-
-Opened open_saleae_analog(std::unique_ptr<ByteSource> bytes, std::string name,
+Opened open_saleae_binary(std::unique_ptr<ByteSource> bytes, std::string name,
                           const AnalogOptions& options) {
-  auto reader = std::make_unique<SaleaeAnalogReader>(std::move(bytes), std::move(name));
+  const auto failed = [](CaptureCause cause, const char* expected) {
+    return tl::unexpected(CaptureError{.cause = cause, .expected = expected});
+  };
+  ByteTaker taker(std::move(bytes));
+  const char* const header = taker.take(saleae_header_bytes);
+  if (header == nullptr && taker.error()) return tl::unexpected(*taker.error());
+  if (header == nullptr) return failed(CaptureCause::truncated, "the header");
+  const std::uint64_t version = get_number(header + 8, 4);
+  const std::uint64_t type = get_number(header + 12, 4);
+  if (version > 1) {
+    return failed(CaptureCause::unknown_format,
+                  type == analog_export
+                      ? "version 0 or 1 of Saleae's analog export"
+                      : "version 0 or 1 of Saleae's binary export; this is a newer one");
+  }
+  if (type == digital_export) {
+    if (name.empty()) name = "digital";
+    auto reader = std::make_unique<SaleaeBinary>(std::move(taker), version, std::move(name));
+    if (const auto error = reader->open()) return tl::unexpected(*error);
+    return reader;
+  }
+  if (type != analog_export) {
+    return failed(CaptureCause::malformed, "type 0 (digital) or 1 (analog)");
+  }
+  if (name.empty()) name = "analog";
+  auto reader = std::make_unique<SaleaeAnalogReader>(std::move(taker), version, std::move(name));
   if (const auto error = reader->open()) return tl::unexpected(*error);
   return open_analog(std::move(reader), options);
 }

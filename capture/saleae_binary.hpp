@@ -21,30 +21,21 @@ inline constexpr std::string_view saleae_magic = "<SALEAE>";
 /// The magic, the version, and the type of the channel.
 inline constexpr std::size_t saleae_header_bytes = 16;
 
-/// Opens a digital channel of version 0 or 1; its one line is called `name`.
+/// Opens a channel of version 0 or 1, digital or analog; its one line is called `name`, or `digital` or
+/// `analog` without a name.
 ///
 /// Version 1 has chunks. If a chunk begins later than a sample period after the end of the chunk
 /// before it, data was lost, and the level is unknown in between. A change before the begin of its
-/// chunk is `time_backwards`; one after its end extends it.
+/// chunk is `time_backwards`; one after its end extends it. Analog waveforms of version 1 follow one
+/// another in time; no edge is interpolated between two of them.
 ///
-/// Fails with `unknown_format` (another version, an analog channel), `malformed` (a level that is
-/// neither 0 nor 1, a time or rate that is not a number, bytes after the last chunk), `empty` (no
-/// chunk), `time_backwards`, `time_out_of_range`, `truncated`, and as `bytes` fail.
+/// Fails with `unknown_format` (another version), `malformed` (a level that is neither 0 nor 1, an
+/// impossible time, rate or count, bytes after the last chunk), `empty` (no chunk or waveform),
+/// `time_backwards`, `time_out_of_range`, `truncated`, as `bytes` fail, and as open_analog().
 /// Source: Saleae, "Binary Export Format - Version 0" and "Binary and CSV Export Formats - 2025
 /// Update".
-Opened open_saleae_binary(std::unique_ptr<ByteSource> bytes, std::string name);
-
-/// Whether a file that begins in this way is an analog binary export, of any version.
-bool looks_like_saleae_analog(std::string_view head);
-
-/// Opens an analog binary export of version 0 or 1. Its line is called `name`. Waveforms of
-/// version 1 follow one another in time; no edge is interpolated between two of them.
-///
-/// Fails with `unknown_format` (another version), `malformed` (an impossible rate, count or time),
-/// `truncated`, `time_backwards`, `time_out_of_range`, `empty`, `read_failed`, and as
-/// open_analog().
-Opened open_saleae_analog(std::unique_ptr<ByteSource> bytes, std::string name,
-                          const AnalogOptions& options);
+Opened open_saleae_binary(std::unique_ptr<ByteSource> bytes, std::string name,
+                          const AnalogOptions& options = {});
 
 /// Writes a digital channel of version 0. If the level is unknown for a time, it writes version 1,
 /// with a chunk for each time in which the level is known. Unknown times before the first level or

@@ -210,7 +210,7 @@ void check_files(std::string_view input, Open open) {
 }
 
 void check_saleae_analog(std::string_view input) {
-  check_files(input, [](auto bytes) { return open_saleae_analog(std::move(bytes), "analog", {}); });
+  check_files(input, [](auto bytes) { return open_saleae_binary(std::move(bytes), "analog"); });
 }
 
 void overwrite(std::string& bytes, std::size_t at, std::uint64_t value, std::size_t count) {
