@@ -21,8 +21,8 @@ inline constexpr std::string_view saleae_magic = "<SALEAE>";
 /// The magic, the version, and the type of the channel.
 inline constexpr std::size_t saleae_header_bytes = 16;
 
-/// Opens a channel of version 0 or 1, digital or analog; its one line is called `name`, or `digital` or
-/// `analog` without a name.
+/// Opens a channel of version 0 or 1, digital or analog; its one line is called `name`, or `digital`
+/// or `analog` without a name.
 ///
 /// Version 1 has chunks. If a chunk begins later than a sample period after the end of the chunk
 /// before it, data was lost, and the level is unknown in between. A change before the begin of its

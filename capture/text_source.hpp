@@ -164,9 +164,10 @@ class TextWindow {
              std::size_t most_bytes = default_piece_bytes)
       : cutter_(std::move(source), cut, most_bytes), cut_at_words_(cut == Cut::words) {}
 
-  /// Leaves the window and makes the next; false at the end. A byte order mark at the start is left out. `drop_long`
-  /// drops a word that no delimiter ends within `max_token_bytes` (text of a comment) up to that
-  /// delimiter; otherwise it fails with `token_too_long`. Fails with `read_failed` too.
+  /// Leaves the window and makes the next; false at the end. A byte order mark at the start is left
+  /// out. `drop_long` drops a word that no delimiter ends within `max_token_bytes` (text of a
+  /// comment) up to that delimiter; otherwise it fails with `token_too_long`. Fails with
+  /// `read_failed` too.
   tl::expected<bool, CaptureError> next(bool drop_long = false);
 
   const char* begin() const { return at_; }
