@@ -225,7 +225,10 @@ constexpr bool is_injectable(FaultKind kind) {
 using FaultSet = std::uint64_t;
 static_assert(fault_kind_count <= 64);
 
-constexpr FaultSet set_of(FaultKind kind) { return FaultSet{1} << static_cast<unsigned>(kind); }
+template <class... Kinds>
+constexpr FaultSet set_of(Kinds... kinds) {
+  return ((FaultSet{1} << static_cast<unsigned>(kinds)) | ...);
+}
 
 /// Returns the names, separated by `;`.
 inline std::string text_of(FaultSet faults) {
