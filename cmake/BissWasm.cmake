@@ -9,7 +9,7 @@ set(BISS_WASM_SOURCES "/usr/src/biss-wasm" CACHE PATH "The sources from scripts/
 # /usr/include itself holds the headers of this machine's C library.
 set(wasm_headers "${PROJECT_BINARY_DIR}/headers")
 file(MAKE_DIRECTORY "${wasm_headers}")
-foreach(path IN ITEMS /usr/include/fmt /usr/include/hwy /usr/include/nlohmann
+foreach(path IN ITEMS /usr/include/boost /usr/include/fmt /usr/include/hwy /usr/include/nlohmann
                       /usr/include/tl libdeflate/libdeflate.h libzip/lib/zip.h libzstd/lib/zstd.h
                       libzstd/lib/zstd_errors.h lz4/lib/lz4.h zlib/zconf.h zlib/zlib.h)
   cmake_path(ABSOLUTE_PATH path BASE_DIRECTORY "${BISS_WASM_SOURCES}")

@@ -252,15 +252,11 @@ bool run_campaign(const CampaignFrame& frame, CampaignState& state, const Experi
 }
 
 bool fits(const CampaignFrame& frame, const CampaignState& state) {
-  const auto bits_of = [&](Acceptance what) {
-    if (what == Acceptance::cpw) return frame.cpw_bits();
-    return what == Acceptance::spw ? frame.spw_bits() : frame.bits();
-  };
   for (const auto& row : state.rows) {
     for (std::size_t what = 0; what < acceptance_count; ++what) {
       const auto& counts = row.counts.accepted[what];
-      for (std::size_t weight = bits_of(static_cast<Acceptance>(what)) + 1U; weight < weight_count;
-           ++weight) {
+      for (std::size_t weight = bits_of(frame, static_cast<Acceptance>(what)) + 1U;
+           weight < weight_count; ++weight) {
         if (counts[weight] != 0) return false;
       }
     }

@@ -23,6 +23,12 @@ inline constexpr std::size_t acceptance_count = 5;
 inline constexpr std::array<std::string_view, acceptance_count> acceptance_names{
     "cpw", "spw", "both", "monitor", "wrong"};
 
+/// Bits that the check reads.
+inline unsigned bits_of(const CampaignFrame& frame, Acceptance what) {
+  if (what == Acceptance::cpw) return frame.cpw_bits();
+  return what == Acceptance::spw ? frame.spw_bits() : frame.bits();
+}
+
 /// Numbers of wrong bits in both words, 0 included.
 inline constexpr std::size_t weight_count = 127;
 

@@ -24,12 +24,6 @@ long double intact(const Undetected& word, long double rate) {
 constexpr long double enough_events = 100;
 constexpr long double enough_effective = 1000;
 
-unsigned bits_of(const CampaignFrame& frame, Acceptance what) {
-  if (what == Acceptance::cpw) return frame.cpw_bits();
-  if (what == Acceptance::spw) return frame.spw_bits();
-  return frame.bits();
-}
-
 // The likelihood ratio of a pattern with this number of wrong bits.
 long double ratio(const FaultChoice& fault, unsigned bits, std::size_t weight) {
   if (fault.drawn_rate == 0) return 1;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <bitset>
+#include <cmath>
 #include <cstddef>
 #include <vector>
 
@@ -52,11 +53,7 @@ class Equations {
   /// The number of independent equations. \pre possible()
   unsigned rank() const { return static_cast<unsigned>(rows_.size()); }
   /// The share of all values of the unknowns that are solutions: 2^-rank(), or 0.
-  long double share() const {
-    long double part = possible_ ? 1 : 0;
-    for (std::size_t i = 0; i < rows_.size(); ++i) part /= 2;
-    return part;
-  }
+  long double share() const { return possible_ ? std::ldexp(1.0L, -static_cast<int>(rank())) : 0; }
 
  private:
   std::vector<Bit> rows_;

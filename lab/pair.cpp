@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <boost/multiprecision/cpp_int.hpp>
 #include <cmath>
 #include <utility>
 
@@ -10,6 +11,10 @@
 
 namespace biss::lab {
 namespace {
+
+// For the error patterns of a pair of words: 2^160 at most. It wraps around, so that a difference may
+// be formed in any order as long as the result is not negative.
+using Wide = boost::multiprecision::uint256_t;
 
 // The bits that are wrong in the control word and in the safety word.
 struct MaskPair {
@@ -151,18 +156,18 @@ class Word {
 class JointCount {
  public:
   JointCount(const Word& control, const Word& safety, unsigned compared)
-      : safety_(safety.duals()),
-        compared_(compared),
+      : compared_(compared),
         free_bits_(control.free_bits() + safety.free_bits()),
         checks_(control.code().crc_bits + safety.code().crc_bits),
         numbers_(compared + 1, std::vector<std::int64_t>((compared + 1) * (free_bits_ + 1), 0)) {
+    const std::vector<Word::Dual> safety_duals = safety.duals();
     for (const Word::Dual& a : control.duals()) {
       // The sign of a mask is the parity of the control word's bits in it.
       std::vector<std::int64_t> signs{1};
       for (unsigned i = 0; i < compared; ++i) {
         signs.push_back(((a.compared >> i) & 1U) != 0 ? -signs.back() : signs.back());
       }
-      for (const Word::Dual& b : safety_) {
+      for (const Word::Dual& b : safety_duals) {
         const std::uint64_t one = a.compared ^ b.compared;
         const unsigned at =
             static_cast<unsigned>(std::popcount(one)) * (free_bits_ + 1) + a.free + b.free;
@@ -187,17 +192,11 @@ class JointCount {
     }
     Polynomial<Wide> sum = macwilliams_sum(outer, 2);
     sum.insert(sum.begin(), differing, Wide());
-    Wide scale(std::uint64_t{1});
-    for (unsigned i = 0; i < differing; ++i) scale += scale;
-    for (Wide& count : sum) {
-      count = count * scale;
-      if (checks_ != 0) count = count.halved(checks_);
-    }
+    for (Wide& count : sum) count = count << differing >> checks_;
     return sum;
   }
 
  private:
-  std::vector<Word::Dual> safety_;
   unsigned compared_;
   unsigned free_bits_;
   unsigned checks_;
@@ -207,7 +206,7 @@ class JointCount {
 
 Undetected& add_share(Undetected& sum, const Polynomial<Wide>& counts, long double share) {
   for (std::size_t w = 0; w < counts.size(); ++w) {
-    if (counts[w] != Wide()) sum[w] += share * counts[w].value();
+    if (counts[w] != 0) sum[w] += share * counts[w].convert_to<long double>();
   }
   return sum;
 }

@@ -98,16 +98,13 @@ std::uint64_t SequenceCounts::detected() const {
 }
 
 void SequenceCounts::add(const SequenceCounts& other) {
-  frames += other.frames;
-  false_alarms += other.false_alarms;
-  misread += other.misread;
-  position_wraps += other.position_wraps;
-  counter_wraps += other.counter_wraps;
-  events += other.events;
-  accepted += other.accepted;
-  wrong += other.wrong;
-  late += other.late;
-  unexpected += other.unexpected;
+  for (const auto sum :
+       {&SequenceCounts::frames, &SequenceCounts::false_alarms, &SequenceCounts::misread,
+        &SequenceCounts::position_wraps, &SequenceCounts::counter_wraps, &SequenceCounts::events,
+        &SequenceCounts::accepted, &SequenceCounts::wrong, &SequenceCounts::late,
+        &SequenceCounts::unexpected}) {
+    this->*sum += other.*sum;
+  }
   for (std::size_t k = 0; k < verdicts.size(); ++k) verdicts[k] += other.verdicts[k];
   worst_cycles = std::max(worst_cycles, other.worst_cycles);
   for (const std::uint64_t index : other.odd) add_odd(index);

@@ -37,6 +37,13 @@ void change_polynomial(FrameFormat& format, sim::Random& random, std::size_t /*n
   crc.polynomial ^= static_cast<std::uint32_t>((1 + random.below(crc.mask() >> 1U)) << 1U);
 }
 
+// At least 1. \param share in parts of 2^16
+std::uint16_t drawn_clocks(std::uint16_t min, std::uint16_t max, std::uint64_t share) {
+  const unsigned least = std::max<unsigned>(min, 1);
+  const unsigned choice = std::min(16U, 1U + max - least);
+  return static_cast<std::uint16_t>(least + (share * choice >> 16U));
+}
+
 constexpr unsigned one_way = 256;
 
 std::uint64_t negative(std::uint64_t value) { return std::uint64_t{0} - value; }
@@ -59,18 +66,7 @@ SequenceFrame::SequenceFrame(const CampaignFrame& words, std::shared_ptr<const P
     : words_(words),
       plan_(std::move(plan)),
       other_starts_(other_codecs(words.format(), change_starts)),
-      other_polynomials_(other_codecs(words.format(), change_polynomial)),
-      lead_(setup().bounds.lead_min_clocks, setup().bounds.lead_max_clocks),
-      ack_(setup().bounds.ack_min_clocks, setup().bounds.ack_max_clocks),
-      bits_(words.bits()) {}
-
-SequenceFrame::ClockRange::ClockRange(std::uint16_t min, std::uint16_t max)
-    : least(std::max<unsigned>(min, 1)), choice(std::min(16U, 1U + max - least)) {}
-
-// \param share in parts of 2^16
-std::uint16_t SequenceFrame::ClockRange::drawn(std::uint64_t share) const {
-  return static_cast<std::uint16_t>(least + (share * choice >> 16U));
-}
+      other_polynomials_(other_codecs(words.format(), change_polynomial)) {}
 
 Picoseconds SequenceFrame::cycle() const {
   return std::clamp(setup().cycle_min, setup().frame_gap_min, setup().frame_gap_max);
@@ -86,8 +82,9 @@ FrameBits SequenceFrame::encode(const SequenceWords& words, const Codec& codec,
   const std::uint64_t drawn = random.next();
   BasicFrame<2> frame;
   frame.channel_count = 2;
-  frame.lead_clocks = lead_.drawn(drawn & 0xFFFFU);
-  frame.ack_clocks = ack_.drawn(drawn >> 48U);
+  const FrameBounds& bounds = setup().bounds;
+  frame.lead_clocks = drawn_clocks(bounds.lead_min_clocks, bounds.lead_max_clocks, drawn & 0xFFFFU);
+  frame.ack_clocks = drawn_clocks(bounds.ack_min_clocks, bounds.ack_max_clocks, drawn >> 48U);
   frame.channel_list[0] = {words.cpw, 0, true, words.cpw_nW};
   frame.channel_list[1] = {words.spw, words.life_counter, true, words.spw_nW};
   return encode_frame(frame, codec).value();

@@ -60,27 +60,17 @@ class SequenceFrame {
     return encode(words, codec(), random);
   }
   /// The place of the payload's first bit in encoded bits.
-  std::size_t payload_at(const FrameBits& bits) const { return bits.size_bits() - 1U - bits_; }
+  std::size_t payload_at(const FrameBits& bits) const {
+    return bits.size_bits() - 1U - words_.bits();
+  }
 
  private:
-  // A number of clocks within the setup's bounds, and at least 1.
-  struct ClockRange {
-    ClockRange(std::uint16_t min, std::uint16_t max);
-    std::uint16_t drawn(std::uint64_t share) const;
-
-    unsigned least;
-    unsigned choice;
-  };
-
   SequenceFrame(const CampaignFrame& words, std::shared_ptr<const Plan> plan);
 
   CampaignFrame words_;
   std::shared_ptr<const Plan> plan_;
   std::vector<Codec> other_starts_;
   std::vector<Codec> other_polynomials_;
-  ClockRange lead_;
-  ClockRange ack_;
-  unsigned bits_ = 0;
 };
 
 /// How the safety word is derived from the position.

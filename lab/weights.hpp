@@ -2,12 +2,8 @@
 // MacWilliams' theorem over all words of the dual code.
 #pragma once
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "biss/crc/spec.hpp"
@@ -19,71 +15,6 @@ namespace biss::lab {
 using Count = unsigned __int128;
 using SignedCount = __int128;
 
-/// An unsigned integer of 256 bits, for the error patterns of a pair of words: 2^160 at most. It wraps around, so that a difference may be formed in any
-/// order as long as the result is not negative.
-class Wide {
- public:
-  constexpr Wide() = default;
-  constexpr Wide(std::uint64_t value) : limbs_{value, 0, 0, 0} {}
-  constexpr Wide(Count value)
-      : limbs_{static_cast<std::uint64_t>(value), static_cast<std::uint64_t>(value >> 64U), 0, 0} {}
-  /// The two's complement of a negative one.
-  constexpr Wide(std::int64_t value) : limbs_{static_cast<std::uint64_t>(value), 0, 0, 0} {
-    for (std::size_t i = 1; value < 0 && i < size; ++i) limbs_[i] = ~std::uint64_t{0};
-  }
-
-  constexpr bool operator==(const Wide&) const = default;
-
-  constexpr Wide& operator+=(const Wide& other) {
-    Count carry = 0;
-    for (std::size_t i = 0; i < size; ++i) {
-      carry += Count{limbs_[i]} + other.limbs_[i];
-      limbs_[i] = static_cast<std::uint64_t>(carry);
-      carry >>= 64U;
-    }
-    return *this;
-  }
-  constexpr Wide& operator-=(const Wide& other) {
-    Wide negative;
-    for (std::size_t i = 0; i < size; ++i) negative.limbs_[i] = ~other.limbs_[i];
-    *this += negative;
-    return *this += Wide(std::uint64_t{1});
-  }
-  friend constexpr Wide operator*(const Wide& a, const Wide& b) {
-    Wide product;
-    for (std::size_t i = 0; i < size; ++i) {
-      Count carry = 0;
-      for (std::size_t k = 0; a.limbs_[i] != 0 && i + k < size; ++k) {
-        carry += Count{a.limbs_[i]} * b.limbs_[k] + product.limbs_[i + k];
-        product.limbs_[i + k] = static_cast<std::uint64_t>(carry);
-        carry >>= 64U;
-      }
-    }
-    return product;
-  }
-  /// Divided by 2^bits. \pre bits is 1…63
-  constexpr Wide halved(unsigned bits) const {
-    Wide out;
-    for (std::size_t i = 0; i < size; ++i) {
-      out.limbs_[i] = limbs_[i] >> bits;
-      if (i + 1 < size) out.limbs_[i] |= limbs_[i + 1] << (64U - bits);
-    }
-    return out;
-  }
-  /// Rounded to the 64 bits of a long double.
-  long double value() const {
-    long double sum = 0;
-    for (std::size_t i = size; i-- > 0;) {
-      sum = std::ldexp(sum, 64) + static_cast<long double>(limbs_[i]);
-    }
-    return sum;
-  }
-
- private:
-  static constexpr std::size_t size = 4;
-  std::array<std::uint64_t, size> limbs_{};
-};
-
 /// A polynomial in z; the coefficient of z^w counts patterns with w wrong bits.
 template <class Integer>
 using Polynomial = std::vector<Integer>;
@@ -92,14 +23,10 @@ using Polynomial = std::vector<Integer>;
 template <class Integer>
 Polynomial<Integer> times_binomial(const Polynomial<Integer>& factor, std::size_t step,
                                    bool minus) {
-  Polynomial<Integer> product(factor.size() + step);
-  std::copy(factor.begin(), factor.end(), product.begin());
+  Polynomial<Integer> product = factor;
+  product.resize(factor.size() + step);
   for (std::size_t i = 0; i < factor.size(); ++i) {
-    if (minus) {
-      product[i + step] -= factor[i];
-    } else {
-      product[i + step] += factor[i];
-    }
+    minus ? product[i + step] -= factor[i] : product[i + step] += factor[i];
   }
   return product;
 }
@@ -126,7 +53,7 @@ template <class Integer>
 Polynomial<Integer> macwilliams_sum(const std::vector<Polynomial<Integer>>& terms,
                                     std::size_t step) {
   Polynomial<Integer> sum = terms.back();
-  Polynomial<Integer> plus{Integer(std::uint64_t{1})};
+  Polynomial<Integer> plus{Integer(1)};
   for (std::size_t a = terms.size() - 1; a-- > 0;) {
     plus = times_binomial(plus, step, false);
     sum = times_binomial(sum, step, true);

@@ -131,24 +131,6 @@ TEST(Weights, FixedBits_AreWhatCountingFinds) {
   EXPECT_TRUE(weights_of({0x43, 6, 12}, fixed) == counted);
 }
 
-TEST(Wide, SumsProductsAndHalves_AreThoseOfSmallNumbers) {
-  const std::uint64_t a = 0xFFFF'FFFF'FFFF'FFFF;
-  const Count product = Count{a} * a;
-  EXPECT_EQ(Wide(a) * Wide(a), Wide(product));
-  Wide sum(product);
-  sum += Wide(product);
-  EXPECT_EQ(sum.halved(1), Wide(product));
-  sum -= Wide(product);
-  EXPECT_EQ(sum, Wide(product));
-  Wide negative(std::int64_t{-5});
-  negative += Wide(std::uint64_t{7});
-  EXPECT_EQ(negative, Wide(std::uint64_t{2}));
-  EXPECT_EQ((Wide(Count{1} << 100U) * Wide(Count{5} << 90U)).halved(63).halved(37),
-            Wide(Count{5} << 90U));
-  EXPECT_EQ(Wide(std::uint64_t{1} << 40U).value(), 0x1p40L);
-  EXPECT_EQ((Wide(Count{1} << 100U) * Wide(Count{1} << 100U)).value(), 0x1p200L);
-}
-
 using testing::ElementsAre;
 
 TEST(Distance, FactSheet_IsTheListed) {
