@@ -10,9 +10,16 @@
 
 #include "report/table.hpp"
 #include "verbs/common/capture_output.hpp"
+#include "verbs/common/fields.hpp"
 #include "verbs/common/output.hpp"
 
 namespace biss::verbs {
+
+inline std::vector<report::Column> columns_of(const FieldRow& row) {
+  std::vector<report::Column> columns;
+  for (const Field& field : row) columns.push_back(field.column);
+  return columns;
+}
 
 /// A capture, and a table as CSV. After the first failure nothing more is written.
 class LineOutput {
@@ -38,6 +45,11 @@ class LineOutput {
 
   void row(std::span<const report::Cell> cells) {
     if (rows_) good_ = rows_->row(cells) && good_;
+  }
+  void row(const FieldRow& fields) {
+    std::vector<report::Cell> cells;
+    for (const Field& field : fields) cells.push_back(field.cell());
+    row(cells);
   }
   /// False when any output failed, rows included.
   bool write(std::span<const wire::Edge> edges) {

@@ -3,8 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
-#include <optional>
+#include <utility>
 
 #include "biss/eds/check.hpp"
 #include "biss/eds/device.hpp"
@@ -18,12 +19,6 @@
 namespace biss::verbs {
 
 namespace {
-
-// For one encoder.
-struct Loaded {
-  sim::EncoderRegisters registers;
-  FormatArguments device;
-};
 
 bool is_map(unsigned address) { return register_field(address).access == FieldAccess::read_only; }
 
@@ -78,12 +73,12 @@ FormatArguments device_of(const dump::RegisterDump& dump, const dump::DataSheet&
 }
 
 // The highest ID is the first in the frame.
-std::string joined_format(const std::vector<std::optional<Loaded>>& loaded) {
+std::string joined_format(const std::vector<FormatArguments>& devices) {
   std::string text;
-  for (auto encoder = loaded.rbegin(); encoder != loaded.rend(); ++encoder) {
-    if (!*encoder || (*encoder)->device.format.empty()) return {};
+  for (auto device = devices.rbegin(); device != devices.rend(); ++device) {
+    if (device->format.empty()) return {};
     if (!text.empty()) text += '+';
-    text += (*encoder)->device.format;
+    text += device->format;
   }
   return text;
 }
@@ -97,25 +92,28 @@ std::string file_of_registers(const std::string& argument) {
 tl::expected<LoadedRegisters, ExitStatus> load_registers(const std::vector<std::string>& arguments,
                                                          Host& host) {
   LoadedRegisters all;
-  std::vector<std::optional<Loaded>> loaded;
+  std::vector<FormatArguments> devices;  // by ID
+  std::array<bool, control_max_slaves> given{};
   const auto refuse = [&host](std::string_view text) {
     return tl::unexpected(host.fail(ExitStatus::usage, text));
   };
   for (const std::string& argument : arguments) {
-    std::size_t id = loaded.size();
+    std::size_t id = devices.size();
     if (has_id(argument)) id = static_cast<std::size_t>(argument[0] - '0');
     if (id >= control_max_slaves) {
       return refuse("--registers: only eight encoders have an ID, 0 to 7");
     }
-    if (id < loaded.size() && loaded[id]) {
+    if (std::exchange(given[id], true)) {
       return refuse(fmt::format("--registers: ID {} is given twice", id));
     }
     EdsArguments file;
     file.file = file_of_registers(argument);
     if (has_id(argument)) file.slave = static_cast<std::uint8_t>(id);
     const EdsSource source = load_eds(file, host);
-    loaded.resize(std::max(loaded.size(), id + 1));
-    loaded[id] = {registers_of(source.dump, source.sheet), device_of(source.dump, source.sheet)};
+    devices.resize(std::max(devices.size(), id + 1));
+    devices[id] = device_of(source.dump, source.sheet);
+    all.registers.resize(devices.size());
+    all.registers[id] = registers_of(source.dump, source.sheet);
     check_eds(source.sheet.image(), [&](const EdsFinding& found) {
       // No other registers describe a channel that the data sheet leaves out.
       if (contradicts(found) ||
@@ -124,11 +122,8 @@ tl::expected<LoadedRegisters, ExitStatus> load_registers(const std::vector<std::
       all.findings.push_back(argument + ": " + finding_line(finding_row(found)));
     });
   }
-  if (loaded.size() == 1 && loaded[0]) all.device = loaded[0]->device;
-  all.device.format = joined_format(loaded);
-  for (const auto& encoder : loaded) {
-    all.registers.push_back(encoder ? encoder->registers : sim::EncoderRegisters());
-  }
+  if (devices.size() == 1) all.device = devices[0];
+  all.device.format = joined_format(devices);
   return all;
 }
 

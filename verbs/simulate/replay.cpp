@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdlib>
-#include <functional>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -57,81 +56,94 @@ Positions read_positions(const std::string& path, unsigned bits) {
   return positions;
 }
 
-// The capture of one side of the line.
-struct Recording {
-  explicit Recording(Host& host) : input(host) {}
+// A capture of one side of the line, and the capture of both sides that is made of it.
+class Recording {
+ public:
+  Recording(const ReplayOptions& options, Host& host) : options_(options), host_(host) {}
 
-  CaptureInput input;
-  decode::Lines lines;
-};
-
-// Finds MA, and SLO for --slo-from. Prints why it cannot.
-ExitStatus open_recording(const ReplayOptions& options, Recording& recording, Host& host) {
-  const bool reads_slo = !options.slo_from.empty();
-  InputArguments arguments{.files = {reads_slo ? options.slo_from : options.ma_from},
-                           .ma = options.ma,
-                           .slo = options.slo,
-                           .raw = options.raw};
-  CaptureInput& input = recording.input;
-  auto captures = list_captures(arguments, host);
-  if (!captures) return captures.error();
-  const ExitStatus opened = input.open(std::move(captures->front()), arguments);
-  if (opened != ExitStatus::done) return opened;
-  const decode::CycleReader reader(std::nullopt, DeviceTiming{});
-  if (reads_slo) {
-    const auto found = input.find_lines(reader);
-    if (!found) return found.error();
-    recording.lines = found->front().lines;
-  } else {
-    const auto found = input.find_ma(reader);
-    if (!found) return found.error();
-    recording.lines.ma = *found;
-  }
-  return input.error().empty() ? ExitStatus::done : host.fail(ExitStatus::io, input.error());
-}
-
-// An estimate from the shortest pulse of MA at the beginning, for the sample rate.
-Hertz clock_of(Recording& recording) {
-  Picoseconds shortest = period_of(biss_clock_min);
-  std::optional<Picoseconds> last;
-  for (const wire::Edge& edge : recording.input.beginning()) {
-    if (edge.line != recording.lines.ma) continue;
-    if (last) shortest = std::min(shortest, 2 * decode::elapsed(*last, edge.time));
-    last = edge.time;
-  }
-  return std::clamp(rate_of(shortest), biss_clock_min, biss_clock_max);
-}
-
-ExitStatus open_output(const WriteOptions& write, Recording& recording,
-                       const std::string& rows_path, std::span<const report::Column> columns,
-                       LineOutput& output) {
-  const bool opened = output.open(write.output, {"MA", "SLO"}, clock_of(recording),
-                                  write.sample_rate, rows_path, columns);
-  return opened ? ExitStatus::done : output.status();
-}
-
-// Passes all blocks of the capture to `push`, which appends edges to its argument.
-ExitStatus pump(
-    CaptureInput& input, LineOutput& output,
-    const std::function<void(std::span<const wire::Edge>, std::vector<wire::Edge>&)>& push,
-    Host& host) {
-  std::vector<wire::Edge> made;
-  Progress progress(host);
-  for (auto block = input.next(); !block.empty(); block = input.next()) {
-    if (progress.due()) progress.show(input.progress_text(progress.seconds()));
-    if (block.front().time < -sim::replay_time_max || block.back().time > sim::replay_time_max) {
-      return host.fail(
-          ExitStatus::io,
-          fmt::format("{}: has times beyond ten days; cut the part to be replayed out of it",
-                      input.name()));
+  // Finds MA, and SLO for --slo-from, and opens the outputs. Prints why it cannot.
+  ExitStatus open(const WriteOptions& write, const std::string& rows_path,
+                  std::span<const report::Column> columns) {
+    const bool reads_slo = !options_.slo_from.empty();
+    InputArguments arguments{.files = {reads_slo ? options_.slo_from : options_.ma_from},
+                             .ma = options_.ma,
+                             .slo = options_.slo,
+                             .raw = options_.raw};
+    auto captures = list_captures(arguments, host_);
+    if (!captures) return captures.error();
+    const ExitStatus opened = input_.open(std::move(captures->front()), arguments);
+    if (opened != ExitStatus::done) return opened;
+    const decode::CycleReader reader(std::nullopt, DeviceTiming{});
+    if (reads_slo) {
+      const auto found = input_.find_lines(reader);
+      if (!found) return found.error();
+      lines_ = found->front().lines;
+    } else {
+      const auto found = input_.find_ma(reader);
+      if (!found) return found.error();
+      lines_.ma = *found;
     }
-    made.clear();
-    push(block, made);
-    if (!output.write(made)) return output.status();
+    if (!input_.error().empty()) return host_.fail(ExitStatus::io, input_.error());
+    const bool done =
+        output_.open(write.output, {"MA", "SLO"}, clock(), write.sample_rate, rows_path, columns);
+    return done ? ExitStatus::done : output_.status();
   }
-  if (!input.error().empty()) return host.fail(ExitStatus::io, input.error());
-  return ExitStatus::done;
-}
+
+  // A row of the truth or of the readings.
+  template <class Row>
+  void row(const Row& row) {
+    output_.row(row);
+  }
+
+  // Passes all edges of the capture to `push`, which appends the edges that it makes. `finish` does
+  // the same at the end, and returns when the new capture ends; `total` counts requests.
+  template <class Push, class Finish>
+  ExitStatus run(const Push& push, const Finish& finish, const std::uint64_t& total) {
+    std::vector<wire::Edge> made;
+    Progress progress(host_);
+    for (auto block = input_.next(); !block.empty(); block = input_.next()) {
+      if (progress.due()) progress.show(input_.progress_text(progress.seconds()));
+      if (block.front().time < -sim::replay_time_max || block.back().time > sim::replay_time_max) {
+        return host_.fail(
+            ExitStatus::io,
+            fmt::format("{}: has times beyond ten days; cut the part to be replayed out of it",
+                        input_.name()));
+      }
+      made.clear();
+      push(block, lines_, made);
+      if (!output_.write(made)) return output_.status();
+    }
+    if (!input_.error().empty()) return host_.fail(ExitStatus::io, input_.error());
+    made.clear();
+    const Picoseconds end = finish(input_.end_time(), made);
+    if (total == 0) {
+      return host_.fail(ExitStatus::data_failed,
+                        fmt::format("{}: no request on MA; check that --ma names "
+                                    "the right line and that the master was running",
+                                    input_.name()));
+    }
+    return output_.write(made) && output_.finish(end) ? ExitStatus::done : output_.status();
+  }
+
+ private:
+  // An estimate from the shortest pulse of MA at the beginning, for the sample rate.
+  Hertz clock() {
+    Picoseconds shortest = period_of(biss_clock_min);
+    std::optional<Picoseconds> last;
+    for (const wire::Edge& edge : input_.beginning()) {
+      if (edge.line != lines_.ma) continue;
+      if (last) shortest = std::min(shortest, 2 * decode::elapsed(*last, edge.time));
+      last = edge.time;
+    }
+    return std::clamp(rate_of(shortest), biss_clock_min, biss_clock_max);
+  }
+
+  const ReplayOptions& options_;
+  Host& host_;
+  CaptureInput input_{host_};
+  decode::Lines lines_;
+  LineOutput output_{host_};
+};
 
 sim::MaReplaySetup setup_of(const sim::LineSetup& line, bool timeout_known) {
   SlaveTiming timing = slave_timing(line.timing, line.processing);
@@ -142,46 +154,36 @@ sim::MaReplaySetup setup_of(const sim::LineSetup& line, bool timeout_known) {
           .registers = line.registers.empty() ? std::nullopt : std::optional(line.registers[0])};
 }
 
-// Counts answers by kind and makes their rows of truth.
-class AnswerLog {
- public:
-  explicit AnswerLog(const FrameFormat& format) : table_(format) {}
+// Answers by kind.
+struct AnswerCounts {
+  std::array<std::uint64_t, 3> of_kind{};
+  std::uint64_t total = 0;
 
-  const std::vector<report::Column>& columns() const { return table_.columns(); }
-
-  /// \param sampled when the encoder took its last position
-  std::vector<report::Cell> cells(const sim::Answer& answer, std::optional<Picoseconds> sampled) {
-    sim::SimulatedCycle cycle;
-    cycle.time = answer.time;
-    cycle.sent = answer.sent;
-    std::fill_n(cycle.taken.begin(), answer.sent.channel_count, true);
-    if (answer.sent.channel_count != 0) cycle.sampled = sampled;
-    std::vector<report::Cell> cells = table_.cells(total(), cycle);
-    ++counts_[static_cast<std::size_t>(answer.kind)];
-    constexpr std::size_t faults = 5;
-    if (answer.kind == sim::AnswerKind::cut) cells[faults] = "truncated";
-    if (answer.kind == sim::AnswerKind::not_ready) cells[faults] = "not_ready";
-    return cells;
-  }
-
-  std::uint64_t total() const { return counts_[0] + counts_[1] + counts_[2]; }
-  std::uint64_t answered() const { return counts_[0]; }
+  std::uint64_t answered() const { return of_kind[0]; }
   /// The master ended requests before STOP, and not only the last one at the end of the capture.
-  bool cut() const { return counts_[1] > (counts_[0] == 0 ? 0U : 1U); }
+  bool cut() const { return of_kind[1] > (of_kind[0] == 0 ? 0U : 1U); }
   std::string text() const {
-    std::string text = fmt::format("{} requests, {} answered up to STOP", total(), counts_[0]);
-    if (counts_[1] != 0) text += fmt::format(", {} cut by the master", counts_[1]);
-    if (counts_[2] != 0) {
+    std::string text = fmt::format("{} requests, {} answered up to STOP", total, of_kind[0]);
+    if (of_kind[1] != 0) text += fmt::format(", {} cut by the master", of_kind[1]);
+    if (of_kind[2] != 0) {
       text +=
-          fmt::format(", {} before the encoder was ready (--timeout sets when it is)", counts_[2]);
+          fmt::format(", {} before the encoder was ready (--timeout sets when it is)", of_kind[2]);
     }
     return text + "\n";
   }
-
- private:
-  TruthTable table_;
-  std::array<std::uint64_t, 3> counts_{};
 };
+
+// \param sampled when the encoder took its last position
+FieldRow answer_row(const FrameFormat& format, std::uint64_t number, const sim::Answer& answer,
+                    std::optional<Picoseconds> sampled) {
+  constexpr std::array<std::string_view, 3> faults{"", "truncated", "not_ready"};
+  sim::SimulatedCycle cycle;
+  cycle.time = answer.time;
+  cycle.sent = answer.sent;
+  std::fill_n(cycle.taken.begin(), answer.sent.channel_count, true);
+  if (answer.sent.channel_count != 0) cycle.sampled = sampled;
+  return truth_row(format, number, cycle, faults[static_cast<std::size_t>(answer.kind)]);
+}
 
 decode::Cycle cycle_of(const sim::ReplayReading& replayed, const FrameFormat& format) {
   const auto& reading = replayed.reading;
@@ -221,53 +223,32 @@ std::string waiting_master(const std::string& output) {
       output == "-" ? "the output" : fmt::format("'{}'", output));
 }
 
-ExitStatus no_request(const CaptureInput& input, Host& host) {
-  return host.fail(ExitStatus::data_failed,
-                   fmt::format("{}: no request on MA; check that --ma names "
-                               "the right line and that the master was running",
-                               input.name()));
-}
-
 // Answers the recording with this timing.
 ExitStatus answer_recording(const ReplayOptions& options, const WriteOptions& write,
                             const sim::LineSetup& setup, bool timeout_known,
-                            const std::vector<std::uint64_t>& positions, AnswerLog& log,
+                            const std::vector<std::uint64_t>& positions, AnswerCounts& counts,
                             Host& host) {
-  Recording recorded(host);
-  LineOutput output(host);
-  ExitStatus status = open_recording(options, recorded, host);
-  if (status == ExitStatus::done) {
-    status = open_output(write, recorded, write.truth, log.columns(), output);
-  }
+  Recording recorded(options, host);
+  const ExitStatus status =
+      recorded.open(write, write.truth, columns_of(answer_row(setup.format, 0, {}, {})));
   if (status != ExitStatus::done) return status;
-
   sim::Encoder encoder(setup.format, sim::Motion(setup.motion, sim::position_word(setup.format),
                                                  motion_interval, setup.seed));
   sim::MaReplay replay(
       setup_of(setup, timeout_known),
       [&](Picoseconds moment) {
-        encoder.begin_cycle(sim::sampling_shift(setup.timing, setup.seed, log.total()));
-        if (!positions.empty()) encoder.hold(positions[log.total() % positions.size()]);
+        encoder.begin_cycle(sim::sampling_shift(setup.timing, setup.seed, counts.total));
+        if (!positions.empty()) encoder.hold(positions[counts.total % positions.size()]);
         return encoder.sample(moment);
       },
-      [&](const sim::Answer& answered) { output.row(log.cells(answered, encoder.sampled())); });
-  CaptureInput& input = recorded.input;
-  status = pump(
-      input, output, [&](auto edges, auto& made) { replay.push(edges, recorded.lines.ma, made); },
-      host);
-  if (status != ExitStatus::done) return status;
-  std::vector<wire::Edge> made;
-  const Picoseconds end = replay.finish(input.end_time(), made);
-  if (log.total() == 0) return no_request(input, host);
-  if (!output.write(made) || !output.finish(end)) return output.status();
-  return ExitStatus::done;
-}
-
-// The master of --rerun, which reads the answers and writes the recording again.
-ExitStatus run_master(const std::string& command, Host& host) {
-  const int status = std::system(command.c_str());
-  if (status == 0) return ExitStatus::done;
-  return host.fail(ExitStatus::io, fmt::format("--rerun: the command failed: '{}'", command));
+      [&](const sim::Answer& answer) {
+        recorded.row(answer_row(setup.format, counts.total++, answer, encoder.sampled()));
+        ++counts.of_kind[static_cast<std::size_t>(answer.kind)];
+      });
+  return recorded.run([&](auto edges, const decode::Lines& lines,
+                          auto& made) { replay.push(edges, lines.ma, made); },
+                      [&](Picoseconds end, auto& made) { return replay.finish(end, made); },
+                      counts.total);
 }
 
 ExitStatus check_rerun(const ReplayOptions& options, const WriteOptions& write, Host& host) {
@@ -302,24 +283,28 @@ ExitStatus replay_ma(const ReplayOptions& options, const WriteOptions& write,
       choose_device(line.device)->timing_known() || !line.device.timeout.empty();
   // Each run of a master that waits for START completes at least one request more.
   for (std::uint64_t answered = 0;;) {
-    AnswerLog log(setup->format);
+    AnswerCounts counts;
     const ExitStatus status =
-        answer_recording(options, write, *setup, timeout_known, positions, log, host);
+        answer_recording(options, write, *setup, timeout_known, positions, counts, host);
     if (status != ExitStatus::done) return status;
-    host.print_summary(log.text());
-    if (!log.cut()) return ExitStatus::done;
+    host.print_summary(counts.text());
+    if (!counts.cut()) return ExitStatus::done;
     if (options.rerun.empty()) {
       host.warn(waiting_master(write.output));
       return ExitStatus::done;
     }
-    if (log.answered() < answered) {
+    if (counts.answered() < answered) {
       return host.fail(
           ExitStatus::data_failed,
           "--rerun: the master still ends requests before STOP; check that the command "
           "reads the output and writes the recording");
     }
-    answered = log.answered() + 1;
-    if (const ExitStatus ran = run_master(options.rerun, host); ran != ExitStatus::done) return ran;
+    answered = counts.answered() + 1;
+    // The master reads the answers and writes the recording again.
+    if (std::system(options.rerun.c_str()) != 0) {
+      return host.fail(ExitStatus::io,
+                       fmt::format("--rerun: the command failed: '{}'", options.rerun));
+    }
   }
 }
 
@@ -330,13 +315,9 @@ ExitStatus replay_slo(const ReplayOptions& options, const WriteOptions& write,
   if (setup->format.needs_previous()) {
     return host.fail(ExitStatus::usage, "-f: with :previous a master cannot check a frame");
   }
-  Recording recorded(host);
-  LineOutput output(host);
+  Recording recorded(options, host);
   rows::DecodeTable table(setup->format);
-  ExitStatus status = open_recording(options, recorded, host);
-  if (status == ExitStatus::done) {
-    status = open_output(write, recorded, options.readings, table.columns(), output);
-  }
+  ExitStatus status = recorded.open(write, options.readings, table.columns());
   if (status != ExitStatus::done) return status;
 
   MasterSetup master{
@@ -348,20 +329,18 @@ ExitStatus replay_slo(const ReplayOptions& options, const WriteOptions& write,
   sim::SloReplay replay({FrameCodec<>(setup->format), master},
                         [&](const sim::ReplayReading& reading) {
                           const decode::Cycle cycle = cycle_of(reading, setup->format);
-                          output.row(table.cells(total++, cycle));
+                          recorded.row(table.cells(total++, cycle));
                           if (cycle.frame) ++good;
                           if (reading.reading.marginal) ++marginal;
                         });
-  CaptureInput& input = recorded.input;
-  const decode::Lines lines = recorded.lines;
-  status = pump(
-      input, output, [&](auto edges, auto& made) { replay.push(edges, lines.ma, lines.slo, made); },
-      host);
+  status = recorded.run([&](auto edges, const decode::Lines& lines,
+                            auto& made) { replay.push(edges, lines.ma, lines.slo, made); },
+                        [&](Picoseconds end, auto& made) {
+                          replay.finish(end, made);
+                          return end;
+                        },
+                        total);
   if (status != ExitStatus::done) return status;
-  std::vector<wire::Edge> made;
-  replay.finish(input.end_time(), made);
-  if (total == 0) return no_request(input, host);
-  if (!output.write(made) || !output.finish(input.end_time())) return output.status();
   host.print_summary(
       fmt::format("{} requests, {} read, {} of them marginal\n", total, good, marginal));
   return ExitStatus::done;

@@ -30,24 +30,6 @@ namespace {
 
 using sim::AccessKind;
 
-// The length of a run: the given number of cycles, or until all accesses are finished and the
-// encoders are idle again.
-class Duration {
- public:
-  explicit Duration(std::optional<std::uint64_t> cycles) : cycles_(cycles) {}
-
-  bool more(std::uint64_t cycle, const sim::ControlMaster* control) {
-    if (cycles_) return cycle < *cycles_;
-    if (control != nullptr && !control->done()) return true;
-    if (control != nullptr && end_ == 0) end_ = cycle + control_reset_zeros;
-    return cycle < std::max(usual_cycles, end_);
-  }
-
- private:
-  std::optional<std::uint64_t> cycles_;
-  std::uint64_t end_ = 0;
-};
-
 std::vector<std::string> names_of(const sim::LineSetup& setup) {
   std::vector<std::string> names{"MA", "SLO"};
   if (setup.record_at_slave) names.insert(names.end(), {"MA_at_slave", "SLO_at_slave"});
@@ -114,10 +96,6 @@ bool asks_one(ConfigureStep step) {
   return step >= ConfigureStep::identity && step <= ConfigureStep::restore_bank;
 }
 
-std::string counted(std::uint32_t requests) {
-  return fmt::format("{} {}", requests, requests == 1 ? "request" : "requests");
-}
-
 // "4D484D234400 (MHM#D)": the number, and its bytes as characters up to the first other byte.
 std::string device_text(std::uint64_t device) {
   std::string letters;
@@ -172,62 +150,6 @@ void add_found(report::Summary& out, const Configuration& found) {
             name_of(found.cycle_source));
 }
 
-// The requests of the master, and the results.
-class ConfigureLog {
- public:
-  // Call before each request and after the last one.
-  void note(const Configurator& configurator) {
-    const ConfigureStep step = configurator.step();
-    const std::uint8_t slave = asks_one(step) ? configurator.slave() : std::uint8_t{0};
-    if (!steps_.empty()) steps_.back().requests += configurator.requests() - requests_;
-    requests_ = configurator.requests();
-    if (steps_.empty() || steps_.back().step != step || steps_.back().slave != slave) {
-      steps_.push_back({step, slave, 0});
-    }
-  }
-
-  // The options of a configuration that reports its findings to this log. \pre it outlives the run
-  ConfigureOptions options() {
-    ConfigureOptions options;
-    options.findings = {[](void* log, std::uint8_t slave, const EdsFinding& finding) {
-                          static_cast<ConfigureLog*>(log)->findings_.push_back(
-                              fmt::format("ID {}: {}", slave, finding_line(finding_row(finding))));
-                        },
-                        this};
-    return options;
-  }
-
-  // The steps with their requests; format, timing and identity, each with its source, if they were
-  // found. \param time the duration of the configuration
-  std::string text(const Result<Configuration, ConfigureFault>& found, Picoseconds time) const {
-    report::Summary out;
-    out.title(fmt::format("configuration: {}, {}", counted(requests_), biss::text_of(time, 3)));
-    for (const auto& [step, slave, requests] : steps_) {
-      if (requests == 0) continue;
-      out.entry(name_of(step), counted(requests),
-                asks_one(step) ? fmt::format("ID {}", slave) : "");
-    }
-    if (found.ok()) add_found(out, *found);
-    std::string_view key = "data sheet";
-    for (const std::string& finding : findings_) {
-      out.entry(key, finding);
-      key = "";
-    }
-    return out.text();
-  }
-
- private:
-  struct Step {
-    ConfigureStep step{};
-    std::uint8_t slave = 0;
-    std::uint32_t requests = 0;
-  };
-
-  std::vector<Step> steps_;
-  std::vector<std::string> findings_;
-  std::uint32_t requests_ = 0;
-};
-
 // One line: the cause, the step, the slave, and how the access went.
 std::string text_of(const ConfigureFault& fault) {
   std::string text = fmt::format("{} at {}", name_of(fault.cause), name_of(fault.step));
@@ -259,12 +181,12 @@ class LineWriter {
         options_(options),
         host_(host),
         line_(std::in_place, setup),
-        truth_(setup.format, options.then.has_value()) {}
+        format_(setup.format) {}
 
   ExitStatus run() {
     const std::vector<std::string> names = names_of(setup_);
     if (!output_.open(options_.output, names, setup_.clock, options_.sample_rate, options_.truth,
-                      truth_.columns())) {
+                      columns_of(truth(0, {})))) {
       return output_.status();
     }
     if (!options_.outcomes.empty() && !outcomes_.open(options_.outcomes)) {
@@ -285,18 +207,47 @@ class LineWriter {
   }
 
  private:
-  // Prints what was found. False: the capture cannot be written.
+  // Prints the steps with their requests, and format, timing and identity, each with its source, if
+  // they were found. False: the capture cannot be written.
   bool configure() {
-    ConfigureLog log;
+    struct Step {
+      ConfigureStep step{};
+      std::string slave;
+      std::uint32_t requests = 0;
+    };
+    std::vector<Step> steps;
+    std::vector<std::string> findings;
+    ConfigureOptions options;
+    options.findings = {[](void* list, std::uint8_t slave, const EdsFinding& finding) {
+                          static_cast<std::vector<std::string>*>(list)->push_back(
+                              fmt::format("ID {}: {}", slave, finding_line(finding_row(finding))));
+                        },
+                        &findings};
     const Picoseconds begin = line_->end();
-    line_->begin_configuration(log.options(), common_clock_max);
+    line_->begin_configuration(options, common_clock_max);
+    const Configurator& asking = line_->configurator();
     while (line_->configuring()) {
-      log.note(line_->configurator());
+      const std::uint32_t before = asking.requests();
+      const ConfigureStep step = asking.step();
+      const std::string slave = asks_one(step) ? fmt::format("ID {}", asking.slave()) : "";
+      if (steps.empty() || steps.back().step != step || steps.back().slave != slave) {
+        steps.push_back({step, slave});
+      }
       if (!output_.write(line_->configure_next())) return false;
+      steps.back().requests += asking.requests() - before;
     }
-    log.note(line_->configurator());
     const auto& found = *line_->configuration();
-    host_.print_summary(log.text(found, line_->end() - begin));
+    report::Summary out;
+    out.title(fmt::format("configuration: {}, {}", report::counted(asking.requests(), "request"),
+                          biss::text_of(line_->end() - begin, 3)));
+    for (const auto& [step, slave, requests] : steps) {
+      if (requests != 0) out.entry(name_of(step), report::counted(requests, "request"), slave);
+    }
+    if (found.ok()) add_found(out, *found);
+    for (const std::string& finding : findings) {
+      out.entry(&finding == findings.data() ? "data sheet" : "", finding);
+    }
+    host_.print_summary(out.text());
     if (!found.ok()) return true;
     const DeviceTiming& timing = found->timing;
     if (setup_.clock < timing.clock_min || setup_.clock > timing.clock_max) {
@@ -309,9 +260,15 @@ class LineWriter {
 
   // False: the capture or its rows cannot be written.
   bool write_cycles() {
-    Duration duration(options_.cycles);
+    // Without a given number of cycles, until all accesses are finished and the encoders are idle
+    // again.
+    std::uint64_t end = options_.cycles.value_or(usual_cycles);
+    const auto accessing = [&] {
+      return !options_.cycles && line_->control() != nullptr && !line_->control()->done();
+    };
     Progress progress(host_);
-    for (std::uint64_t i = 0; duration.more(i, line_->control()); ++i) {
+    for (std::uint64_t i = 0; i < end || accessing(); ++i) {
+      if (accessing()) end = std::max(usual_cycles, i + 1 + control_reset_zeros);
       if (i % 1024 == 0 && progress.due()) {
         progress.show(progress_text({.done = i, .all = options_.cycles.value_or(0)},
                                     "request cycles", progress.seconds()));
@@ -322,12 +279,18 @@ class LineWriter {
         const std::uint32_t line = std::uint32_t{1} << edge.line;
         low_lines_ = edge.level == wire::Level::low ? low_lines_ | line : low_lines_ & ~line;
       }
-      if (output_.has_rows()) output_.row(truth_.cells(i, cycle));
+      if (output_.has_rows()) output_.row(truth(i, cycle));
       if (!output_.write(cycle.edges)) return false;
       const bool more_outputs = output_.has_rows() || !options_.outcomes.empty();
       if (output_.reader_left() && !more_outputs) break;
     }
     return true;
+  }
+
+  FieldRow truth(std::uint64_t number, const sim::SimulatedCycle& cycle) const {
+    FieldRow row = truth_row(format_, number, cycle, sim::text_of(cycle.faults));
+    if (options_.then) row.emplace_back("format", std::string(format_text(format_).view()));
+    return row;
   }
 
   // At the end of the run; and their summary.
@@ -357,7 +320,7 @@ class LineWriter {
     }
     low_lines_ = 0;
     line_.emplace(changed);
-    truth_.set_format(changed.format);
+    format_ = changed.format;
     return output_.write(rises);
   }
 
@@ -366,7 +329,7 @@ class LineWriter {
   Host& host_;
   std::optional<sim::Line> line_;
   std::uint32_t low_lines_ = 0;  // bit k: line k is low
-  TruthTable truth_;
+  FrameFormat format_;
   LineOutput output_{host_};
   Output outcomes_{host_};
 };
