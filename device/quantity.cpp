@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <span>
 #include <type_traits>
 
@@ -62,11 +63,8 @@ Failure<QuantityError> wrong(QuantityCause cause, std::size_t at) {
   return failure(QuantityError{cause, at});
 }
 
-bool is_digit(char c) { return c >= '0' && c <= '9'; }
-
 std::size_t skip_digits(std::string_view text, std::size_t at) {
-  while (at < text.size() && is_digit(text[at])) ++at;
-  return at;
+  return std::min(text.find_first_not_of("0123456789", at), text.size());
 }
 
 // The parts of the number at the front of a text.
@@ -162,12 +160,11 @@ Result<Made, QuantityError> made(const Result<Number, QuantityError>& number) {
 // `Mhz` -> ` (did you mean MHz?)`: a unit that differs in case only.
 std::string other_case(const Scale& scale, std::string_view name) {
   const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
-  for (const Unit& unit : scale.units) {
-    bool same = unit.name.size() == name.size();
-    for (std::size_t i = 0; same && i < name.size(); ++i) {
-      same = lower(unit.name[i]) == lower(name[i]);
+  const auto same = [&](char a, char b) { return lower(a) == lower(b); };
+  for (const auto& [unit, exponent] : scale.units) {
+    if (std::equal(unit.begin(), unit.end(), name.begin(), name.end(), same)) {
+      return fmt::format(" (did you mean {}?)", unit);
     }
-    if (same) return fmt::format(" (did you mean {}?)", unit.name);
   }
   return {};
 }
@@ -218,12 +215,6 @@ std::string format(report::Magnitude number, const Scale& scale, unsigned max_pl
   return out.append(" ").append(unit->name);
 }
 
-int hex_value(char c) {
-  if (is_digit(c)) return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  return c >= 'A' && c <= 'F' ? c - 'A' + 10 : -1;
-}
-
 }  // namespace
 
 Result<Hertz, QuantityError> parse_rate(std::string_view text) {
@@ -258,18 +249,13 @@ Result<std::uint64_t, QuantityError> parse_count(std::string_view text, std::uin
   if (text.empty()) return wrong(QuantityCause::empty, 0);
   if (text[0] == '-') return wrong(QuantityCause::negative, 0);
   const bool hex = text.starts_with("0x") || text.starts_with("0X");
-  const std::uint64_t base = hex ? 16 : 10;
-  if (hex && text.size() == 2) return wrong(QuantityCause::not_a_number, 2);
   std::uint64_t value = 0;
-  bool fits = true;
-  for (std::size_t i = hex ? 2 : 0; i < text.size(); ++i) {
-    const int found = hex_value(text[i]);
-    const auto digit = static_cast<std::uint64_t>(found);
-    if (found < 0 || digit >= base) return wrong(QuantityCause::not_a_number, i);
-    fits = fits && digit <= largest && value <= (largest - digit) / base;
-    if (fits) value = value * base + digit;
+  const char* const end = text.data() + text.size();
+  const auto [at, error] = std::from_chars(text.data() + (hex ? 2 : 0), end, value, hex ? 16 : 10);
+  if (at != end || error == std::errc::invalid_argument) {
+    return wrong(QuantityCause::not_a_number, static_cast<std::size_t>(at - text.data()));
   }
-  if (!fits) return wrong(QuantityCause::too_large, 0);
+  if (error != std::errc() || value > largest) return wrong(QuantityCause::too_large, 0);
   return value;
 }
 
