@@ -59,11 +59,19 @@ std::int64_t now_ticks() {
 
 // ---- Values
 
-int scalar_of(vpiHandle signal) {
+s_vpi_value value_of(vpiHandle object, PLI_INT32 format) {
   s_vpi_value value{};
-  value.format = vpiScalarVal;
-  vpi_get_value(signal, &value);
-  return value.value.scalar;
+  value.format = format;
+  vpi_get_value(object, &value);
+  return value;
+}
+
+int scalar_of(vpiHandle signal) { return value_of(signal, vpiScalarVal).value.scalar; }
+int number_of(vpiHandle argument) { return value_of(argument, vpiIntVal).value.integer; }
+
+std::string text_of(vpiHandle argument) {
+  const char* text = value_of(argument, vpiStringVal).value.str;
+  return text == nullptr ? "" : text;
 }
 
 void put_number(vpiHandle signal, int number) {
@@ -71,20 +79,6 @@ void put_number(vpiHandle signal, int number) {
   value.format = vpiIntVal;
   value.value.integer = number;
   vpi_put_value(signal, &value, nullptr, vpiNoDelay);
-}
-
-std::string text_of(vpiHandle argument) {
-  s_vpi_value value{};
-  value.format = vpiStringVal;
-  vpi_get_value(argument, &value);
-  return value.value.str == nullptr ? "" : value.value.str;
-}
-
-int number_of(vpiHandle argument) {
-  s_vpi_value value{};
-  value.format = vpiIntVal;
-  vpi_get_value(argument, &value);
-  return value.value.integer;
 }
 
 struct Vector {
@@ -96,9 +90,7 @@ struct Vector {
 Vector vector_of(vpiHandle argument) {
   Vector result;
   const int size = vpi_get(vpiSize, argument);
-  s_vpi_value value{};
-  value.format = vpiVectorVal;
-  vpi_get_value(argument, &value);
+  const s_vpi_value value = value_of(argument, vpiVectorVal);
   for (int k = 0; k * 32 < size; ++k) {
     const int rest = size - k * 32;
     const std::uint32_t mask = rest >= 32 ? UINT32_MAX : (std::uint32_t{1} << rest) - 1U;
@@ -189,9 +181,9 @@ PLI_INT32 Stepper::woken(p_cb_data data) {
 }
 
 void Stepper::watch(vpiHandle signal) {
-  s_cb_data data{};
   time_.type = vpiSuppressTime;
   value_.format = vpiSuppressVal;
+  s_cb_data data{};
   data.reason = cbValueChange;
   data.cb_rtn = &Stepper::changed;
   data.obj = signal;
