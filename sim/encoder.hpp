@@ -93,15 +93,13 @@ class Encoder {
     user_ = user;
   }
 
-  /// From the next sample on.
-  void set_flags(bool nE, bool nW, bool frozen) {
+  /// From the next sample on. \param late_turns the turns change 1/64 of a turn after the zero
+  void set_flags(bool nE, bool nW, bool frozen, bool late_turns) {
     nE_ = nE;
     nW_ = nW;
     frozen_ = frozen;
+    late_turns_ = late_turns;
   }
-
-  /// From the next sample on, the turns change 1/64 of a turn after the zero.
-  void set_late_turns(bool late) { late_turns_ = late; }
   /// The turns of the last sample were late.
   bool has_late_turns() const { return turns_were_late_; }
 

@@ -124,6 +124,7 @@ void EncoderSide::step_node(std::size_t k, bool ma_changed) {
   }
   if (foreign_level_ || (!ma_changed && !sli_changed && now_ < node.due)) return;
   if (k == 0 && start_ && ma_changed && !ma_slave_) apply_start();
+  waiting_ = false;
   const SlaveState before = node.slave.state();
   const StepOutput out = node.slave.step(now_, ma_slave_, node.sli);
   node.due = out.deadline;
@@ -186,10 +187,9 @@ void EncoderSide::put_slo() {
 
 void EncoderSide::put_flags() {
   for (Node& node : nodes_) {
-    node.slave.source().set_flags(nE_ && !disturbance_.active(FaultKind::nE),
-                                  nW_ && !disturbance_.active(FaultKind::nW),
-                                  disturbance_.active(FaultKind::frozen));
-    node.slave.source().set_late_turns(disturbance_.active(FaultKind::late_turns));
+    node.slave.source().set_flags(
+        nE_ && !disturbance_.active(FaultKind::nE), nW_ && !disturbance_.active(FaultKind::nW),
+        disturbance_.active(FaultKind::frozen), disturbance_.active(FaultKind::late_turns));
   }
 }
 
@@ -203,8 +203,9 @@ void EncoderSide::act() {
   put_flags();
   put_ma();
   Node& last = nodes_.back();
-  const auto driven = [&] { return last.slave.step(now_, ma_slave_, last.sli).level; };
-  put_node(nodes_.size() - 1U, foreign_level_ ? *foreign_level_ : driven());
+  bool level = foreign_level_.value_or(true);
+  if (!foreign_level_ && !waiting_) level = last.slave.step(now_, ma_slave_, last.sli).level;
+  put_node(nodes_.size() - 1U, level);
   put_slo();
 }
 
@@ -229,6 +230,7 @@ void EncoderSide::end_fault(FaultKind kind) {
 // Without supply an encoder loses everything but its position.
 void EncoderSide::restart() {
   restarted_ = true;
+  waiting_ = waits_for_edge_;
   registers_ = setup_.registers;
   for (std::size_t k = 0; k < nodes_.size(); ++k) {
     Node& node = nodes_[k];

@@ -76,6 +76,8 @@ class EncoderSide {
   Picoseconds ma_filter_{};
   /// The caller drives this level in place of an encoder.
   std::optional<bool> foreign_level_;
+  /// After a loss of supply the encoder waits for an edge of MA; else a low MA is an edge for it.
+  bool waits_for_edge_ = false;
   bool nE_ = true;
   bool nW_ = true;
 
@@ -106,6 +108,7 @@ class EncoderSide {
   Picoseconds filter_due_ = never;
   Picoseconds slo_delay_{};
   std::optional<SlaveTiming> start_;
+  bool waiting_ = false;      // see waits_for_edge_
   unsigned payload_bit_ = 0;  // that the node next to the master sends
   bool ma_wire_ = true;       // at the master
   bool ma_sent_ = true;       // on its way to the slaves

@@ -11,6 +11,7 @@ FarEnd::FarEnd(const FarEndSetup& setup)
       processing_max_(setup.processing_max),
       fall_period_(nominal().period) {
   ma_filter_ = setup.ma_filter;
+  waits_for_edge_ = true;
   if (setup.foreign_encoder) foreign_level_ = true;
 }
 

@@ -124,7 +124,12 @@ class FaultSchedule {
     std::erase_if(endings_, [&](const Ending& ending) {
       if (ending.cycle > number) return false;
       if (ending.after.count == 0) lasting_ &= ~set_of(ending.kind);
-      add({begin + ending.after, ending.kind, false});
+      // Not before its begin, if the caller's master requests earlier than nominal.
+      Picoseconds end = begin + ending.after;
+      for (const FaultAction& action : actions_) {
+        if (action.begins && action.kind == ending.kind) end = std::max(end, action.time);
+      }
+      add({end, ending.kind, false});
       return true;
     });
     for (const FaultRule& rule : rules_) {
