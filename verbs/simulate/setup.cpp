@@ -58,9 +58,8 @@ std::string put_jitter(const LineOptions& options, sim::LineSetup& setup) {
   return check_jitter("SLO", setup.slo_jitter, setup.slo_delay + setup.internal_delay);
 }
 
-std::string put_chain(const LineOptions& options, sim::LineSetup& setup) {
-  setup.slaves = static_cast<std::uint8_t>(options.slaves);
-  return wrong_slaves(options.slaves, setup.format);
+std::string check_chain(const LineOptions& /*options*/, sim::LineSetup& setup) {
+  return wrong_slaves(setup.slaves, setup.format);
 }
 
 std::string put_faults(const LineOptions& options, sim::LineSetup& setup) {
@@ -208,7 +207,7 @@ tl::expected<sim::LineSetup, std::string> line_setup(const LineOptions& options)
   setup.format = choice->format;
   setup.timing = choice->timing;
   setup.compensate = !options.no_compensation;
-  for (const auto put : {put_motion, put_chain, put_delays, put_jitter, put_life, put_faults,
+  for (const auto put : {put_motion, check_chain, put_delays, put_jitter, put_life, put_faults,
                          check_control, put_processing, put_rate, put_busy}) {
     if (std::string wrong = put(options, setup); !wrong.empty()) return tl::unexpected(wrong);
   }

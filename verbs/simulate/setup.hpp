@@ -16,7 +16,7 @@ namespace biss::verbs {
 /// The options that describe the line.
 struct LineOptions {
   FormatArguments device;
-  /// The options that are members of it: clock with error and duty, position, pause, seed,
+  /// The options that are members of it: clock with error and duty, slaves, position, pause, seed,
   /// registers, accesses, retries, and whether the far end is recorded.
   sim::LineSetup setup;
   Millimetres cable{};
@@ -31,7 +31,6 @@ struct LineOptions {
   std::optional<Picoseconds> slo_jitter;
   /// Empty: the device's shortest.
   std::optional<Picoseconds> processing;
-  std::uint64_t slaves = 1;
   std::optional<Hertz> rate;
   std::string motion = "ramp";
   std::vector<std::string> faults;

@@ -87,7 +87,7 @@ TEST(LineOptions, OptionsOfWhatTheFormatDoesNotHave_AreRefused) {
   options = line_of("pos26,nE,nW,crc6+pos26,nE,nW,crc6");
   options.drift = 16;
   EXPECT_EQ(chosen(options).drift, 16);
-  options.slaves = 2;
+  options.setup.slaves = 2;
   EXPECT_EQ(error_of(options), "--drift: no encoder has a further word that could drift");
 }
 

@@ -105,7 +105,9 @@ class SimulateRun {
                         loaded->contradiction));
       }
       take_described(loaded->device, line.device);
-      line.slaves = std::max<std::uint64_t>(line.slaves, line.setup.registers.size());
+      // At most eight encoders have registers.
+      line.setup.slaves =
+          std::max(line.setup.slaves, static_cast<std::uint8_t>(line.setup.registers.size()));
     }
     auto accesses = read_accesses(options_.accesses);
     if (!accesses) return host_.fail(accesses.error());
@@ -188,7 +190,7 @@ void add_line_options(Verb all, LineOptions& line) {
   add_duration_option(verb, "--processing", into(line.processing),
                       "Processing time, from ACK to START; the encoder's shortest by default");
   add_count_option(
-      verb, "--slaves", into(line.slaves),
+      verb, "--slaves", into(line.setup.slaves),
       "Encoders in a daisy chain; 1 by default. Each has one data channel, and the last one has "
       "all further channels",
       max_channels);
