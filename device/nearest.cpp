@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <numeric>
-#include <utility>
 
 namespace biss {
 
@@ -11,22 +9,19 @@ namespace {
 
 // Changes, insertions, deletions and swaps of neighbours that make one word of the other.
 std::size_t typing_slips(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> before(b.size() + 1);
-  std::vector<std::size_t> last(b.size() + 1);
-  std::vector<std::size_t> now(b.size() + 1);
-  std::iota(last.begin(), last.end(), std::size_t{0});
+  // [i][j]: for the first i characters of a and the first j characters of b.
+  std::vector<std::vector<std::size_t>> slips(a.size() + 1, std::vector<std::size_t>(b.size() + 1));
+  for (std::size_t j = 0; j <= b.size(); ++j) slips[0][j] = j;
   for (std::size_t i = 1; i <= a.size(); ++i) {
-    now[0] = i;
+    slips[i][0] = i;
     for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t change = last[j - 1] + (a[i - 1] == b[j - 1] ? 0U : 1U);
-      now[j] = std::min({change, last[j] + 1, now[j - 1] + 1});
+      const std::size_t change = slips[i - 1][j - 1] + (a[i - 1] == b[j - 1] ? 0U : 1U);
+      slips[i][j] = std::min({change, slips[i - 1][j] + 1, slips[i][j - 1] + 1});
       const bool swapped = i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1];
-      if (swapped) now[j] = std::min(now[j], before[j - 2] + 1);
+      if (swapped) slips[i][j] = std::min(slips[i][j], slips[i - 2][j - 2] + 1);
     }
-    std::swap(before, last);
-    std::swap(last, now);
   }
-  return last[b.size()];
+  return slips[a.size()][b.size()];
 }
 
 }  // namespace

@@ -74,17 +74,12 @@ int with(const char* name, Call call) {
   });
 }
 
-template <class Kind>
-Kind* of_number(int id, Role role) {
+// Null if there is no such instance, or if it is not of this kind.
+template <class Kind = Instance>
+Kind* of_number(int id) {
   const auto& instances = bench().instances;
   if (id < 1 || static_cast<std::size_t>(id) > instances.size()) return nullptr;
-  Instance* instance = instances[static_cast<std::size_t>(id) - 1].get();
-  return instance->role() == role ? static_cast<Kind*>(instance) : nullptr;
-}
-
-Instance* of_number(int id) {
-  Instance* encoder = of_number<Encoder>(id, Role::encoder);
-  return encoder != nullptr ? encoder : of_number<Master>(id, Role::master);
+  return dynamic_cast<Kind*>(instances[static_cast<std::size_t>(id) - 1].get());
 }
 
 template <class Kind>
@@ -108,9 +103,9 @@ int open(Role role, const char* given_name, const char* given_settings) {
 
 // Steps the instance with these levels. \return -1 without a deadline
 template <class Kind, class... Levels>
-long long step(int id, Role role, long long now_ps, Levels... levels) {
+long long step(int id, long long now_ps, Levels... levels) {
   return guarded(-1LL, [&] {
-    auto* instance = of_number<Kind>(id, role);
+    auto* instance = of_number<Kind>(id);
     if (instance == nullptr) return -1LL;
     const std::int64_t deadline = instance->step(now_ps, (levels != 0)...);
     return deadline == BISS_NEVER ? -1LL : static_cast<long long>(deadline);
@@ -165,11 +160,11 @@ int biss_tb_master(const char* name, const char* settings) {
 }
 
 long long biss_tb_step_encoder(int id, long long now_ps, int ma) {
-  return step<Encoder>(id, Role::encoder, now_ps, ma);
+  return step<Encoder>(id, now_ps, ma);
 }
 
 long long biss_tb_step_master(int id, long long now_ps, int slo, int request) {
-  return step<Master>(id, Role::master, now_ps, slo, request);
+  return step<Master>(id, now_ps, slo, request);
 }
 
 int biss_tb_level(int id) {
@@ -178,7 +173,7 @@ int biss_tb_level(int id) {
 }
 
 int biss_tb_latches(int id) {
-  const auto* master = of_number<Master>(id, Role::master);
+  const auto* master = of_number<Master>(id);
   return master == nullptr ? 0 : static_cast<int>(master->latches());
 }
 
