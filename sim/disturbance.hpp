@@ -1,15 +1,19 @@
-// The effect of faults on the levels of the lines.
+// The effect of faults on the levels of the lines and on the bits of the payload.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
+#include "biss/base/bits.hpp"
+#include "biss/frame/format.hpp"
 #include "sim/fault.hpp"
-#include "sim/fault_details.hpp"
 #include "sim/fault_schedule.hpp"
+#include "sim/random.hpp"
 
 namespace biss::sim {
 
@@ -43,6 +47,39 @@ inline constexpr std::array<LevelEffects, 4> level_effects = [] {
         .high = set_of(F::slo_high, F::cut, F::exchange),
         .inverted = set_of(F::glitch_slo, F::glitch_slo_idle, F::swap_slo)}}};
 }();
+
+/// Inverted bits of the payload: a 1 inverts a bit; the lowest one is for bit `first`.
+struct BitPattern {
+  unsigned first = 0;
+  std::uint64_t bits = 0;
+};
+
+/// The bits of `flip` and `burst`. \param place given by a rule \param payload_bits 2 or more for a
+/// burst
+constexpr BitPattern pattern_of(FaultKind kind, std::uint64_t detail,
+                                const std::optional<FaultPlace>& place, unsigned payload_bits) {
+  Random random(detail);
+  if (kind == FaultKind::flip) {
+    const auto drawn = static_cast<unsigned>(random.below(payload_bits));
+    return {place ? static_cast<unsigned>(place->whole()) : drawn, 1};
+  }
+  constexpr unsigned longest = 16;
+  const auto given = static_cast<unsigned>(place ? place->whole() : 0U);
+  const unsigned room = std::min(longest, payload_bits - given);
+  const auto length = static_cast<unsigned>(2 + random.below(room - 1U));
+  const auto drawn = static_cast<unsigned>(random.below(payload_bits - length + 1U));
+  const std::uint64_t ends = (std::uint64_t{1} << (length - 1U)) | 1U;
+  return {place ? given : drawn, (random.next() & low_mask(length)) | ends};
+}
+
+/// The bits of `masquerade`: random bits of the last word and its checksum, at most 64, the first
+/// one always inverted.
+constexpr BitPattern noise_of(std::uint64_t detail, const FrameFormat& format) {
+  const unsigned all = format.payload_bits();
+  const unsigned word = format.channel_list[format.channel_count - 1U].total_bits();
+  const unsigned bits = std::min({all, word, 64U});
+  return {all - bits, (scrambled(detail) & low_mask(bits)) | 1U};
+}
 
 /// All active faults.
 class Disturbance {

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "biss/timing/device_timing.hpp"
-#include "sim/fault_details.hpp"
 
 namespace biss::sim {
 
@@ -73,8 +72,11 @@ void EncoderSide::begin_cycle(std::uint64_t number, Picoseconds begin) {
 void EncoderSide::set_start(const SlaveTiming& timing) {
   start_ = timing;
   if (!disturbance_.active(FaultKind::late_start)) return;
-  start_ =
-      late_timing(timing, setup_.timing, schedule_.detail(FaultKind::late_start), nominal().period);
+  // 1 to 8 clocks later than the limit of the type.
+  const auto clocks = static_cast<std::int64_t>(1 + schedule_.detail(FaultKind::late_start) % 8U);
+  start_->ready = setup_.timing.ack_max + clocks * nominal().period;
+  if (timing.ack_clocks == 0) return;
+  start_->ack_clocks = static_cast<std::uint16_t>(timing.ack_clocks + clocks);
 }
 
 // Switches the data channels as commanded.
@@ -212,12 +214,22 @@ void EncoderSide::act() {
 void EncoderSide::begin_fault(FaultKind kind) {
   const std::uint64_t detail = schedule_.detail(kind);
   const Picoseconds period = nominal().period;
-  disturbance_.begin(kind, schedule_, setup_.format, place_after(now_ - begin_, period), injected_);
+  // Whole periods are separate, because a cycle may last 1000 s and more.
+  const Picoseconds since = now_ - begin_;
+  const std::int64_t thousandths =
+      since.count / period.count * 1000 + since.count % period.count * 1000 / period.count;
+  const FaultPlace place{PlaceUnit::clock, static_cast<std::uint64_t>(thousandths)};
+  disturbance_.begin(kind, schedule_, setup_.format, place, injected_);
   for (Node& node : nodes_) node.slave.source().begin_fault(kind, detail);
   if (kind == FaultKind::brown_out) restart();
   if (kind == FaultKind::ma_pause) pause_begins_ = true;
-  if (kind == FaultKind::delay) lateness_ = nominal().interval * late_cycles(detail);
-  if (kind == FaultKind::delay_step) slo_delay_ = setup_.slo_delay + delay_step(detail, period);
+  if (kind == FaultKind::delay) {
+    lateness_ = nominal().interval * static_cast<std::int64_t>(1 + detail % 3U);
+  }
+  if (kind == FaultKind::delay_step) {
+    const auto parts = static_cast<std::int64_t>(detail % 1024U);
+    slo_delay_ = setup_.slo_delay + period / 4 + period * parts / 1024;
+  }
 }
 
 void EncoderSide::end_fault(FaultKind kind) {

@@ -1,8 +1,10 @@
 // Cable and encoders with their faults, without a master: the common part of Line and FarEnd.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <vector>
 
@@ -13,7 +15,6 @@
 #include "sim/encoder_registers.hpp"
 #include "sim/fault_schedule.hpp"
 #include "sim/line_setup.hpp"
-#include "sim/pipe.hpp"
 #include "sim/random.hpp"
 #include "wire/edge.hpp"
 
@@ -24,6 +25,30 @@ inline constexpr wire::LineIndex ma_line = 0;
 inline constexpr wire::LineIndex slo_line = 1;
 inline constexpr wire::LineIndex ma_at_slave_line = 2;
 inline constexpr wire::LineIndex slo_at_slave_line = 3;
+
+/// Edges of a level in flight, first in, first out; each inverts the level.
+class Pipe {
+ public:
+  /// The arrival of the next edge; `never` without one in flight.
+  Picoseconds front() const { return times_.empty() ? never : times_.front(); }
+
+  /// Adds an edge that is sent now: it arrives after the delay, give or take the jitter, or a
+  /// picosecond after the previous one: edges do not overtake each other.
+  void send(Picoseconds now, Picoseconds delay, Picoseconds jitter, Random& random) {
+    Picoseconds arrival = now + delay;
+    if (jitter.count != 0) {
+      const auto width = static_cast<std::uint64_t>(2 * jitter.count + 1);
+      arrival += picoseconds(static_cast<std::int64_t>(random.below(width))) - jitter;
+    }
+    if (!times_.empty()) arrival = std::max(arrival, times_.back() + picoseconds(1));
+    times_.push_back(arrival);
+  }
+  /// \pre front() is not `never`
+  void pop() { times_.pop_front(); }
+
+ private:
+  std::deque<Picoseconds> times_;
+};
 
 class EncoderSide {
  public:
