@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/algorithm/string/classification.hpp>
+#include <boost/algorithm/string/split.hpp>
 #include <charconv>
 #include <cmath>
 #include <vector>
@@ -11,16 +13,6 @@ namespace biss::lab {
 namespace {
 
 constexpr std::string_view fitting_word = "fitting";
-
-std::vector<std::string_view> parts_of(std::string_view text) {
-  std::vector<std::string_view> parts;
-  while (true) {
-    const std::size_t colon = text.find(':');
-    parts.push_back(text.substr(0, colon));
-    if (colon == std::string_view::npos) return parts;
-    text.remove_prefix(colon + 1);
-  }
-}
 
 template <class Number>
 std::optional<Number> number_of(std::string_view text) {
@@ -57,7 +49,8 @@ std::optional<FaultChoice> parse_flips(const std::vector<std::string_view>& part
 }  // namespace
 
 std::optional<FaultChoice> parse_fault(std::string_view text) {
-  std::vector<std::string_view> parts = parts_of(text);
+  std::vector<std::string_view> parts;
+  boost::split(parts, text, boost::is_any_of(":"));
   FaultChoice fault;
   const auto kind = sim::find_fault(parts[0]);
   if (!kind ||
