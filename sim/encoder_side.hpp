@@ -50,6 +50,7 @@ class Pipe {
   std::deque<Picoseconds> times_;
 };
 
+/// Line and FarEnd decide when a cycle begins, drive MA by put_ma(), and call step() at each event.
 class EncoderSide {
  public:
   EncoderSide(const EncoderSide&) = delete;
@@ -69,7 +70,7 @@ class EncoderSide {
     bool sli = true;
   };
 
-  /// \param nominal its interval is at least the interval of the setup
+  /// \param nominal the interval of the setup replaces a shorter one
   EncoderSide(const LineSetup& setup, NominalCycle nominal);
   ~EncoderSide() = default;
 
