@@ -86,6 +86,7 @@ class Disturbance {
  public:
   /// The level that results at a place.
   bool level(Place place, bool level) const {
+    if (active_ == 0) return level;
     const auto& [low, high, inverted] = level_effects[static_cast<std::size_t>(place)];
     if ((active_ & low) != 0) return false;
     return (active_ & high) != 0 || level != (std::popcount(active_ & inverted) % 2 != 0);

@@ -92,39 +92,34 @@ Picoseconds EncoderSide::next_event() const {
   return next;
 }
 
+// The edge that arrives now, if there is one.
+bool EncoderSide::take(Pipe& pipe, bool& level) const {
+  if (pipe.front() > now_) return false;
+  pipe.pop();
+  level = !level;
+  return true;
+}
+
 bool EncoderSide::step() {
   const bool slo_before = slo_;
   if (schedule_.next() <= now_) act();
-  if (ma_pipe_.front() <= now_) {
-    ma_pipe_.pop();
-    ma_raw_ = !ma_raw_;
-    filter_due_ = ma_raw_ == ma_slave_ ? never : now_ + ma_filter_;
-  }
+  if (take(ma_pipe_, ma_raw_)) filter_due_ = ma_raw_ == ma_slave_ ? never : now_ + ma_filter_;
   const bool ma_changed = filter_due_ <= now_;
   if (ma_changed) {
     filter_due_ = never;
     ma_slave_ = ma_raw_;
     if (setup_.record_at_slave) record(ma_at_slave_line, ma_slave_);
   }
-  for (std::size_t k = 0; k < nodes_.size(); ++k) step_node(k, ma_changed);
-  Pipe& last = nodes_.back().slo;
-  if (last.front() <= now_) {
-    last.pop();
-    slo_arrived_ = !slo_arrived_;
-    put_slo();
+  for (std::size_t k = 0; k < nodes_.size() && !foreign_level_; ++k) {
+    const bool sli_changed = k != 0 && take(nodes_[k - 1U].slo, nodes_[k].sli);
+    if (ma_changed || sli_changed || nodes_[k].due <= now_) step_node(k, ma_changed);
   }
+  if (take(nodes_.back().slo, slo_arrived_)) put_slo();
   return slo_ != slo_before;
 }
 
 void EncoderSide::step_node(std::size_t k, bool ma_changed) {
   Node& node = nodes_[k];
-  bool sli_changed = false;
-  if (k != 0 && nodes_[k - 1U].slo.front() <= now_) {
-    nodes_[k - 1U].slo.pop();
-    node.sli = !node.sli;
-    sli_changed = true;
-  }
-  if (foreign_level_ || (!ma_changed && !sli_changed && now_ < node.due)) return;
   if (k == 0 && start_ && ma_changed && !ma_slave_) apply_start();
   waiting_ = false;
   const SlaveState before = node.slave.state();
@@ -167,7 +162,7 @@ void EncoderSide::put_ma() {
 void EncoderSide::put_node(std::size_t k, bool level) {
   Node& node = nodes_[k];
   const bool last = k + 1U == nodes_.size();
-  if (last) {
+  if (last && disturbance_.active() != 0) {
     const SlaveState state = node.slave.state();
     const bool sends = state == SlaveState::data || state == SlaveState::stop;
     level = disturbance_.level(Place::slo_slave,

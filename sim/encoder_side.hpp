@@ -30,7 +30,7 @@ inline constexpr wire::LineIndex slo_at_slave_line = 3;
 class Pipe {
  public:
   /// The arrival of the next edge; `never` without one in flight.
-  Picoseconds front() const { return times_.empty() ? never : times_.front(); }
+  Picoseconds front() const { return front_; }
 
   /// Adds an edge that is sent now: it arrives after the delay, give or take the jitter, or a
   /// picosecond after the previous one: edges do not overtake each other.
@@ -42,12 +42,17 @@ class Pipe {
     }
     if (!times_.empty()) arrival = std::max(arrival, times_.back() + picoseconds(1));
     times_.push_back(arrival);
+    front_ = times_.front();
   }
   /// \pre front() is not `never`
-  void pop() { times_.pop_front(); }
+  void pop() {
+    times_.pop_front();
+    front_ = times_.empty() ? never : times_.front();
+  }
 
  private:
   std::deque<Picoseconds> times_;
+  Picoseconds front_ = never;
 };
 
 /// Line and FarEnd decide when a cycle begins, drive MA by put_ma(), and call step() at each event.
@@ -118,6 +123,7 @@ class EncoderSide {
   bool is_on_its_way() const { return ma_pipe_.front() != never || filter_due_ != never; }
 
  private:
+  bool take(Pipe& pipe, bool& level) const;
   void step_node(std::size_t k, bool ma_changed);
   void put_slo();
   void record(wire::LineIndex line, bool level) {
