@@ -85,4 +85,20 @@ constexpr Picoseconds margin_uncompensated(Hertz clock, Picoseconds delay) {
 /// within a frame (protocol description D2, row 8). \pre clock is not 0 Hz
 constexpr Picoseconds margin_compensated(Hertz clock) { return period_of(clock) / 4; }
 
+/// When to sample: `whole_clocks` periods and `rest` (less than a period) after the rising edge of
+/// MA that produced the bit.
+struct SamplingPoint {
+  std::int64_t whole_clocks = 0;
+  Picoseconds rest{};
+
+  constexpr bool operator==(const SamplingPoint&) const = default;
+};
+
+/// The middle of a bit that arrives after `delay`: half a period later.
+/// \pre delay is not negative, period is positive
+constexpr SamplingPoint sampling_point(Picoseconds delay, Picoseconds period) {
+  const std::int64_t after = delay.count + period.count / 2;
+  return {after / period.count, picoseconds(after % period.count)};
+}
+
 }  // namespace biss

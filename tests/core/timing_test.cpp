@@ -2,7 +2,6 @@
 #include "biss/timing/cable.hpp"
 #include "biss/timing/cycle.hpp"
 #include "biss/timing/device_timing.hpp"
-#include "biss/timing/line_delay.hpp"
 #include "biss/timing/step.hpp"
 #include "tests/core/test.hpp"
 
@@ -241,46 +240,6 @@ BISS_TEST(Cable, Margin_ShrinksWithTheDelayAndGoesBelowZero) {
   BISS_EXPECT_EQ(margin_compensated(megahertz(10)).count, 25'000);
 }
 
-BISS_TEST(LineDelay, OneMeasurement_IsWithin0And40us) {
-  const Picoseconds edge = microseconds(7);
-  BISS_EXPECT(measure_line_delay(edge, edge).value() == Picoseconds{});
-  BISS_EXPECT(measure_line_delay(edge, edge + nanoseconds(112)).value() == nanoseconds(112));
-  BISS_EXPECT(measure_line_delay(edge, edge + microseconds(40)).ok());
-  BISS_EXPECT_EQ(measure_line_delay(edge, edge + picoseconds(40'000'001)).error(),
-                 LineDelayError::too_long);
-  BISS_EXPECT_EQ(measure_line_delay(edge, edge - picoseconds(1)).error(),
-                 LineDelayError::before_request);
-}
-
-BISS_TEST(LineDelay, EightMeasurements_GiveMeanAndSpread) {
-  LineDelayMeter meter;
-  for (std::int64_t i = 0; i < 8; ++i) {
-    BISS_EXPECT(!meter.complete());
-    BISS_EXPECT_EQ(meter.result(nanoseconds(100)).error(), LineDelayError::too_few);
-    meter.add(nanoseconds(200 + i));
-  }
-  meter.add(nanoseconds(900));  // one more than requested
-  const auto delay = meter.result(nanoseconds(100));
-  BISS_ASSERT(delay.ok());
-  BISS_EXPECT_EQ(delay->mean.count, 203'500);
-  BISS_EXPECT_EQ(delay->min.count, 200'000);
-  BISS_EXPECT_EQ(delay->max.count, 207'000);
-  BISS_EXPECT_EQ(delay->spread().count, 7'000);
-  BISS_EXPECT_EQ(delay->measurements, 8U);
-  meter.reset();
-  BISS_EXPECT_EQ(meter.result(nanoseconds(100)).error(), LineDelayError::too_few);
-}
-
-constexpr Picoseconds earliest{std::numeric_limits<std::int64_t>::min()};
-static_assert(measure_line_delay(earliest, never).error() == LineDelayError::too_long);
-static_assert(measure_line_delay(never, earliest).error() == LineDelayError::before_request);
-static_assert(*measure_line_delay(earliest, earliest + microseconds(40)) == microseconds(40));
-
-BISS_TEST(LineDelay, TimesAtBothEndsOfTheirRange_AreTooLong) {
-  BISS_EXPECT(measure_line_delay(earliest, never).error() == LineDelayError::too_long);
-  BISS_EXPECT(measure_line_delay(picoseconds(-1), never).error() == LineDelayError::too_long);
-}
-
 constexpr DeviceTiming endless{
     .ack_max = never, .timeout = {TimeoutRule::fixed, never}, .cycle_min = never};
 static_assert(ack_bounds(endless, nanoseconds(100)) == AckBounds{1, 400});
@@ -298,24 +257,6 @@ BISS_TEST(Cycle, TimesWithoutEnd_CountAsADay) {
     BISS_EXPECT(budget.request_rate_max == hertz(0));
     BISS_EXPECT(!is_feasible(budget, hertz(1)));
   }
-}
-
-BISS_TEST(LineDelay, MoreThanAQuarterPeriodFromTheMean_IsJitter) {
-  const auto judged = [](std::int64_t first, std::int64_t second, std::int64_t third) {
-    LineDelayMeter meter(3);
-    for (const std::int64_t delay : {first, second, third}) meter.add(nanoseconds(delay));
-    return meter.result(nanoseconds(100)).ok();
-  };
-  BISS_EXPECT(judged(100, 125, 150));
-  BISS_EXPECT(!judged(100, 100, 145));  // above the mean of 115
-  BISS_EXPECT(!judged(100, 145, 145));  // below the mean of 130
-}
-
-BISS_TEST(LineDelay, EveryError_HasItsName) {
-  for (std::size_t i = 0; i < line_delay_error_count; ++i) {
-    BISS_EXPECT(!name_of(static_cast<LineDelayError>(i)).empty());
-  }
-  BISS_EXPECT(name_of(LineDelayError::jitter) == "jitter");
 }
 
 BISS_TEST(SamplingPoint, IsHalfAPeriodAfterTheDelay) {

@@ -13,7 +13,6 @@
 #include "biss/safety/configurations.hpp"
 #include "biss/timing/cable.hpp"
 #include "biss/timing/cycle.hpp"
-#include "biss/timing/line_delay.hpp"
 #include "biss/timing/renishaw.hpp"
 #include "report/summary.hpp"
 #include "report/text.hpp"
