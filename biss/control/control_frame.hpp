@@ -147,12 +147,6 @@ struct ControlHeader {
   std::uint8_t slaves = 0;
   ControlCommand command = ControlCommand::channels;
 
-  constexpr bool broadcast() const { return !register_access && slaves == 0; }
-  /// Whether the slave with this ID is addressed, by its ID or by a broadcast.
-  constexpr bool addresses(unsigned id) const {
-    if (register_access) return slave == id;
-    return slaves == 0 || (slaves >> id & 1U) != 0;
-  }
   constexpr bool operator==(const ControlHeader&) const = default;
 };
 

@@ -166,21 +166,4 @@ inline constexpr std::array<VendorRegister, 4> map_quirks{{
     {"iC-Haus", "iC-MU", 0x41, 0x41, "0xFF means no EDS"},
 }};
 
-/// Registers of the free area.
-inline constexpr std::array<VendorRegister, 13> vendor_registers{{
-    {"Baumer", "", 0x60, 0x60, "command: 0x02 presets the position"},
-    {"Baumer", "", 0x68, 0x68, "error"},
-    {"TI", "example table", 0x60, 0x60, "status, command"},
-    {"TI", "example table", 0x67, 0x67, "temperature"},
-    {"TI", "example table", 0x68, 0x68, "error"},
-    {"Lika, WayCon", "", 0x48, 0x48, "command: 1 save, 2 preset, 4 defaults"},
-    {"Lika, WayCon", "", 0x4D, 0x4D, "resolution"},
-    {"Lika, WayCon", "", 0x51, 0x53, "preset value"},
-    {"iC-Haus", "iC-PVS, iC-PZ", 0x6C, 0x6E, "status"},
-    {"iC-Haus", "iC-PVS, iC-PZ", 0x76, 0x76, "status of the command"},
-    {"iC-Haus", "iC-PVS, iC-PZ", 0x77, 0x77, "command"},
-    {"LENZ", "", 0x48, 0x48, "command"},
-    {"LENZ", "", 0x4A, 0x4A, "data"},
-}};
-
 }  // namespace biss

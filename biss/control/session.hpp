@@ -52,42 +52,22 @@ enum class ControlError : std::uint8_t {
   cancelled,         ///< by the master itself
 };
 
-inline constexpr std::size_t control_error_count = 17;
+/// The names that users and scripts see, in the order of ControlError.
+inline constexpr auto control_error_names = std::to_array<std::string_view>(
+    {"bad_request", "no_answer", "no_such_slave", "id_pattern", "refused", "not_addressed",
+     "refused_or_not_addressed", "rw_pattern", "busy_too_long", "start_missing", "data_crc", "echo",
+     "next_unavailable", "not_accepted", "ida_pattern", "frame_lost", "cancelled"});
+inline constexpr std::size_t control_error_count = control_error_names.size();
 
-/// The name that users and scripts see: the enumerator's name.
 constexpr std::string_view name_of(ControlError error) {
-  constexpr std::array<std::string_view, control_error_count> names{"bad_request",
-                                                                    "no_answer",
-                                                                    "no_such_slave",
-                                                                    "id_pattern",
-                                                                    "refused",
-                                                                    "not_addressed",
-                                                                    "refused_or_not_addressed",
-                                                                    "rw_pattern",
-                                                                    "busy_too_long",
-                                                                    "start_missing",
-                                                                    "data_crc",
-                                                                    "echo",
-                                                                    "next_unavailable",
-                                                                    "not_accepted",
-                                                                    "ida_pattern",
-                                                                    "frame_lost",
-                                                                    "cancelled"};
-  return names[static_cast<std::size_t>(error)];
+  return control_error_names[static_cast<std::size_t>(error)];
 }
 
 /// Whether damage on the line can be the cause, so that a retry may succeed. A clear refusal
 /// (refused, next_unavailable) is not repeated, nor is an error of the master itself.
 constexpr bool worth_retrying(ControlError error) {
-  switch (error) {
-    case ControlError::bad_request:
-    case ControlError::refused:
-    case ControlError::next_unavailable:
-    case ControlError::cancelled:
-      return false;
-    default:
-      return true;
-  }
+  return error != ControlError::bad_request && error != ControlError::refused &&
+         error != ControlError::next_unavailable && error != ControlError::cancelled;
 }
 
 // ---- The setup and the outcome of a session
@@ -144,45 +124,11 @@ struct ControlOutcome {
   std::optional<ControlError> retried;
 };
 
-// ---- The CDS bits of a control frame, without data
-
-/// The number of slaves that took an ID, from 0 on without a gap: 0…8, and 9 for more slaves
-/// (IDL8).
-/// \param cds the CDS bits 0…15 of a control frame, bit 0 topmost: IDL0 … IDL8 and seven zeros
-/// \return empty if no number of slaves can have sent these bits
-constexpr std::optional<unsigned> slaves_counted(std::uint16_t cds) {
-  const std::uint32_t zeros = ~std::uint32_t{cds} & 0xFFFFU;
-  if ((zeros & (zeros + 1U)) != 0 || zeros < 0x7FU) return std::nullopt;
-  return static_cast<unsigned>(std::countl_zero(zeros)) - 16U;
-}
-
-/// Bit k: the slave with ID k executes the command if EX = 1.
-/// \param cds the CDS bits 16…23 of a control frame, IDA0 topmost
-constexpr std::uint8_t slaves_accepting(std::uint8_t cds) {
-  unsigned ida = cds;
-  ida = (ida & 0x0FU) << 4U | ida >> 4U;
-  ida = (ida & 0x33U) << 2U | (ida >> 2U & 0x33U);
-  ida = (ida & 0x55U) << 1U | (ida >> 1U & 0x55U);
-  return static_cast<std::uint8_t>(ida);
-}
-
-/// The cause why R and W, as received on CDS, end the access; empty if they do not.
-constexpr std::optional<ControlError> access_denied(RegisterAccess access, bool r, bool w) {
-  if (access == RegisterAccess::read) {
-    if (r && !w) return std::nullopt;
-    if (r) return ControlError::refused;
-    return w ? ControlError::rw_pattern : ControlError::not_addressed;
-  }
-  if (r) return ControlError::rw_pattern;
-  if (w) return std::nullopt;
-  return ControlError::refused_or_not_addressed;
-}
-
 // ---- An access, the CDM bits that request it, and the meaning of the answers
 
 enum class ControlKind : std::uint8_t { read, write, addressed, broadcast };
 
-/// One access, made by the four functions below. `possible`: a control frame can request it.
+/// One access of a ControlSession. `possible`: a control frame can request it.
 struct ControlRequest {
   ControlKind kind = ControlKind::read;
   ExecuteIf execute_if = ExecuteIf::all_accept;
@@ -207,26 +153,41 @@ struct ControlRequest {
   /// `outcome`.
   constexpr std::optional<ControlError> judge_ids(std::uint16_t cds,
                                                   ControlOutcome& outcome) const {
-    const auto count = slaves_counted(cds);
-    if (!count) return ControlError::id_pattern;
-    if (*count == 0) return ControlError::no_answer;
-    outcome.more_slaves = *count > control_max_slaves;
-    outcome.slaves_present = static_cast<std::uint8_t>((1U << *count) - 1U);
+    // IDL0 … IDL8 and seven zeros: slaves take an ID from 0 on without a gap.
+    const std::uint32_t zeros = ~std::uint32_t{cds} & 0xFFFFU;
+    if ((zeros & (zeros + 1U)) != 0 || zeros < 0x7FU) return ControlError::id_pattern;
+    const auto count = static_cast<unsigned>(std::countl_zero(zeros)) - 16U;
+    if (count == 0) return ControlError::no_answer;
+    outcome.more_slaves = count > control_max_slaves;
+    outcome.slaves_present = static_cast<std::uint8_t>((1U << count) - 1U);
     if (!enough(outcome.slaves_present)) return ControlError::no_such_slave;
     return std::nullopt;
   }
 
   /// Why a register access ends after R and W, W lowest.
   constexpr std::optional<ControlError> judge_access(std::uint16_t cds) const {
-    const auto access = kind == ControlKind::read ? RegisterAccess::read : RegisterAccess::write;
-    return access_denied(access, (cds & 2U) != 0, (cds & 1U) != 0);
+    const bool r = (cds & 2U) != 0;
+    const bool w = (cds & 1U) != 0;
+    if (kind == ControlKind::read) {
+      if (r && !w) return std::nullopt;
+      if (r) return ControlError::refused;
+      return w ? ControlError::rw_pattern : ControlError::not_addressed;
+    }
+    if (r) return ControlError::rw_pattern;
+    if (w) return std::nullopt;
+    return ControlError::refused_or_not_addressed;
   }
 
   /// Why a command is dropped after CDS bits 16…23, bit 23 lowest; the slaves that accept it go
   /// into `outcome`.
   constexpr std::optional<ControlError> judge_ida(std::uint16_t cds,
                                                   ControlOutcome& outcome) const {
-    outcome.accepted = slaves_accepting(static_cast<std::uint8_t>(cds & 0xFFU));
+    // IDA0 comes first.
+    unsigned ida = cds & 0xFFU;
+    ida = (ida & 0x0FU) << 4U | ida >> 4U;
+    ida = (ida & 0x33U) << 2U | (ida >> 2U & 0x33U);
+    ida = (ida & 0x55U) << 1U | (ida >> 1U & 0x55U);
+    outcome.accepted = static_cast<std::uint8_t>(ida);
     if (execute_if == ExecuteIf::always) return std::nullopt;
     if ((outcome.accepted | slaves) != slaves) return ControlError::ida_pattern;
     if (!enough(outcome.accepted)) return ControlError::not_accepted;
@@ -254,47 +215,6 @@ struct ControlRequest {
   }
 };
 
-namespace control_detail {
-
-constexpr ControlRequest register_request(ControlKind kind, unsigned slave, unsigned address,
-                                          std::size_t size) {
-  return {.kind = kind,
-          .slaves = static_cast<std::uint8_t>(1U << (slave & 7U)),
-          .size = static_cast<std::uint8_t>(size),
-          .possible = slave < control_max_slaves && size >= 1 && size <= sequential_max_bytes &&
-                      address < register_count && size <= register_count - address,
-          .header = register_header(slave, address)};
-}
-
-}  // namespace control_detail
-
-constexpr ControlRequest read_request(unsigned slave, unsigned address,
-                                      std::span<std::uint8_t> to) {
-  auto request = control_detail::register_request(ControlKind::read, slave, address, to.size());
-  request.to = to.data();
-  return request;
-}
-
-constexpr ControlRequest write_request(unsigned slave, unsigned address,
-                                       std::span<const std::uint8_t> from) {
-  auto request = control_detail::register_request(ControlKind::write, slave, address, from.size());
-  request.from = from.data();
-  return request;
-}
-
-constexpr ControlRequest command_request(std::uint8_t slaves, ControlCommand command,
-                                         ExecuteIf execute_if) {
-  return {.kind = ControlKind::addressed,
-          .execute_if = execute_if,
-          .slaves = slaves,
-          .possible = slaves != 0,
-          .header = command_header(slaves, command)};
-}
-
-constexpr ControlRequest broadcast_request(ControlCommand command) {
-  return {.kind = ControlKind::broadcast, .possible = true, .header = command_header(0, command)};
-}
-
 /// One access at a time. Every access ends for any CDS if time advances: a try takes the frames
 /// that it needs, at most 14 lost ones before its start bit, and busy_max for each byte.
 class ControlSession {
@@ -307,21 +227,31 @@ class ControlSession {
   /// \pre done()
   /// \param slave ID, 0…7
   constexpr void read(unsigned slave, unsigned address, std::span<std::uint8_t> to) {
-    begin(read_request(slave, address, to));
+    ControlRequest request = register_request(ControlKind::read, slave, address, to.size());
+    request.to = to.data();
+    begin(request);
   }
   /// Begins to write `from`; otherwise like read().
   constexpr void write(unsigned slave, unsigned address, std::span<const std::uint8_t> from) {
-    begin(write_request(slave, address, from));
+    ControlRequest request = register_request(ControlKind::write, slave, address, from.size());
+    request.from = from.data();
+    begin(request);
   }
   /// Begins a command to the slaves with these IDs, bit k for ID k; none: bad_request. Done without
   /// an error means that it was accepted and EX = 1 was sent, which no slave confirms. \pre done()
   constexpr void command(std::uint8_t slaves, ControlCommand command,
                          ExecuteIf execute_if = ExecuteIf::all_accept) {
-    begin(command_request(slaves, command, execute_if));
+    begin({.kind = ControlKind::addressed,
+           .execute_if = execute_if,
+           .slaves = slaves,
+           .possible = slaves != 0,
+           .header = command_header(slaves, command)});
   }
   /// Begins a command to all slaves, also those without an ID. It needs no CDS and has no answer; a
   /// frame whose CDS is missing counts as sent. \pre done()
-  constexpr void broadcast(ControlCommand command) { begin(broadcast_request(command)); }
+  constexpr void broadcast(ControlCommand command) {
+    begin({.kind = ControlKind::broadcast, .possible = true, .header = command_header(0, command)});
+  }
 
   /// Ends the access with `cancelled`. The zeros that its slaves then need are sent with the next
   /// frames, before another access begins.
@@ -351,8 +281,6 @@ class ControlSession {
   constexpr void set_options(const ControlOptions& options) { options_ = options; }
 
  private:
-  using Kind = ControlKind;
-
   enum class Phase : std::uint8_t {
     idle,
     lead,         // 14 zeros
@@ -364,7 +292,17 @@ class ControlSession {
     next,         // P is due: whether another byte may follow
   };
 
-  constexpr bool needs_no_cds() const { return request_.kind == Kind::broadcast; }
+  static constexpr ControlRequest register_request(ControlKind kind, unsigned slave,
+                                                   unsigned address, std::size_t size) {
+    return {.kind = kind,
+            .slaves = static_cast<std::uint8_t>(1U << (slave & 7U)),
+            .size = static_cast<std::uint8_t>(size),
+            .possible = slave < control_max_slaves && size >= 1 && size <= sequential_max_bytes &&
+                        address < register_count && size <= register_count - address,
+            .header = register_header(slave, address)};
+  }
+
+  constexpr bool needs_no_cds() const { return request_.kind == ControlKind::broadcast; }
 
   constexpr void begin(const ControlRequest& request) {
     outcome_ = {};
@@ -433,7 +371,7 @@ class ControlSession {
       if (k_ == control_bit::ex_broadcast) phase_ = Phase::idle;
       return send();
     }
-    const bool addressed = request_.kind == Kind::addressed;
+    const bool addressed = request_.kind == ControlKind::addressed;
     std::optional<ControlError> error;
     if (k_ == control_bit::header_end) {
       error = request_.judge_ids(received_, outcome_);
@@ -442,7 +380,7 @@ class ControlSession {
       phase_ = Phase::idle;
     } else if (!addressed && k_ == control_bit::byte_start) {
       error = request_.judge_access(received_);
-      phase_ = request_.kind == Kind::read ? Phase::start : Phase::write_start;
+      phase_ = request_.kind == ControlKind::read ? Phase::start : Phase::write_start;
     }
     return error ? fail(*error) : send();
   }
@@ -459,7 +397,7 @@ class ControlSession {
     phase_ = Phase::byte;
     k_ = 0;
     word_ = 0;
-    if (request_.kind == Kind::write) {
+    if (request_.kind == ControlKind::write) {
       const std::uint8_t data = request_.from[outcome_.bytes_done];
       word_ = (std::uint32_t{data} << 4U | byte_crc(data)) << 20U;
     }
@@ -469,7 +407,7 @@ class ControlSession {
   // DATA and CRC have been received; P = 0 is sent.
   constexpr bool end_byte() {
     const unsigned received = received_ & 0xFFFU;
-    if (request_.kind == Kind::read) {
+    if (request_.kind == ControlKind::read) {
       const auto data = static_cast<std::uint8_t>(received >> 4U);
       if (byte_crc(data) != (received & 0xFU)) return fail(ControlError::data_crc);
       request_.to[outcome_.bytes_done] = data;
