@@ -352,64 +352,6 @@ class BitSampler {
   BitBuffer<CapacityBits> bits_;
 };
 
-// ---- The end of a request
-
-/// Fills in the data that a stopped sampler received.
-template <class Sampler, class Codec>
-constexpr void judge(const Sampler& sampler, RequestKind kind, const Codec& codec,
-                     BasicReading<typename Codec::Frame>& reading) {
-  reading.line_delay = sampler.line_delay();
-  reading.lead_clocks = sampler.lead_clocks();
-  reading.ack_clocks = sampler.ack_clocks();
-  if (sampler.cause()) {
-    reading.frame = failure(FrameFault{*sampler.cause()});
-  } else if (kind != RequestKind::frame) {
-    reading.frame = failure(FrameFault{FrameError::truncated});
-  } else {
-    const FrameStart start{0, sampler.lead_clocks(), sampler.ack_clocks()};
-    reading.frame = decode_payload(sampler.bits(), start, codec);
-  }
-}
-
-/// From the start of a request until the device is ready again, if the master sends every clock and
-/// ACK takes its longest (CycleBudget), without line delay.
-constexpr Picoseconds full_request_cycle(const MasterSetup& setup, unsigned payload_bits) {
-  const FrameLength length{payload_bits + setup.busy_s_clocks, setup.slaves};
-  const CycleBudget budget = cycle_budget_of(length, setup.timing, setup.period, {});
-  return budget.total - budget.idle;
-}
-
-/// The end of the idle time of MA after a failed request. Renishaw's data sheet asks for MA high
-/// "for the remaining duration of the full request cycle, including timeout", and SLO may have any
-/// level until then. Other devices end an incomplete frame one timeout after the last edge (D2).
-/// The last edge that they received is unknown, so the master also waits one timeout after its own
-/// last edge.
-/// \param cycle_end of the full request cycle
-/// \param last_edge of MA
-/// \param travel    from the master to the device and back, and a period
-constexpr Picoseconds reset_end(const MasterSetup& setup, Picoseconds cycle_end,
-                                Picoseconds last_edge, Picoseconds travel) {
-  const Timeout& timeout = setup.timing.timeout;
-  if (setup.reset_time.count != 0) return last_edge + setup.reset_time + travel;
-  Picoseconds rest = timeout.time;
-  // STOP must be seen if the frame is longer than the cycle.
-  if (timeout.rule == TimeoutRule::cycle) rest = release_time(timeout, setup.period);
-  // It depends on the encoder's internal clock.
-  if (timeout.rule == TimeoutRule::adaptive) {
-    rest = std::max(biss_static_timeout_max, setup.period * 3 / 2 + timeout.time);
-  }
-  return std::max(cycle_end, last_edge + rest) + travel;
-}
-
-/// Whether the device is ready a known time after the request began. After a frame that is longer
-/// than this time, the moment when SLO is released is unknown and must be observed.
-constexpr bool released_by_time(const MasterSetup& setup, Picoseconds begin,
-                                Picoseconds last_edge) {
-  const Timeout& timeout = setup.timing.timeout;
-  return timeout.rule == TimeoutRule::cycle && setup.trust_cycle_time && setup.compensate &&
-         begin + timeout.time >= last_edge + release_time(timeout, setup.period);
-}
-
 /// Makes requests and reads the answers. It drives MA; the caller passes SLO and the time.
 ///
 ///   StepOutput out = master.begin(now, slo);
@@ -453,7 +395,7 @@ class RequestCycle {
         setup_(with_defaults(setup)),
         clock_(setup_.period, setup_.low_time),
         sampler_(setup_, request_ack_bounds(setup_), codec.payload_bits()),
-        full_cycle_(full_request_cycle(setup_, codec.payload_bits())),
+        full_cycle_(full_cycle(setup_, codec.payload_bits())),
         error_(check_spi(codec.format(),
                          {.period = setup.period,
                           .no_error_flag = setup.no_error_flag,
@@ -534,6 +476,14 @@ class RequestCycle {
   static constexpr std::size_t capacity_bits =
       3U + max_channel_bits * (sizeof(Frame::channel_list) / sizeof(Channel));
 
+  // From the start of a request until the device is ready again, if the master sends every clock and
+  // ACK takes its longest (CycleBudget), without line delay.
+  static constexpr Picoseconds full_cycle(const MasterSetup& setup, unsigned payload_bits) {
+    const FrameLength length{payload_bits + setup.busy_s_clocks, setup.slaves};
+    const CycleBudget budget = cycle_budget_of(length, setup.timing, setup.period, {});
+    return budget.total - budget.idle;
+  }
+
   constexpr void schedule() { due_ = std::min(std::min(clock_.next(), sampler_.next()), limit_); }
 
   // Does everything that is due, in order of time.
@@ -599,9 +549,9 @@ class RequestCycle {
   constexpr void settle(Picoseconds now) {
     if (clock_.running()) return;
     reading_.clocks = clock_.rises();
-    judge(sampler_, kind_, codec_, reading_);
+    judge();
     const Picoseconds travel = reading_.line_delay.value_or(Picoseconds{}) + setup_.period;
-    limit_ = reset_end(setup_, cycle_end_, clock_.last_edge(), travel);
+    limit_ = reset_end() + travel;
     phase_ = Phase::resetting;
     if (kind_ == RequestKind::frame ? !reading_.frame.ok() : sampler_.cause().has_value()) return;
     phase_ = Phase::settling;
@@ -625,8 +575,47 @@ class RequestCycle {
     limit_ = now + setup_.period / 2;  // ready before CDM was sent; CDM needs half a period
   }
 
+  // Fills in the data that the stopped sampler received.
+  constexpr void judge() {
+    reading_.line_delay = sampler_.line_delay();
+    reading_.lead_clocks = sampler_.lead_clocks();
+    reading_.ack_clocks = sampler_.ack_clocks();
+    if (sampler_.cause()) {
+      reading_.frame = failure(FrameFault{*sampler_.cause()});
+    } else if (kind_ != RequestKind::frame) {
+      reading_.frame = failure(FrameFault{FrameError::truncated});
+    } else {
+      const FrameStart start{0, reading_.lead_clocks, reading_.ack_clocks};
+      reading_.frame = decode_payload(sampler_.bits(), start, codec_);
+    }
+  }
+
+  // The end of the idle time of MA after a failed request, at the device. Renishaw's data sheet asks
+  // for MA high "for the remaining duration of the full request cycle, including timeout", and SLO
+  // may have any level until then. Other devices end an incomplete frame one timeout after the last
+  // edge (D2). The last edge that they received is unknown, so the master also waits one timeout
+  // after its own last edge.
+  constexpr Picoseconds reset_end() const {
+    const Timeout& timeout = setup_.timing.timeout;
+    if (setup_.reset_time.count != 0) return clock_.last_edge() + setup_.reset_time;
+    Picoseconds rest = timeout.time;
+    // STOP must be seen if the frame is longer than the cycle.
+    if (timeout.rule == TimeoutRule::cycle) rest = release_time(timeout, setup_.period);
+    // It depends on the encoder's internal clock.
+    if (timeout.rule == TimeoutRule::adaptive) {
+      rest = std::max(biss_static_timeout_max, setup_.period * 3 / 2 + timeout.time);
+    }
+    return std::max(cycle_end_, clock_.last_edge() + rest);
+  }
+
+  // Whether the device is ready a known time after the request began. After a frame that is longer
+  // than this time, the moment when SLO is released is unknown and must be observed.
   constexpr bool knows_ready_time() const {
-    return clock_.level() && released_by_time(setup_, reading_.begin, clock_.last_edge());
+    const Timeout& timeout = setup_.timing.timeout;
+    return timeout.rule == TimeoutRule::cycle && setup_.trust_cycle_time && setup_.compensate &&
+           clock_.level() &&
+           reading_.begin + timeout.time >=
+               clock_.last_edge() + release_time(timeout, setup_.period);
   }
 
   constexpr void finish(Picoseconds now) {

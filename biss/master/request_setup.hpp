@@ -2,11 +2,8 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <optional>
-#include <string_view>
 
 #include "biss/base/result.hpp"
 #include "biss/base/units.hpp"
@@ -22,15 +19,6 @@ enum class RequestKind : std::uint8_t {
                  ///< frame if they are inactive
   reduced,       ///< ACK: two rising edges; CDM is sent, no CDS comes back. INIT with CDM 0
 };
-
-inline constexpr std::size_t request_kind_count = 3;
-
-/// The name that users see: the enumerator's name.
-constexpr std::string_view name_of(RequestKind kind) {
-  constexpr std::array<std::string_view, request_kind_count> names{"frame", "control_only",
-                                                                   "reduced"};
-  return names[static_cast<std::size_t>(kind)];
-}
 
 /// The setup of a RequestCycle. A time of 0 means the default in its comment.
 struct MasterSetup {
@@ -105,15 +93,6 @@ enum class Refusal : std::uint8_t {
   too_early,  ///< the device's shortest cycle has not passed, or MA was not high long enough
   setup,      ///< no request is ever made: RequestCycle::error() has the cause
 };
-
-inline constexpr std::size_t refusal_count = 4;
-
-/// The name that users see: the enumerator's name.
-constexpr std::string_view name_of(Refusal refusal) {
-  constexpr std::array<std::string_view, refusal_count> names{"none", "slo_low", "too_early",
-                                                              "setup"};
-  return names[static_cast<std::size_t>(refusal)];
-}
 
 /// The result of one request. `Frame` is a type of the codec.
 template <class Frame>

@@ -28,7 +28,6 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -103,11 +102,9 @@ enum class SpiSetupError : std::uint8_t {
   previous,    ///< a channel's CRC belongs to the previous frame: one frame cannot be checked
 };
 
-inline constexpr std::size_t spi_setup_error_count = 6;
-
 /// The message for users.
 constexpr std::string_view text_of(SpiSetupError error) {
-  constexpr std::array<std::string_view, spi_setup_error_count> texts{
+  constexpr std::string_view texts[] = {
       "the period is not positive",
       "the line delay is not 0 <= min <= max",
       "the clock is above the limit of the encoder",

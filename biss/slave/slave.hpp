@@ -83,13 +83,10 @@ enum class SlaveState : std::uint8_t {
   chain_busy,     ///< SLI = 1: its own timeout is over, a predecessor's is not; SLO is 0
 };
 
-inline constexpr std::size_t slave_state_count = 9;
-
 /// The name that users see: the enumerator's name.
 constexpr std::string_view name_of(SlaveState state) {
-  constexpr std::array<std::string_view, slave_state_count> names{
-      "idle", "requested", "latched",       "ack",       "start",
-      "data", "stop",      "early_request", "chain_busy"};
+  constexpr std::string_view names[] = {"idle", "requested", "latched",       "ack",       "start",
+                                        "data", "stop",      "early_request", "chain_busy"};
   return names[static_cast<std::size_t>(state)];
 }
 

@@ -314,10 +314,4 @@ BISS_TEST(RequestKind, RandomSlo_AlwaysEndsAndTheNextIsTaken) {
   }
 }
 
-BISS_TEST(RequestKind, EachName_IsItsEnumerators) {
-  BISS_EXPECT(name_of(RequestKind::frame) == "frame");
-  BISS_EXPECT(name_of(RequestKind::control_only) == "control_only");
-  BISS_EXPECT(name_of(RequestKind::reduced) == "reduced");
-}
-
 }  // namespace request_kind_test
