@@ -21,7 +21,6 @@ struct Input {
   std::array<EdsBank, max_channels> profiles{};
   EdsImage image{};
   EdsCheckOptions check{};
-  EdsDeviceOptions device{};
   std::vector<EdsOverride> overrides{};
   bool common_sealed = false;
   bool profiles_sealed = false;
@@ -45,13 +44,8 @@ void read_options(ByteSource& bytes, Input& input) {
   const std::uint8_t check = bytes.next();
   input.check = {.zero_is_absent = (check & 1U) == 0,
                  .ones_are_absent = (check & 2U) == 0,
-                 .reserved_zero = (check & 4U) == 0,
-                 .unnamed_zero = (check & 8U) != 0,
-                 .length_counts_crc = (check & 16U) == 0,
-                 .raw_checksum = (check & 32U) == 0};
-  input.device = {.length_counts_crc = (check & 16U) == 0,
-                  .use_hypotheses = (check & 128U) == 0,
-                  .highest_channel_first = (bytes.next() & 1U) == 0};
+                 .unnamed_zero = (check & 8U) != 0};
+  bytes.next();  // the seeds have a byte here that is not used
 }
 
 void read_input(ByteSource bytes, Input& input) {
@@ -232,7 +226,7 @@ bool is_whole(const EdsImage& image) {
 void check_description(const Input& input, bool faultless) {
   Said said;
   const auto listen = [&](const EdsRemark& remark) { check_remark(input.image, remark, said); };
-  const auto device = describe_device(input.image, input.overrides, listen, input.device);
+  const auto device = describe_device(input.image, input.overrides, listen);
   if (!device.ok()) {
     const EdsDeviceError error = device.error();
     const bool by_override = error.cause == EdsDeviceCause::unknown_override ||

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -27,5 +28,18 @@ constexpr std::array<std::uint8_t, Bytes> to_big_endian(std::uint64_t value) {
   for (std::size_t i = Bytes; i-- > 0; value >>= 8U) bytes[i] = static_cast<std::uint8_t>(value);
   return bytes;
 }
+
+/// A number as registers store it: its bytes, the most significant one first.
+template <std::unsigned_integral Number>
+class BigEndian {
+ public:
+  constexpr BigEndian(Number number) : bytes_(to_big_endian<sizeof(Number)>(number)) {}
+  constexpr operator Number() const {
+    return static_cast<Number>(from_big_endian<sizeof(Number)>(bytes_));
+  }
+
+ private:
+  std::array<std::uint8_t, sizeof(Number)> bytes_;
+};
 
 }  // namespace biss

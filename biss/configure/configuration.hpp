@@ -129,12 +129,9 @@ enum class ValueSource : std::uint8_t {
   eds,         ///< the electronic data sheet
 };
 
-inline constexpr std::size_t value_source_count = 4;
-
 /// The name users see.
 constexpr std::string_view name_of(ValueSource source) {
-  constexpr std::array<std::string_view, value_source_count> names{"default", "hypothesis",
-                                                                   "profile", "eds"};
+  constexpr std::string_view names[] = {"default", "hypothesis", "profile", "eds"};
   return names[static_cast<std::size_t>(source)];
 }
 
@@ -199,16 +196,10 @@ struct ConfigureOptions {
   bool switch_channels = true;
   /// From one request's CDS to the next request. A shorter time is at the caller's risk.
   Picoseconds cycle = common_cycle;
-  /// MA high before and after INIT, at least (D2: 40 µs).
-  Picoseconds init_rest = biss_static_timeout_max;
   /// The options of each access, with its number of retries.
   ControlOptions control{.retries = 3};
-  /// The highest clock of a device that states none. Every slave accepts the default.
-  Hertz unstated_clock_max = common_clock_max;
   /// A chain of eight with all data sheets needs about 80 000 requests, 20 s.
   std::uint32_t max_requests = 200'000;
-  /// Options for points of EDS and profiles that no document defines.
-  EdsDeviceOptions eds{};
   /// Takes every finding of check_eds(), contradictions included. Null: findings are only counted.
   EdsFindingTaker findings{};
 };

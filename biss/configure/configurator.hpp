@@ -26,6 +26,7 @@
 #include <span>
 #include <string_view>
 
+#include "biss/base/big_endian.hpp"
 #include "biss/base/result.hpp"
 #include "biss/base/units.hpp"
 #include "biss/configure/configuration.hpp"
@@ -105,7 +106,10 @@ class SlaveQuery {
         if (there) description_.identity = device_identity(buffer().first<8>());
         return read(session, ConfigureStep::profile, reg::bp_id, 2);
       case ConfigureStep::profile:
-        if (there) description_.profile = number();
+        if (there) {
+          description_.profile =
+              static_cast<std::uint16_t>(from_big_endian<2>(buffer().first<2>()));
+        }
         return read(session, ConfigureStep::serial, reg::dev_sn, 4);
       case ConfigureStep::serial:
         if (there && follows_map(description_.identity, reg::dev_sn)) {
@@ -122,7 +126,7 @@ class SlaveQuery {
         if (there) return take_common(session);
         break;
       default:
-        return there ? take_channel(session) : skip_channel(session, *outcome.error);
+        return end_channel(session);
     }
     note_unused(ConfigureError::eds_unreadable, outcome.error);
     return restore(session);
@@ -139,7 +143,6 @@ class SlaveQuery {
   constexpr bool has_eds() const { return has_common_; }
   /// The cause why the EDS, or a part of it, is unused.
   constexpr std::optional<ConfigureFault> eds_fault() const { return eds_fault_; }
-  constexpr CommonPart common() const { return parse_common_part(common_); }
   /// The bytes read from the EDS; valid until the next begin(). \pre has_eds()
   constexpr EdsImage image() const {
     EdsImage image{.common = &common_, .eds_bank = description_.eds_bank};
@@ -161,9 +164,6 @@ class SlaveQuery {
   }
 
   constexpr std::span<std::uint8_t, bank_bytes> buffer() { return buffer_; }
-  constexpr std::uint16_t number() const {
-    return static_cast<std::uint16_t>(std::uint32_t{buffer_[0]} << 8U | buffer_[1]);
-  }
 
   // Whether the slave refused the access. An old device without W inversion refuses by never
   // sending the start bit, for a read and for a write.
@@ -188,19 +188,18 @@ class SlaveQuery {
   }
   constexpr bool select(ControlSession& session, ConfigureStep step, std::uint8_t bank) {
     bank_dirty_ = true;
-    buffer_[0] = wanted_bank_ = bank;
+    buffer_[0] = bank;
     return begin_access(session, step, reg::bsel, buffer().first(1), true);
   }
 
   // BSEL was read or written.
   constexpr bool selected(ControlSession& session) {
+    bank_ = buffer_[0];
     if (!writing_) {
-      found_bank_ = bank_ = buffer_[0];
+      found_bank_ = bank_;
       if (bank_ != description_.eds_bank) {
         return select(session, ConfigureStep::select_bank, description_.eds_bank);
       }
-    } else {
-      bank_ = wanted_bank_;
     }
     return begin_access(session, ConfigureStep::read_common, reg::bank, common_, false);
   }
@@ -215,7 +214,7 @@ class SlaveQuery {
   }
 
   constexpr bool next_channel(ControlSession& session) {
-    const CommonPart part = common();
+    const CommonPart part = parse_common_part(common_);
     const std::size_t count = std::min<std::size_t>(part.dc_num, max_channels);
     while (channel_ < count && part.channels[channel_].bank == 0) ++channel_;
     if (channel_ == count) return restore(session);
@@ -225,18 +224,17 @@ class SlaveQuery {
                         false);
   }
 
-  constexpr bool take_channel(ControlSession& session) {
-    if (writing_) {
-      bank_ = wanted_bank_;
-    } else {
-      has_channel_[channel_] = is_sound(channels_[channel_]);
-      if (!has_channel_[channel_]) note_unused(ConfigureError::eds_checksum);
-      ++channel_;
+  // The bank of a channel was selected or read, or one of both failed.
+  constexpr bool end_channel(ControlSession& session) {
+    const std::optional<ControlError> error = session.outcome().error;
+    if (!error && writing_) {
+      bank_ = buffer_[0];
+      return next_channel(session);
     }
-    return next_channel(session);
-  }
-  constexpr bool skip_channel(ControlSession& session, ControlError error) {
-    note_unused(ConfigureError::eds_unreadable, error);
+    has_channel_[channel_] = !error && is_sound(channels_[channel_]);
+    if (!has_channel_[channel_]) {
+      note_unused(error ? ConfigureError::eds_unreadable : ConfigureError::eds_checksum, error);
+    }
     ++channel_;
     return next_channel(session);
   }
@@ -278,9 +276,8 @@ class SlaveQuery {
   std::span<std::uint8_t> to_{};
   std::array<std::uint8_t, bank_bytes> buffer_{};
 
-  std::uint8_t found_bank_ = 0;   // BSEL before the query
-  std::uint8_t bank_ = 0;         // BSEL now
-  std::uint8_t wanted_bank_ = 0;  // BSEL that the next access needs
+  std::uint8_t found_bank_ = 0;  // BSEL before the query
+  std::uint8_t bank_ = 0;        // BSEL now
   bool bank_dirty_ = false;
   bool has_common_ = false;
   std::size_t channel_ = 0;
@@ -291,115 +288,155 @@ class SlaveQuery {
 
 // ---- The answers of the slaves, merged to one format and one timing for the line
 
-/// The description by an EDS of the IDs `first` … `first + ids - 1`.
-struct LineDevice {
-  std::uint8_t first = 0;
-  std::uint8_t ids = 1;
-  /// Its channels in the order on the line, at most one for each ID.
-  FrameFormat format{};
-  DeviceTiming timing{};
-  std::uint8_t busy_s_clocks = 0;
-  ValueSource format_source = ValueSource::eds;
-  ValueSource clock_source = ValueSource::eds;
-  ValueSource timeout_source = ValueSource::eds;
-  ValueSource busy_source = ValueSource::eds;
-  ValueSource cycle_source = ValueSource::eds;
-  std::uint8_t findings = 0;
-};
-
-/// The timing of a device about which nothing is known.
-constexpr DeviceTiming unstated_timing(Hertz clock_max) {
-  return {.clock_min = common_clock_min, .clock_max = clock_max};
-}
-
 class LineBuilder {
  public:
+  constexpr explicit LineBuilder(const EdsFindingTaker& taker) : taker_(taker) {}
+
+  /// The descriptions of the slaves and their number; after finish(), everything.
+  Configuration config{};
+
   /// Adds a slave whose EDS is missing or unused. An EDS that describes this ID has precedence, in
   /// any order of the calls.
   /// \param eds_fault the cause why its EDS is unused, if it has one
-  constexpr void add_profile(std::uint8_t slave, const SlaveDescription& description,
-                             const std::optional<ConfigureFault>& eds_fault,
-                             const ProfileOptions& options) {
-    Slot& slot = slots_[slave];
-    if (slot.source == ValueSource::eds) return;
-    const auto channel = profile_channel(description.profile.value_or(0), options);
-    slot.known = channel.ok() || channel.error() == ProfileError::no_channel;
-    slot.present = channel.ok();
-    if (channel.ok()) {
-      slot.channel = *channel;
-      slot.source = ValueSource::profile;
-    } else if (slot.known) {
-      slot.source = ValueSource::profile;
-    } else if (eds_fault) {
-      slot.fault = *eds_fault;
-    } else {
-      slot.fault = {.step = ConfigureStep::profile, .slave = slave};
-      const bool none = channel.error() == ProfileError::none_given;
-      slot.fault.cause = none ? ConfigureError::no_profile : ConfigureError::unknown_profile;
-      if (!none) slot.fault.profile = channel.error();
+  constexpr void add_profile(std::uint8_t id, const std::optional<ConfigureFault>& eds_fault) {
+    SlaveDescription& slave = config.slave_list[id];
+    if (slave.source == ValueSource::eds) return;
+    Slot& slot = slots_[id];
+    const auto channel = profile_channel(slave.profile.value_or(0));
+    if (channel.ok() || channel.error() == ProfileError::no_channel) {
+      slave.source = ValueSource::profile;
+      if (channel.ok()) slot.channel = *channel;
+      return;
     }
+    const bool none = channel.error() == ProfileError::none_given;
+    slot.fault = eds_fault.value_or(
+        ConfigureFault{.cause = none ? ConfigureError::no_profile : ConfigureError::unknown_profile,
+                       .step = ConfigureStep::profile,
+                       .slave = id});
+    if (!eds_fault && !none) slot.fault->profile = channel.error();
   }
 
-  /// \param slaves the number of slaves on the line, at most 8
-  /// \return false: it names IDs that do not exist, or more channels than IDs
-  constexpr bool add_device(const LineDevice& device, std::size_t slaves) {
-    const std::size_t end = std::size_t{device.first} + device.ids;
-    const std::size_t count = device.format.channel_count;
-    if (device.ids == 0 || end > slaves || count > device.ids) return false;
-    for (std::size_t i = 0; i < device.ids; ++i) {
-      Slot& slot = slots_[device.first + i];
-      slot = {.known = true, .present = i < count, .source = ValueSource::eds};
-      // The highest ID is first on the line.
-      if (slot.present) slot.channel = device.format.channel_list[count - 1 - i];
+  /// Adds the IDs that the EDS of the slave `holder` describes.
+  /// \param image with a common part; the identifiers are filled in here
+  /// \return nothing, or eds_contradiction
+  constexpr std::optional<ConfigureFault> add_eds(EdsImage image, std::uint8_t holder) {
+    const CommonPart common = parse_common_part(*image.common);
+    ConfigureFault wrong{.cause = ConfigureError::eds_contradiction,
+                         .step = ConfigureStep::read_common,
+                         .slave = holder};
+    if (common.sl_off > holder) {
+      wrong.field = "SL_OFF";
+      return wrong;
     }
-    format_source_ = std::min(format_source_, device.format_source);
-    clock_source_ = std::min(clock_source_, device.clock_source);
-    timeout_source_ = std::min(timeout_source_, device.timeout_source);
-    busy_source_ = std::min(busy_source_, device.busy_source);
-    cycle_source_ = std::min(cycle_source_, device.cycle_source);
-    busy_s_clocks_ = std::max(busy_s_clocks_, device.busy_s_clocks);
-    merge(device.timing);
-    return true;
+    const std::size_t first = common.first_slave(holder);
+    // Channel i belongs to the i-th slave if each slave has one channel.
+    for (std::size_t i = 0; i < common.dc_num && i < max_channels; ++i) {
+      const std::size_t slave = common.dc_num == 1 ? holder : first + i;
+      if (slave >= control_max_slaves || (common.dc_num != 1 && common.dc_num != common.sl_num)) {
+        break;
+      }
+      const auto& profile = config.slave_list[slave].profile;
+      if (profile.value_or(0) != 0) image.identifiers[i] = profile;
+    }
+    std::optional<EdsFinding> refused;
+    check_eds(image, [&](const EdsFinding& finding) {
+      ++config.slave_list[holder].eds_findings;
+      if (taker_.take != nullptr) taker_.take(taker_.user, holder, finding);
+      if (!refused && contradicts(finding)) refused = finding;
+    });
+    TimeSources times;
+    const auto device = describe_device(image, {}, times);
+    if (!device.ok()) {
+      wrong.eds = device.error().cause;
+      return wrong;
+    }
+    if (refused) {
+      wrong.step = ConfigureStep::read_channels;
+      wrong.problem = refused->problem;
+      wrong.field = refused->symbol;
+      return wrong;
+    }
+    const std::size_t count = device->format.channel_count;
+    if (common.sl_num == 0 || first + common.sl_num > config.slave_count || count > common.sl_num) {
+      wrong.field = count > common.sl_num ? "DC_NUM" : "SL_NUM";
+      return wrong;
+    }
+    put(*device, common, first);
+    config.timeout_source = std::min(config.timeout_source, times.timeout);
+    config.busy_source = std::min(config.busy_source, times.busy);
+    config.cycle_source = std::min(config.cycle_source, times.cycle);
+    return std::nullopt;
   }
 
-  /// Fills in format, timing and sources. \pre config.slave_count is known
-  constexpr std::optional<ConfigureFault> finish(Configuration& config, Hertz unstated_clock_max) {
-    const std::size_t slaves = config.slave_count;
-    for (std::size_t k = 0; k < slaves; ++k) {
-      const Slot& slot = slots_[k];
-      if (!slot.known) return slot.fault;
-      config.slave_list[k].source = slot.source;
-      format_source_ = std::min(format_source_, slot.source);
-      if (slot.source == ValueSource::eds) continue;
-      clock_source_ = timeout_source_ = busy_source_ = cycle_source_ = ValueSource::defaults;
-      busy_s_clocks_ = biss_busy_s_max_clocks;
-      merge(unstated_timing(unstated_clock_max));
+  /// Completes the configuration. \pre config.slave_count is known
+  constexpr std::optional<ConfigureFault> finish() {
+    // The timing of a device about which nothing is known.
+    constexpr DeviceTiming unstated{.clock_min = common_clock_min, .clock_max = common_clock_max};
+    for (std::size_t k = 0; k < config.slave_count; ++k) {
+      if (slots_[k].fault) return slots_[k].fault;
+      const ValueSource source = config.slave_list[k].source;
+      config.format_source = std::min(config.format_source, source);
+      if (source == ValueSource::eds) continue;
+      config.clock_source = config.timeout_source = ValueSource::defaults;
+      config.busy_source = config.cycle_source = ValueSource::defaults;
+      config.start_delay_clocks = biss_busy_s_max_clocks;
+      merge(unstated);
     }
-    for (std::size_t k = slaves; k-- > 0;) {
-      const Slot& slot = slots_[k];
-      if (slot.present) config.format.channel_list[config.format.channel_count++] = slot.channel;
+    for (std::size_t k = config.slave_count; k-- > 0;) {
+      if (!slots_[k].channel) continue;
+      config.format.channel_list[config.format.channel_count++] = *slots_[k].channel;
     }
     if (config.format.channel_count == 0) {
       return ConfigureFault{.cause = ConfigureError::no_channel, .step = ConfigureStep::profile};
     }
-    config.timing = timing_.value_or(unstated_timing(unstated_clock_max));
-    config.start_delay_clocks = static_cast<std::uint8_t>(busy_s_clocks_ + slaves - 1);
-    config.format_source = format_source_;
-    config.clock_source = clock_source_;
-    config.timeout_source = timeout_source_;
-    config.busy_source = busy_source_;
-    config.cycle_source = cycle_source_;
+    config.timing = timing_.value_or(unstated);
+    config.start_delay_clocks =
+        static_cast<std::uint8_t>(config.start_delay_clocks + config.slave_count - 1);
     return std::nullopt;
   }
 
  private:
   struct Slot {
-    bool known = false;
-    bool present = false;  // the slave sends a channel
-    ValueSource source = ValueSource::defaults;
-    ChannelFormat channel{};
-    ConfigureFault fault{};  // the place of the cause
+    std::optional<ChannelFormat> channel{};  // empty: the slave sends none
+    std::optional<ConfigureFault> fault{};   // why its channel is not known
   };
+
+  // The sources of times, whose units no source confirms.
+  struct TimeSources {
+    ValueSource timeout = ValueSource::defaults;
+    ValueSource busy = ValueSource::defaults;
+    ValueSource cycle = ValueSource::defaults;
+
+    constexpr void operator()(const EdsRemark& remark) {
+      if (remark.kind != EdsRemarkKind::hypothesis) return;
+      const std::string_view symbol = remark.symbol;
+      if (symbol == "TBUSY_MAX") busy = ValueSource::hypothesis;
+      if (symbol == "TCYC") cycle = ValueSource::hypothesis;
+      if (symbol == "TCLK_MAX" || symbol == "TOS_MAX" || symbol == "TO_MAX") {
+        timeout = ValueSource::hypothesis;
+      }
+    }
+  };
+
+  // Takes the channels and the timing of the IDs from `first` on.
+  constexpr void put(const EdsDevice& device, const CommonPart& common, std::size_t first) {
+    const std::size_t count = device.format.channel_count;
+    for (std::size_t i = 0; i < common.sl_num; ++i) {
+      config.slave_list[first + i].source = ValueSource::eds;
+      slots_[first + i] = {};
+      // The highest ID is first on the line.
+      if (i < count) slots_[first + i].channel = device.format.channel_list[count - 1 - i];
+    }
+    config.start_delay_clocks = std::max(config.start_delay_clocks, device.busy_s_clocks);
+    DeviceTiming timing = device.timing;
+    // Up to common_clock_max, every slave accepts every clock.
+    timing.clock_min = common_clock_min;
+    if (common.tma == 0) {
+      config.clock_source = ValueSource::defaults;
+      timing.clock_max = common_clock_max;
+    }
+    merge(timing);
+  }
 
   constexpr void merge(const DeviceTiming& other) {
     if (!timing_) {
@@ -422,92 +459,10 @@ class LineBuilder {
     all.cycle_min = std::max(all.cycle_min, other.cycle_min);
   }
 
+  EdsFindingTaker taker_;
   std::array<Slot, control_max_slaves> slots_{};
   std::optional<DeviceTiming> timing_{};
-  std::uint8_t busy_s_clocks_ = 0;
-  ValueSource format_source_ = ValueSource::eds;
-  ValueSource clock_source_ = ValueSource::eds;
-  ValueSource timeout_source_ = ValueSource::eds;
-  ValueSource busy_source_ = ValueSource::eds;
-  ValueSource cycle_source_ = ValueSource::eds;
 };
-
-// ---- A device from the EDS that was read over the line, and the source of each value
-
-/// Which of the common part's times were used in a unit that is a hypothesis.
-struct HypothesisSink {
-  bool timeout = false;
-  bool busy = false;
-  bool cycle = false;
-
-  constexpr void operator()(const EdsRemark& remark) {
-    if (remark.kind != EdsRemarkKind::hypothesis) return;
-    const std::string_view symbol = remark.symbol;
-    busy = busy || symbol == "TBUSY_MAX";
-    cycle = cycle || symbol == "TCYC";
-    timeout = timeout || symbol == "TCLK_MAX" || symbol == "TOS_MAX" || symbol == "TO_MAX";
-  }
-};
-
-/// \param image with a common part; the identifiers are filled in here
-/// \param slaves the known facts about the slaves by ID
-/// \param taker gets what check_eds() finds
-/// \return the device, or eds_contradiction
-constexpr Result<LineDevice, ConfigureFault> eds_device(
-    EdsImage image, const std::array<SlaveDescription, control_max_slaves>& slaves,
-    std::uint8_t holder, const EdsDeviceOptions& options, const EdsFindingTaker& taker,
-    Hertz unstated_clock_max) {
-  const CommonPart common = parse_common_part(*image.common);
-  const auto wrong = [holder](std::optional<EdsDeviceCause> cause, std::string_view field = {}) {
-    return failure(ConfigureFault{.cause = ConfigureError::eds_contradiction,
-                                  .step = ConfigureStep::read_common,
-                                  .slave = holder,
-                                  .eds = cause,
-                                  .field = field});
-  };
-  if (common.sl_off > holder) return wrong(std::nullopt, "SL_OFF");
-  LineDevice line;
-  line.first = static_cast<std::uint8_t>(common.first_slave(holder));
-  line.ids = common.sl_num;
-  // Channel i belongs to the i-th slave if each slave has one channel.
-  for (std::size_t i = 0; i < common.dc_num && i < max_channels; ++i) {
-    const std::size_t slave = common.dc_num == 1 ? holder : line.first + i;
-    if (slave >= slaves.size() || (common.dc_num != 1 && common.dc_num != common.sl_num)) break;
-    if (slaves[slave].profile.value_or(0) != 0) image.identifiers[i] = slaves[slave].profile;
-  }
-  std::optional<EdsFinding> refused;
-  check_eds(image, [&](const EdsFinding& finding) {
-    ++line.findings;
-    if (taker.take != nullptr) taker.take(taker.user, holder, finding);
-    if (!refused && contradicts(finding)) refused = finding;
-  });
-  HypothesisSink used;
-  const auto device = describe_device(image, {}, used, options);
-  if (!device.ok()) return wrong(device.error().cause);
-  if (refused) {
-    return failure(ConfigureFault{.cause = ConfigureError::eds_contradiction,
-                                  .step = ConfigureStep::read_channels,
-                                  .slave = holder,
-                                  .problem = refused->problem,
-                                  .field = refused->symbol});
-  }
-  line.format = device->format;
-  line.timing = device->timing;
-  line.busy_s_clocks = device->busy_s_clocks;
-  // Up to common_clock_max, every slave accepts every clock.
-  line.timing.clock_min = common_clock_min;
-  if (common.tma == 0) {
-    line.clock_source = ValueSource::defaults;
-    line.timing.clock_max = unstated_clock_max;
-  }
-  const auto source = [](bool hypothesis) {
-    return hypothesis ? ValueSource::hypothesis : ValueSource::defaults;
-  };
-  line.timeout_source = source(used.timeout);
-  line.busy_source = source(used.busy);
-  line.cycle_source = source(used.cycle);
-  return line;
-}
 
 }  // namespace biss::configure_detail
 
@@ -557,7 +512,7 @@ class Configurator {
   /// \pre done()
   constexpr Result<Configuration, ConfigureFault> result() const {
     if (fault_) return failure(*fault_);
-    return config_;
+    return builder_.config;
   }
   /// Complete when done().
   constexpr Unrestored unrestored() const { return unrestored_; }
@@ -596,7 +551,8 @@ class Configurator {
     left_ = 2;
   }
   constexpr void advance_init(Picoseconds now) {
-    request_.at = now + std::max(options_.cycle, options_.init_rest);
+    // MA is high for 40 µs at least (D2).
+    request_.at = now + std::max(options_.cycle, biss_static_timeout_max);
     if (--left_ != 0) return;
     step_ = ConfigureStep::identity;
     request_.kind = RequestKind::control_only;
@@ -612,7 +568,7 @@ class Configurator {
     if (fault_) return end_queries();
     ++slave_;
     if (!reads_eds_) {
-      if (slave_ != config_.slave_count) return query_.begin(session_, slave_);
+      if (slave_ != config().slave_count) return query_.begin(session_, slave_);
       reads_eds_ = true;
       slave_ = 0;
     }
@@ -621,8 +577,8 @@ class Configurator {
 
   // False: no further slave has an EDS that can be read.
   constexpr bool begin_next_eds() {
-    for (; slave_ != config_.slave_count; ++slave_) {
-      const SlaveDescription& known = config_.slave_list[slave_];
+    for (; slave_ != config().slave_count; ++slave_) {
+      const SlaveDescription& known = config().slave_list[slave_];
       if (!query_.names_eds(known)) continue;
       if (query_.begin_eds(session_, slave_, known)) return true;
       take_slave();
@@ -638,8 +594,8 @@ class Configurator {
   // False: there are more slaves than can be addressed.
   constexpr bool count_slaves() {
     const ControlOutcome& outcome = session_.outcome();
-    if (config_.slave_count == 0) {
-      config_.slave_count = static_cast<std::uint8_t>(std::popcount(outcome.slaves_present));
+    if (config().slave_count == 0) {
+      config().slave_count = static_cast<std::uint8_t>(std::popcount(outcome.slaves_present));
     }
     if (!outcome.more_slaves || fault_) return true;
     end_with({.cause = ConfigureError::too_many_slaves, .step = step()});
@@ -648,52 +604,35 @@ class Configurator {
 
   constexpr void judge(ControlError error) {
     ConfigureError cause = ConfigureError::control_failed;
-    const bool lost = error == ControlError::frame_lost || error == ControlError::no_answer ||
-                      error == ControlError::no_such_slave;
     if (!received_cds_) {
       cause = ConfigureError::no_encoder;
-    } else if (lost && config_.slave_count != 0) {
-      cause = ConfigureError::line_lost;
-    } else if (error == ControlError::no_answer) {
+    } else if (error == ControlError::no_answer && config().slave_count == 0) {
       cause = ConfigureError::no_control;
-    } else if (lost) {
+    } else if (error == ControlError::frame_lost || error == ControlError::no_answer ||
+               error == ControlError::no_such_slave) {
       cause = ConfigureError::line_lost;
     }
     end_with({.cause = cause, .step = query_.failed_step(), .slave = slave_, .control = error});
   }
 
   constexpr void take_slave() {
-    config_.slave_list[slave_] = query_.description();
-    if (!query_.has_eds()) {
-      builder_.add_profile(slave_, query_.description(), query_.eds_fault(),
-                           {.length_counts_crc = options_.eds.length_counts_crc});
-      return;
-    }
-    const auto device =
-        configure_detail::eds_device(query_.image(), config_.slave_list, slave_, options_.eds,
-                                     options_.findings, options_.unstated_clock_max);
-    if (!device.ok()) {
-      const bool unread = device.error().eds == EdsDeviceCause::unknown_channel;
-      return end_with(unread ? query_.eds_fault().value_or(device.error()) : device.error());
-    }
-    config_.slave_list[slave_].eds_findings = device->findings;
-    if (!builder_.add_device(*device, config_.slave_count)) {
-      end_with({.cause = ConfigureError::eds_contradiction,
-                .step = ConfigureStep::read_common,
-                .slave = slave_,
-                .field = device->format.channel_count > device->ids ? "DC_NUM" : "SL_NUM"});
-    }
+    config().slave_list[slave_] = query_.description();
+    if (!query_.has_eds()) return builder_.add_profile(slave_, query_.eds_fault());
+    const auto fault = builder_.add_eds(query_.image(), slave_);
+    if (!fault) return;
+    const bool unread = fault->eds == EdsDeviceCause::unknown_channel;
+    end_with(unread ? query_.eds_fault().value_or(*fault) : *fault);
   }
 
   constexpr void end_queries() {
-    if (!options_.switch_channels || config_.slave_count == 0) return begin_rest();
+    if (!options_.switch_channels || config().slave_count == 0) return begin_rest();
     step_ = ConfigureStep::channels_on;
-    const auto all = static_cast<std::uint8_t>((1U << config_.slave_count) - 1U);
+    const auto all = static_cast<std::uint8_t>((1U << config().slave_count) - 1U);
     session_.command(all, ControlCommand::channels, ExecuteIf::any_accepts);
   }
   constexpr void end_channels_on() {
     const auto error = session_.outcome().error;
-    config_.channels_were_switched = !error;
+    config().channels_were_switched = !error;
     // A slave without this command did not obey the broadcast, either.
     const bool stay_off = error && error != ControlError::not_accepted;
     // Slaves without an ID received the broadcast and cannot be addressed.
@@ -706,12 +645,14 @@ class Configurator {
 
   constexpr void begin_rest() {
     if (!fault_) {
-      const auto fault = builder_.finish(config_, options_.unstated_clock_max);
+      const auto fault = builder_.finish();
       if (fault) end_with(*fault);
     }
     step_ = ConfigureStep::rest;
     left_ = control_reset_zeros;
   }
+
+  constexpr Configuration& config() { return builder_.config; }
 
   // The first cause is kept.
   constexpr void end_with(const ConfigureFault& fault) {
@@ -730,8 +671,7 @@ class Configurator {
   bool reads_eds_ = false;  // all slaves are known except for their EDS
   Unrestored unrestored_{};
   configure_detail::SlaveQuery query_;
-  configure_detail::LineBuilder builder_;
-  Configuration config_{};
+  configure_detail::LineBuilder builder_{options_.findings};
   std::optional<ConfigureFault> fault_{};
 };
 

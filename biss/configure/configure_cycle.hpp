@@ -8,7 +8,7 @@
 #include "biss/base/units.hpp"
 #include "biss/configure/configurator.hpp"
 #include "biss/frame/fixed.hpp"
-#include "biss/frame/format.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/master/request.hpp"
 #include "biss/timing/step.hpp"
 
@@ -59,13 +59,7 @@ class ConfigureCycle {
 
  private:
   // Frames of this format are never requested.
-  static constexpr FrameFormat no_format = [] {
-    FrameFormat format;
-    format.channel_count = 1;
-    format.channel_list[0].data_bits = 1;
-    return format;
-  }();
-  using Codec = FixedCodec<no_format>;
+  using Codec = FixedCodec<frame_format("pad1")>;
 
   // For the longest and slowest chain.
   static constexpr MasterSetup setup(Hertz clock) {

@@ -81,12 +81,7 @@ constexpr Result<std::uint16_t, DeviceTextError> identifier_of(std::string_view 
   std::size_t at = hexadecimal ? 2 : 0;
   bool good = at < digits.size();
   for (; good && at < digits.size(); ++at) {
-    const char c = digits[at];
-    const char small = c >= 'A' && c <= 'F' ? static_cast<char>(c - 'A' + 'a') : c;
-    const std::uint32_t digit =
-        small >= '0' && small <= '9'   ? static_cast<std::uint32_t>(small - '0')
-        : small >= 'a' && small <= 'f' ? static_cast<std::uint32_t>(small - 'a' + 10)
-                                       : base;
+    const std::uint32_t digit = frame_detail::digit_of(digits[at]);
     value = value * base + digit;
     good = digit < base && value <= UINT16_MAX;
   }
@@ -100,19 +95,20 @@ constexpr Result<std::uint16_t, DeviceTextError> identifier_of(std::string_view 
 constexpr Result<Device, DeviceTextError> device_of_profile(std::string_view digits) {
   const auto identifier = identifier_of(digits);
   if (!identifier.ok()) return failure(identifier.error());
-  const ProfileIdentifier parts{*identifier};
-  const auto format = profile_format(parts.raw);
+  DeviceTextError wrong{.identifier = {*identifier}};
+  const auto format = profile_format(*identifier);
+  const Profile profile = wrong.identifier.profile();
   if (!format.ok()) {
-    return failure(DeviceTextError{
-        .mistake = DeviceMistake::profile, .profile = format.error(), .identifier = parts});
+    wrong.mistake = DeviceMistake::profile;
+    wrong.profile = format.error();
+  } else if (profile != Profile::bp3 && profile != Profile::bp3s) {
+    wrong.mistake = DeviceMistake::other_profile;
+  } else if (format->channel_list[0].position_bits() == 0) {
+    wrong.mistake = DeviceMistake::no_position;
+  } else {
+    return Device{*format, {}, nullptr, nullptr};
   }
-  if (parts.profile() != Profile::bp3 && parts.profile() != Profile::bp3s) {
-    return failure(DeviceTextError{.mistake = DeviceMistake::other_profile, .identifier = parts});
-  }
-  if (format->channel_list[0].position_bits() == 0) {
-    return failure(DeviceTextError{.mistake = DeviceMistake::no_position, .identifier = parts});
-  }
-  return Device{*format, {}, nullptr, nullptr};
+  return failure(wrong);
 }
 
 }  // namespace configure_detail

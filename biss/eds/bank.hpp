@@ -40,4 +40,11 @@ constexpr bool is_filled_with(const EdsBank& bank, std::uint8_t byte) {
   return true;
 }
 
+namespace eds_detail {
+
+// 0 and 0xFF: not filled in.
+constexpr bool is_given(std::uint8_t byte) { return byte != 0x00 && byte != 0xFF; }
+
+}  // namespace eds_detail
+
 }  // namespace biss

@@ -87,9 +87,7 @@ class Bp3Check : PartCheck<Sink> {
     }
     if (id_.version() != 1) return bad(EdsProblem::version);
     if (id_.bit7()) return bad(EdsProblem::reserved_bit);
-    const unsigned most = id_.crc_is_data() && options_.length_counts_crc
-                              ? bp3_max_length_crc_is_data
-                              : bp3_max_data_bits;
+    const unsigned most = id_.crc_is_data() ? bp3_max_length_crc_is_data : bp3_max_data_bits;
     if (id_.data_length() < bp3_min_data_bits || id_.data_length() > most) {
       return bad(EdsProblem::data_length);
     }
@@ -107,15 +105,12 @@ class Bp3Check : PartCheck<Sink> {
 
   // DL computed from the lengths.
   constexpr unsigned data_length_of_parts() const {
-    const bool counted = id_.crc_is_data() && options_.length_counts_crc;
-    return part_.position_bits() + 2 + (counted ? crc6.width_bits : 0U);
+    return part_.position_bits() + 2 + (id_.crc_is_data() ? crc6.width_bits : 0U);
   }
 
   // The same sum decides which reading a decoder takes.
   constexpr bool fits_other_reading() const {
-    const unsigned data = part_.position_bits() + 2;
-    const unsigned other = options_.length_counts_crc ? data : data + crc6.width_bits;
-    return id_.crc_is_data() && other == id_.data_length();
+    return id_.crc_is_data() && part_.position_bits() + 2 == id_.data_length();
   }
 
   constexpr bool check_lengths() const {

@@ -8,19 +8,20 @@
 #include <cstdint>
 #include <string_view>
 
+#include "biss/base/big_endian.hpp"
 #include "biss/eds/bank.hpp"
 #include "biss/eds/field.hpp"
 
 namespace biss {
 
-/// The part as raw numbers, in the units of bp3_fields; the members have the names of its symbols.
-/// Reserved bytes and a wrong checksum are kept, so that a bank is parsed and built without a
-/// change.
+/// The part as raw numbers, in the units of bp3_fields; the members have the names of its symbols,
+/// and the bytes of the struct are the bytes of the bank. Reserved bytes and a wrong checksum are
+/// kept.
 struct Bp3Part {
   std::uint8_t bp_ver = 1;
   std::uint8_t bp_len = 1;
   /// In the form of the registers 0x42 (upper byte) and 0x43.
-  std::uint16_t bp_id = 0;
+  BigEndian<std::uint16_t> bp_id = 0;
   std::uint8_t fb1 = 1;
   std::uint8_t fb2 = 2;
   std::uint8_t pon_pdl = 0;
@@ -33,22 +34,22 @@ struct Bp3Part {
   std::uint8_t co_fmt = 0;
   std::uint8_t fi_len = 0;
   std::uint8_t fi_fmt = 0;
-  std::uint32_t mt_cnt = 0;
-  std::uint32_t sip_cnt = 0;
-  std::uint32_t sip_res = 0;
-  std::uint32_t cpoly = 0x21;
-  std::uint32_t cstart = 0;
-  std::uint16_t abs_acu = 0;
-  std::uint16_t rel_acu = 0;
-  std::uint16_t spd_acu = 0;
-  std::uint16_t hyst = 0;
-  std::uint16_t spd_max = 0;
-  std::uint16_t acc_max = 0;
-  std::uint16_t tmp_min = 0;
-  std::uint16_t tmp_max = 0;
-  std::uint16_t vlt_min = 0;
-  std::uint16_t vlt_max = 0;
-  std::uint16_t cur_max = 0;
+  BigEndian<std::uint32_t> mt_cnt = 0;
+  BigEndian<std::uint32_t> sip_cnt = 0;
+  BigEndian<std::uint32_t> sip_res = 0;
+  BigEndian<std::uint32_t> cpoly = 0x21;
+  BigEndian<std::uint32_t> cstart = 0;
+  BigEndian<std::uint16_t> abs_acu = 0;
+  BigEndian<std::uint16_t> rel_acu = 0;
+  BigEndian<std::uint16_t> spd_acu = 0;
+  BigEndian<std::uint16_t> hyst = 0;
+  BigEndian<std::uint16_t> spd_max = 0;
+  BigEndian<std::uint16_t> acc_max = 0;
+  BigEndian<std::uint16_t> tmp_min = 0;
+  BigEndian<std::uint16_t> tmp_max = 0;
+  BigEndian<std::uint16_t> vlt_min = 0;
+  BigEndian<std::uint16_t> vlt_max = 0;
+  BigEndian<std::uint16_t> cur_max = 0;
   std::array<std::uint8_t, 5> reserved_3a{};
   std::uint8_t chksum = 0;
 
@@ -57,19 +58,6 @@ struct Bp3Part {
   constexpr bool linear() const { return en_typ == 1; }
   /// Turns, coarse and fine: the position on the line.
   constexpr unsigned position_bits() const { return unsigned{mt_len} + co_len + fi_len; }
-
-  /// Calls visit with every member in the order of the addresses.
-  template <class Part, class Visit>
-  static constexpr void members(Part& part, Visit visit) {
-    const auto each = [&](auto&... member) { (visit(member), ...); };
-    each(part.bp_ver, part.bp_len, part.bp_id, part.fb1, part.fb2, part.pon_pdl, part.reserved_07,
-         part.en_typ, part.pos_num, part.mt_len, part.mt_fmt, part.co_len, part.co_fmt, part.fi_len,
-         part.fi_fmt, part.mt_cnt, part.sip_cnt, part.sip_res, part.cpoly, part.cstart,
-         part.abs_acu, part.rel_acu, part.spd_acu, part.hyst, part.spd_max, part.acc_max,
-         part.tmp_min, part.tmp_max, part.vlt_min, part.vlt_max, part.cur_max);
-    for (auto& byte : part.reserved_3a) visit(byte);
-    visit(part.chksum);
-  }
 };
 
 /// Longest MT, CO or FI (BP3 Rev A3, table 8).
@@ -135,12 +123,12 @@ inline constexpr auto bp3_rows() {
 /// Every byte of the part. If rows are shifted in the extracted document, the addresses follow
 /// from the byte counts.
 inline constexpr auto bp3_fields = eds_detail::bp3_rows();
-static_assert(eds_detail::matches<Bp3Part>(bp3_fields));
+static_assert(eds_detail::covers_a_bank(bp3_fields));
 
 /// The part as a bank holds it, right or wrong.
-constexpr Bp3Part parse_bp3_part(const EdsBank& bank) { return eds_detail::parsed<Bp3Part>(bank); }
+constexpr Bp3Part parse_bp3_part(const EdsBank& bank) { return std::bit_cast<Bp3Part>(bank); }
 /// The bank of a part, byte for byte; sealed() sets the checksum.
-constexpr EdsBank build_bank(const Bp3Part& part) { return eds_detail::built(part); }
+constexpr EdsBank build_bank(const Bp3Part& part) { return std::bit_cast<EdsBank>(part); }
 
 }  // namespace biss
 

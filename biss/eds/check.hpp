@@ -92,7 +92,8 @@ class ImageCheck {
     if (id.profile() == Profile::bp3s && crc_bit_is_wrong(id, true)) {
       check.report(EdsProblem::crc_bit, "BP_ID", id.raw);
     }
-    if (options_.raw_checksum) check.check_sum();
+    // Assumed for the parts of other profiles, too.
+    check.check_sum();
   }
 
   // Compares channel i of the common part with a BP3 part, or with the registers if the part was
@@ -104,13 +105,12 @@ class ImageCheck {
     const auto& symbols = channel_symbols[i];
     if (channel.actuator())
       report(EdsProblem::actuator, symbols[2], channel.format, "BP_ID", id.raw);
-    const bool counted = id.crc_is_data() && options_.length_counts_crc;
-    const unsigned crc_bits = counted ? crc6.width_bits : 0;
+    const unsigned crc_bits = id.crc_is_data() ? crc6.width_bits : 0;
     const bool lengths_hold =
         part == nullptr || part->position_bits() + 2 + crc_bits == id.data_length();
     // With C = 1, the sources do not state whether DLEN_i counts the CRC, as DL does.
-    const bool same = channel.dlen == id.data_length() ||
-                      (counted && unsigned{channel.dlen} + crc_bits == id.data_length());
+    const bool same =
+        channel.dlen == id.data_length() || unsigned{channel.dlen} + crc_bits == id.data_length();
     if (!same && lengths_hold && channel.dlen != 0 && channel.dlen <= max_data_bits) {
       report(EdsProblem::data_length_differs, symbols[1], channel.dlen, "BP_ID", id.data_length());
     }

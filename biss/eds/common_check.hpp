@@ -18,9 +18,6 @@ namespace biss {
 
 namespace eds_detail {
 
-// 0 and 0xFF: not filled in.
-constexpr bool is_empty(std::uint8_t byte) { return byte == 0x00 || byte == 0xFF; }
-
 template <EdsSink Sink>
 class CommonCheck : PartCheck<Sink> {
   using Base = PartCheck<Sink>;
@@ -76,11 +73,11 @@ class CommonCheck : PartCheck<Sink> {
     for (std::size_t i = 0; i < max_channels; ++i) {
       const CommonChannel& channel = part_.channels[i];
       if (i < part_.dc_num) {
-        const bool missing = is_empty(channel.bank) && is_empty(channel.dlen) &&
-                             is_empty(channel.format) && is_empty(channel.cpoly);
+        const bool missing = !is_given(channel.bank) && !is_given(channel.dlen) &&
+                             !is_given(channel.format) && !is_given(channel.cpoly);
         count_wrong = count_wrong || missing;
         if (!missing) check_used(i, channel);
-      } else if (!is_empty(channel.bank) && !is_empty(channel.dlen)) {
+      } else if (is_given(channel.bank) && is_given(channel.dlen)) {
         count_wrong = true;
       } else {
         check_unused(i, channel);
@@ -94,7 +91,7 @@ class CommonCheck : PartCheck<Sink> {
   constexpr unsigned filled_channels() const {
     unsigned count = 0;
     for (const CommonChannel& channel : part_.channels) {
-      if (!is_empty(channel.bank) || !is_empty(channel.dlen)) ++count;
+      if (is_given(channel.bank) || is_given(channel.dlen)) ++count;
     }
     return count;
   }
@@ -118,7 +115,7 @@ class CommonCheck : PartCheck<Sink> {
     const std::array bytes{channel.bank, channel.dlen, channel.format, channel.cpoly};
     for (std::size_t byte = 0; byte < bytes.size(); ++byte) {
       // A length above 64 bits is already reported.
-      if (is_empty(bytes[byte]) || (byte == 1 && bytes[byte] > max_data_bits)) continue;
+      if (!is_given(bytes[byte]) || (byte == 1 && bytes[byte] > max_data_bits)) continue;
       report(EdsProblem::channel_unused, channel_symbols[i][byte], bytes[byte], "DC_NUM",
              part_.dc_num);
     }

@@ -7,10 +7,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>
 
+#include "biss/base/big_endian.hpp"
 #include "biss/base/units.hpp"
 #include "biss/eds/bank.hpp"
 #include "biss/eds/field.hpp"
@@ -77,8 +79,8 @@ struct CommonChannel {
 /// The bits of FORMAT_i with a known meaning.
 inline constexpr std::uint8_t known_channel_format_bits = 0x0B;
 
-/// The part as raw numbers; the members have the names of the symbols of common_fields. Unnamed
-/// bytes and a wrong checksum are kept, so that a bank is parsed and built without a change.
+/// The part as raw numbers; the members have the names of the symbols of common_fields, and the
+/// bytes of the struct are the bytes of the bank. Unnamed bytes and a wrong checksum are kept.
 struct CommonPart {
   std::uint8_t eds_ver = 1;
   std::uint8_t eds_len = 0;
@@ -94,7 +96,7 @@ struct CommonPart {
   std::uint8_t tcyc = 0;
   std::uint8_t tbusy_max = 0;
   std::uint8_t busy_s = 0;
-  std::uint16_t pon_dly = 0;
+  BigEndian<std::uint16_t> pon_dly = 0;
   std::uint8_t dc_num = 0;
   std::uint8_t sl_num = 0;
   std::uint8_t sl_off = 0;
@@ -111,21 +113,6 @@ struct CommonPart {
   /// The first ID of the device, computed from the ID of the slave that holds the EDS. Undefined
   /// when SL_OFF is wrong, which check.hpp reports.
   constexpr unsigned first_slave(unsigned this_slave) const { return this_slave - sl_off; }
-
-  /// Calls visit with every member in the order of the addresses.
-  template <class Part, class Visit>
-  static constexpr void members(Part& part, Visit visit) {
-    const auto each = [&](auto&... member) { (visit(member), ...); };
-    each(part.eds_ver, part.eds_len, part.usr_sta, part.usr_end, part.tma, part.to_min, part.to_max,
-         part.tos_min, part.tos_max, part.tclk_min, part.tclk_max, part.tcyc, part.tbusy_max,
-         part.busy_s, part.pon_dly, part.dc_num, part.sl_num, part.sl_off, part.unnamed_13);
-    for (auto& channel : part.channels) {
-      each(channel.bank, channel.dlen, channel.format, channel.cpoly);
-    }
-    visit(part.bc_off);
-    for (auto& byte : part.reserved_35) visit(byte);
-    visit(part.chksum);
-  }
 };
 
 /// The address of a channel's four fields: BANK_i, then DLEN_i, FORMAT_i, CPOLY_i.
@@ -208,13 +195,13 @@ constexpr auto common_rows() {
 
 /// Every byte of the part.
 inline constexpr auto common_fields = eds_detail::common_rows();
-static_assert(eds_detail::matches<CommonPart>(common_fields));
+static_assert(eds_detail::covers_a_bank(common_fields));
 
 /// The part as a bank holds it, right or wrong.
 constexpr CommonPart parse_common_part(const EdsBank& bank) {
-  return eds_detail::parsed<CommonPart>(bank);
+  return std::bit_cast<CommonPart>(bank);
 }
 /// The bank of a part, byte for byte; sealed() sets the checksum.
-constexpr EdsBank build_bank(const CommonPart& part) { return eds_detail::built(part); }
+constexpr EdsBank build_bank(const CommonPart& part) { return std::bit_cast<EdsBank>(part); }
 
 }  // namespace biss

@@ -88,17 +88,6 @@ struct EdsRemark {
 template <class T>
 concept EdsRemarkSink = std::invocable<T&, const EdsRemark&>;
 
-/// Options for facts that no document defines.
-struct EdsDeviceOptions {
-  /// C = 1, if no lengths decide it: ProfileOptions::length_counts_crc.
-  bool length_counts_crc = true;
-  /// Use the times whose unit is a hypothesis; false replaces them by the widest that BiSS C
-  /// allows.
-  bool use_hypotheses = true;
-  /// Channel i belongs to the slave with the i-th ID, and the highest ID is first on the line.
-  bool highest_channel_first = true;
-};
-
 /// Why a data sheet does not describe a device.
 enum class EdsDeviceCause : std::uint8_t {
   no_channel,        ///< DC_NUM is 0, or nothing was read
@@ -140,20 +129,20 @@ class EdsReader {
 
   // Checks that every override can be applied, and reports what it replaces.
   template <class Sink>
-  constexpr Result<bool, EdsDeviceError> announce(Sink& sink) const {
+  constexpr std::optional<EdsDeviceError> announce(Sink& sink) const {
     for (std::size_t i = 0; i < overrides_.size(); ++i) {
       const EdsOverride& each = overrides_[i];
       const auto index = static_cast<std::uint8_t>(i);
       const EdsField* field = find_field(fields_of(each.part), each.symbol);
       if (field == nullptr || each.value > field->all_ones()) {
-        return failure(EdsDeviceError{EdsDeviceCause::unknown_override, index});
+        return EdsDeviceError{EdsDeviceCause::unknown_override, index};
       }
       const EdsBank* bank = bank_of(each);
-      if (bank == nullptr) return failure(EdsDeviceError{EdsDeviceCause::override_unread, index});
+      if (bank == nullptr) return EdsDeviceError{EdsDeviceCause::override_unread, index};
       sink(EdsRemark{each.part, each.channel, field->symbol, EdsRemarkKind::overridden,
                      field_value(*bank, *field), each.value});
     }
-    return true;
+    return std::nullopt;
   }
 
   constexpr bool overrides(EdsPart part, std::size_t channel, std::string_view symbol) const {
@@ -212,20 +201,12 @@ class ChannelReader {
  public:
   using Answer = Result<ChannelFormat, EdsDeviceError>;
 
-  constexpr ChannelReader(const EdsReader& from, std::size_t number, const EdsDeviceOptions& chosen,
-                          Sink& sink)
-      : reader_(from),
-        index_(number),
-        options_{.length_counts_crc = chosen.length_counts_crc},
-        sink_(sink) {
+  constexpr ChannelReader(const EdsReader& from, std::size_t number, Sink& sink)
+      : reader_(from), index_(number), sink_(sink) {
     const EdsImage& image = from.image();
     if (image.common != nullptr) common_ = from.common().channels[number];
     if (image.profiles[number] == nullptr) return;
-    if (profile_part(image, number) == EdsPart::bp3) {
-      part_ = from.bp3(number);
-    } else {
-      raw_ = from.bp3(number);
-    }
+    (profile_part(image, number) == EdsPart::bp3 ? part_ : raw_) = from.bp3(number);
   }
 
   constexpr Answer run() {
@@ -267,7 +248,8 @@ class ChannelReader {
   // The priority: overrides, then registers, then the bank. An overridden DLEN_i replaces DL.
   constexpr std::uint16_t chosen_identifier() const {
     const auto registers = reader_.image().identifiers[index_];
-    std::uint16_t stored = part_ ? part_->bp_id : raw_ ? raw_->bp_id : std::uint16_t{0};
+    std::uint16_t stored = 0;
+    if (part_ || raw_) stored = (part_ ? part_ : raw_)->bp_id;
     if (is_swapped_bp3(stored)) {
       const auto meant = static_cast<std::uint16_t>(bytes_swapped(stored, 2));
       remark_part(EdsRemarkKind::repaired, "BP_ID", stored, meant);
@@ -458,7 +440,7 @@ class ChannelReader {
 
   const EdsReader& reader_;
   std::size_t index_;
-  ProfileOptions options_;
+  ProfileOptions options_{};
   Sink& sink_;
   std::optional<CommonChannel> common_{};
   std::optional<Bp3Part> part_{};
@@ -495,8 +477,7 @@ namespace eds_detail {
 template <class Sink>
 class TimingReader {
  public:
-  constexpr TimingReader(const CommonPart& part, const EdsDeviceOptions& chosen, Sink& sink)
-      : part_(part), options_(chosen), sink_(sink) {}
+  constexpr TimingReader(const CommonPart& part, Sink& sink) : part_(part), sink_(sink) {}
 
   constexpr void fill(EdsDevice& device) const {
     DeviceTiming& timing = device.timing;
@@ -509,7 +490,6 @@ class TimingReader {
     }
     if (const auto busy = time("TBUSY_MAX", part_.tbusy_max, biss_busy_max)) timing.ack_max = *busy;
     set_timeout(timing.timeout);
-    if (!options_.use_hypotheses) return;
     // A longer cycle is safe, so all ones count as a time here.
     if (part_.tcyc != 0) timing.cycle_min = assumed("TCYC", part_.tcyc);
     if (part_.pon_dly != 0 && part_.pon_dly != 0xFFFF) {
@@ -539,11 +519,10 @@ class TimingReader {
     timing.clock_max = std::min(clock, biss_clock_max);
   }
 
-  // A time that is given, is not longer than BiSS C allows, and may be used.
+  // A time that is given and is not longer than BiSS C allows.
   constexpr std::optional<Picoseconds> time(std::string_view symbol, std::uint8_t raw,
                                             Picoseconds longest) const {
-    if (!options_.use_hypotheses) return std::nullopt;
-    if (raw == 0 || raw == 0xFF) {
+    if (!is_given(raw)) {
       say(EdsRemarkKind::not_given, symbol, raw, 0);
       return std::nullopt;
     }
@@ -557,15 +536,14 @@ class TimingReader {
   // A device that states its sampling clock has the adaptive timeout, at most 3 of these clocks
   // above 1.5 periods (D2); otherwise the short one, or the static one.
   constexpr void set_timeout(Timeout& timeout) const {
-    const auto given = [](std::uint8_t raw) { return raw != 0 && raw != 0xFF; };
-    if (given(part_.tclk_max)) {
+    if (is_given(part_.tclk_max)) {
       const auto clock = time("TCLK_MAX", part_.tclk_max, biss_static_timeout_max);
       if (!clock) return;
       timeout.rule = TimeoutRule::adaptive;
       timeout.time = 3 * *clock;
       return;
     }
-    const bool is_short = given(part_.tos_max);
+    const bool is_short = is_given(part_.tos_max);
     const auto fixed = is_short ? time("TOS_MAX", part_.tos_max, biss_static_timeout_max)
                                 : time("TO_MAX", part_.to_max, biss_static_timeout_max);
     if (!fixed) return;
@@ -574,18 +552,8 @@ class TimingReader {
   }
 
   const CommonPart& part_;
-  const EdsDeviceOptions& options_;
   Sink& sink_;
 };
-
-constexpr void set_position_ready(const EdsReader& reader, std::size_t channel, EdsDevice& device) {
-  const EdsImage& image = reader.image();
-  if (image.profiles[channel] == nullptr || profile_part(image, channel) != EdsPart::bp3) return;
-  const std::uint8_t delay = reader.bp3(channel).pon_pdl;
-  if (delay == 0 || delay == 0xFF) return;
-  device.position_ready =
-      std::max(device.position_ready.value_or(Picoseconds{}), milliseconds(delay));
-}
 
 }  // namespace eds_detail
 
@@ -596,30 +564,33 @@ constexpr void set_position_ready(const EdsReader& reader, std::size_t channel, 
 template <EdsRemarkSink Sink>
 constexpr Result<EdsDevice, EdsDeviceError> describe_device(const EdsImage& image,
                                                             std::span<const EdsOverride> overrides,
-                                                            Sink&& sink,
-                                                            const EdsDeviceOptions& options = {}) {
+                                                            Sink&& sink) {
   using PlainSink = std::remove_reference_t<Sink>;
   const eds_detail::EdsReader reader(image, overrides);
-  const auto announced = reader.announce(sink);
-  if (!announced.ok()) return failure(announced.error());
+  if (const auto refused = reader.announce(sink)) return failure(*refused);
   EdsDevice device;
   std::size_t channels = channel_count(image);
   if (image.common != nullptr) {
     const CommonPart common = reader.common();
     channels = std::min<std::size_t>(common.dc_num, max_channels);
     device.slaves = common.sl_num;
-    eds_detail::TimingReader<PlainSink>(common, options, sink).fill(device);
+    eds_detail::TimingReader<PlainSink>(common, sink).fill(device);
   }
   if (channels == 0) return failure(EdsDeviceError{EdsDeviceCause::no_channel, 0});
   if (channels > 1) {
     const auto count = static_cast<std::uint32_t>(channels);
+    // Channel i belongs to the slave with the i-th ID, and the highest ID is first on the line.
     sink(EdsRemark{EdsPart::common, 0, "DC_NUM", EdsRemarkKind::order, count, count});
   }
   for (std::size_t i = 0; i < channels; ++i) {
-    const auto channel = eds_detail::ChannelReader<PlainSink>(reader, i, options, sink).run();
+    const auto channel = eds_detail::ChannelReader<PlainSink>(reader, i, sink).run();
     if (!channel.ok()) return failure(channel.error());
-    device.format.channel_list[options.highest_channel_first ? channels - 1 - i : i] = *channel;
-    eds_detail::set_position_ready(reader, i, device);
+    device.format.channel_list[channels - 1 - i] = *channel;
+    if (image.profiles[i] == nullptr || profile_part(image, i) != EdsPart::bp3) continue;
+    const std::uint8_t delay = reader.bp3(i).pon_pdl;
+    if (!eds_detail::is_given(delay)) continue;
+    device.position_ready =
+        std::max(device.position_ready.value_or(Picoseconds{}), milliseconds(delay));
   }
   device.format.channel_count = static_cast<std::uint8_t>(channels);
   return device;

@@ -115,33 +115,20 @@ struct EdsField {
   constexpr bool may_be_absent() const { return min == 1 && max == all_ones() - 1; }
 };
 
-namespace eds_detail {
-
-constexpr std::uint32_t number_at(const EdsBank& bank, std::size_t address, std::size_t bytes) {
-  std::uint32_t value = 0;
-  for (std::size_t i = 0; i < bytes; ++i) value = value << 8U | bank[address + i];
-  return value;
-}
-
-constexpr void put_number(EdsBank& bank, std::size_t address, std::size_t bytes,
-                          std::uint32_t value) {
-  for (std::size_t i = bytes; i-- > 0; value >>= 8U) {
-    bank[address + i] = static_cast<std::uint8_t>(value);
-  }
-}
-
-}  // namespace eds_detail
-
 /// The value of a field, in or out of its range.
 constexpr std::uint32_t field_value(const EdsBank& bank, const EdsField& field) {
-  return eds_detail::number_at(bank, field.address, field.bytes);
+  std::uint32_t value = 0;
+  for (std::size_t i = 0; i < field.bytes; ++i) value = value << 8U | bank[field.address + i];
+  return value;
 }
 
 /// Writes a field, in or out of its range; sealed() sets the checksum. False, and nothing written,
 /// when the value has more bits than the field.
 [[nodiscard]] constexpr bool set_field(EdsBank& bank, const EdsField& field, std::uint32_t value) {
   if (value > field.all_ones()) return false;
-  eds_detail::put_number(bank, field.address, field.bytes, value);
+  for (std::size_t i = field.bytes; i-- > 0; value >>= 8U) {
+    bank[field.address + i] = static_cast<std::uint8_t>(value);
+  }
   return true;
 }
 
@@ -164,32 +151,6 @@ constexpr const EdsField* find_field(std::span<const EdsField> fields, std::stri
 
 namespace biss::eds_detail {
 
-// ---- Conversion between the struct of a part and its bank, member by member in address order
-
-// `part.members(visit)` visits every member in the order of the addresses; the member's type gives
-// its number of bytes.
-template <class Part>
-constexpr Part parsed(const EdsBank& bank) {
-  Part part;
-  std::size_t at = 0;
-  Part::members(part, [&]<class Member>(Member& member) {
-    member = static_cast<Member>(number_at(bank, at, sizeof(Member)));
-    at += sizeof(Member);
-  });
-  return part;
-}
-
-template <class Part>
-constexpr EdsBank built(const Part& part) {
-  EdsBank bank{};
-  std::size_t at = 0;
-  Part::members(part, [&]<class Member>(const Member& member) {
-    put_number(bank, at, sizeof(Member), member);
-    at += sizeof(Member);
-  });
-  return bank;
-}
-
 // Whether this is a polynomial of BiSS in full form, with the lowest bit that the data sheet leaves
 // out.
 constexpr bool is_full_form_of_known(std::uint32_t stored) {
@@ -206,20 +167,14 @@ constexpr unsigned stored_crc_bits(std::uint32_t stored) {
   return static_cast<unsigned>(std::bit_width(stored));
 }
 
-// Whether struct and table agree on every boundary.
-template <class Part>
-constexpr bool matches(std::span<const EdsField> fields) {
-  const Part part{};
-  std::size_t row = 0;
+// Whether each byte of a bank belongs to one row.
+constexpr bool covers_a_bank(std::span<const EdsField> fields) {
   std::size_t at = 0;
-  bool same = true;
-  Part::members(part, [&]<class Member>(const Member&) {
-    same = same && row < fields.size() && fields[row].address == at &&
-           fields[row].bytes == sizeof(Member);
-    ++row;
-    at += sizeof(Member);
-  });
-  return same && row == fields.size() && at == eds_bank_bytes;
+  for (const EdsField& field : fields) {
+    if (field.address != at) return false;
+    at += field.bytes;
+  }
+  return at == eds_bank_bytes;
 }
 
 }  // namespace biss::eds_detail

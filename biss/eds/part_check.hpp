@@ -18,15 +18,9 @@ struct EdsCheckOptions {
   /// these two). False: they are out of range.
   bool zero_is_absent = true;
   bool ones_are_absent = true;
-  /// Reserved bytes must be 0. The documents do not state this rule.
-  bool reserved_zero = true;
   /// Bytes and bits that no source names must be 0: common part 0x13, bits 2 and 4…7 of FORMAT_i,
   /// 5…7 of BC_OFF.
   bool unnamed_zero = false;
-  /// With C = 1, DL counts the CRC's bits: ProfileOptions::length_counts_crc.
-  bool length_counts_crc = true;
-  /// Parts of other profiles have BP3's checksum, too.
-  bool raw_checksum = true;
 
   /// Whether a value of an optional field means that it is not given.
   constexpr bool absent(std::uint32_t value, std::uint32_t all_ones) const {
@@ -84,14 +78,12 @@ class PartCheck {
  private:
   // Checks the range of a plain value, and bytes that must be 0.
   constexpr void check_value(const EdsField& field, std::uint32_t value) const {
-    if (field.kind == EdsKind::reserved) {
-      if (options_.reserved_zero && value != 0) {
-        report(EdsProblem::reserved_not_zero, field.symbol, value);
-      }
-    } else if (field.kind == EdsKind::unnamed) {
-      if (options_.unnamed_zero && value != 0) {
-        report(EdsProblem::unnamed_not_zero, field.symbol, value);
-      }
+    // The documents do not state that reserved bytes must be 0.
+    if (field.kind == EdsKind::reserved && value != 0) {
+      report(EdsProblem::reserved_not_zero, field.symbol, value);
+    }
+    if (field.kind == EdsKind::unnamed && options_.unnamed_zero && value != 0) {
+      report(EdsProblem::unnamed_not_zero, field.symbol, value);
     }
     // These have checks of their own.
     if (field.kind == EdsKind::feedback || field.kind >= EdsKind::identifier) return;

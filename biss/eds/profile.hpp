@@ -54,8 +54,6 @@ struct ProfileIdentifier {
   }
   /// BP0: the data go to the device.
   constexpr bool actuator() const { return bit7(); }
-  /// BP0: the application's number.
-  constexpr unsigned application() const { return raw & 0x7FU; }
 };
 
 /// Whether this is a BP3 identifier with its two bytes swapped. Otherwise it would be an identifier
@@ -273,18 +271,18 @@ constexpr Result<FrameFormat, ProfileError> profile_format(std::uint16_t identif
 /// C = 1. Adjacent turns and singleturn count as one position. ProfileError::unknown_profile for
 /// another profile.
 constexpr Result<std::uint16_t, ProfileError> profile_identifier(const ChannelFormat& channel,
-                                                                 Profile profile, bool crc_is_data,
-                                                                 bool length_counts_crc = true) {
+                                                                 Profile profile,
+                                                                 bool crc_is_data) {
   if (profile != Profile::bp3 && profile != Profile::bp3s) {
     return failure(ProfileError::unknown_profile);
   }
   const unsigned width = profile == Profile::bp3s ? bp3s_crc.width_bits : crc6.width_bits;
   unsigned length = channel.data_bits;
-  if (crc_is_data && length_counts_crc) length += width;
+  if (crc_is_data) length += width;
   const unsigned kind = profile == Profile::bp3 ? 0x6200U : 0x7200U;
   if (length > 0x7F) return failure(ProfileError::data_length);
   const auto identifier = static_cast<std::uint16_t>(kind | (crc_is_data ? 0x100U : 0U) | length);
-  const auto expected = profile_channel(identifier, {.length_counts_crc = length_counts_crc});
+  const auto expected = profile_channel(identifier);
   if (!expected.ok()) return failure(expected.error());
   if (!eds_detail::same_bits(*expected, channel)) return failure(ProfileError::other_bits);
   return identifier;

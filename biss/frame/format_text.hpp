@@ -95,6 +95,14 @@ namespace frame_detail {
 
 using Parsed = Result<bool, FormatTextError>;
 
+// The value of a hexadecimal digit; 16 for other characters.
+constexpr std::uint32_t digit_of(char c) {
+  if (c >= '0' && c <= '9') return static_cast<std::uint32_t>(c - '0');
+  if (c >= 'a' && c <= 'f') return static_cast<std::uint32_t>(c - 'a') + 10;
+  if (c >= 'A' && c <= 'F') return static_cast<std::uint32_t>(c - 'A') + 10;
+  return 16;
+}
+
 // Parses one format. Offsets count from the front of a channel and become shifts when its width is
 // known.
 class FormatParser {
@@ -297,13 +305,6 @@ class FormatParser {
     }
     if (at_ == first) return fail(FormatMistake::number_without_digits, at_);
     return value;
-  }
-
-  static constexpr std::uint32_t digit_of(char c) {
-    if (c >= '0' && c <= '9') return static_cast<std::uint32_t>(c - '0');
-    if (c >= 'a' && c <= 'f') return static_cast<std::uint32_t>(c - 'a') + 10;
-    if (c >= 'A' && c <= 'F') return static_cast<std::uint32_t>(c - 'A') + 10;
-    return 16;
   }
 
   constexpr Parsed claim(unsigned bits) {

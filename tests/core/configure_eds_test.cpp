@@ -49,20 +49,6 @@ BISS_TEST(ConfigureEds, GoodDataSheet_GivesFormatAndTimingAndBselIsPutBack) {
   }
 }
 
-BISS_TEST(ConfigureEds, WithoutHypotheses_TimesAreTheWidest) {
-  EncoderState state{};
-  Encoders<1> device{{with_eds(state, 0x621E)}};
-  Line line(device, {.eds = {.use_hypotheses = false}});
-  BISS_ASSERT(line.run());
-  const auto result = line.cycle.result();
-  BISS_ASSERT(result.ok());
-  BISS_EXPECT(result->timing.timeout == Timeout{});
-  BISS_EXPECT(result->timing.ack_max == biss_busy_max);
-  BISS_EXPECT(result->busy_source == ValueSource::defaults);
-  BISS_EXPECT(result->timeout_source == ValueSource::defaults);
-  BISS_EXPECT(result->clock_source == ValueSource::eds);
-}
-
 BISS_TEST(ConfigureEds, WrongChecksumOfTheCommonPart_LeavesItToTheIdentifier) {
   for (const std::uint16_t profile : {std::uint16_t{0x621E}, std::uint16_t{0}}) {
     EncoderState state{};

@@ -32,7 +32,7 @@ BISS_TEST(EdsAdvice, UsualEncoders_GetTheUsualFrames) {
   const Bp3Part part = parse_bp3_part(bp3_bank_of(*advice));
   BISS_EXPECT_EQ(part.mt_len, 12);
   BISS_EXPECT_EQ(part.fi_len, 20);
-  BISS_EXPECT_EQ(part.mt_cnt, 1024);
+  BISS_EXPECT_EQ(part.mt_cnt, 1024U);
   BISS_EXPECT_EQ(part.sip_cnt * part.sip_res, std::uint32_t{1} << 17U);
 }
 

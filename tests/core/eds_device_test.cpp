@@ -52,10 +52,9 @@ struct Described {
   }
 };
 
-Described describe(const EdsImage& image, std::span<const EdsOverride> overrides = {},
-                   const EdsDeviceOptions& options = {}) {
+Described describe(const EdsImage& image, std::span<const EdsOverride> overrides = {}) {
   Remarks remarks;
-  const auto device = describe_device(image, overrides, remarks, options);
+  const auto device = describe_device(image, overrides, remarks);
   return {device, remarks};
 }
 
@@ -214,12 +213,6 @@ BISS_TEST(EdsDevice, CrcAsData_LengthsDecideTheReadingOfTheDataLength) {
   BISS_EXPECT(said.is("mt12,st16,nE,nW,crc6"));
   BISS_EXPECT(said.remarks.has("BP_ID", other_reading, 0x631E, 0x631E));
   BISS_EXPECT(said.remarks.find("BP_ID", doubtful) == nullptr);
-  said = describe(image_of(nullptr, &bank), {}, {.length_counts_crc = false});
-  BISS_EXPECT(said.is("mt12,st16,nE,nW,crc6"));
-  BISS_EXPECT_EQ(said.remarks.count, 0U);
-  said = describe(image_of(nullptr, &test::safety_cpw), {}, {.length_counts_crc = false});
-  BISS_EXPECT(said.is("mt12,st16,nE,nW,crc6"));
-  BISS_EXPECT(said.remarks.find("BP_ID", other_reading) != nullptr);
   // The lengths fit neither reading.
   const EdsBank neither = with(test::safety_cpw, EdsPart::bp3, "BP_ID", 0x6325);
   said = describe(image_of(nullptr, &neither));
@@ -244,12 +237,7 @@ BISS_TEST(EdsDevice, Timeouts_AreTakenInTheirOrder) {
   BISS_EXPECT(describe(image_of(&bank, &test::rotary_18)).remarks.has("TO_MAX", not_given, 0, 0));
 }
 
-BISS_TEST(EdsDevice, WithoutHypotheses_OnlySourcedTimesAreUsed) {
-  const Described said =
-      describe(image_of(&test::one_channel, &test::rotary_18), {}, {.use_hypotheses = false});
-  BISS_ASSERT(said.device.ok());
-  BISS_EXPECT(said.device->timing == DeviceTiming({.clock_max = megahertz(10)}));
-  BISS_EXPECT(!said.device->control_ready.has_value());
+BISS_TEST(EdsDevice, ClockAndBusyS_StayWithinTheLimitsOfBissC) {
   const EdsBank slow = with(test::one_channel, EdsPart::common, "TMA", 250);
   BISS_EXPECT(describe(image_of(&slow, &test::rotary_18)).device->timing.clock_max == megahertz(4));
   const EdsBank fast = with(test::one_channel, EdsPart::common, "TMA", 50);
@@ -355,8 +343,6 @@ BISS_TEST(EdsDevice, SafetyDevice_HasTheHighestChannelFirst) {
   BISS_EXPECT(said.remarks.find("DC_NUM", order) != nullptr);
   BISS_EXPECT(said.remarks.find("BP_ID", doubtful) != nullptr);
   BISS_EXPECT_EQ(said.device->slaves, 2);
-  BISS_EXPECT(describe(image, {}, {.highest_channel_first = false})
-                  .is("pos34,nE,nW,lc6,crc16+mt12,st16,nE,nW,crc6"));
   spw = with(spw, EdsPart::bp3, "CSTART", 1);
   BISS_EXPECT(describe(image).is("mt12,st16,nE,nW,crc6+pos34,nE,nW,lc6,crc16:0x190D9:0x1"));
   spw = with(spw, EdsPart::bp3, "CPOLY", 0x21);  // no safety word has a CRC of 6 bits

@@ -52,7 +52,7 @@ void take_part(const EdsSource& source, AdviceWish& wish) {
   wish.resolution_field_bits = bp3.position_bits() - wish.turns_field_bits;
   wish.resolution_bits = wish.resolution_field_bits - singleturn.leading - singleturn.trailing;
   const std::uint16_t registers = source.sheet.identifiers[0].value_or(0);
-  const ProfileIdentifier identifier{registers != 0 ? registers : bp3.bp_id};
+  const ProfileIdentifier identifier{registers != 0 ? registers : std::uint16_t{bp3.bp_id}};
   const bool has_c = identifier.profile() == Profile::bp3 || identifier.profile() == Profile::bp3s;
   wish.in_safety_encoder = has_c && identifier.crc_is_data();
 }

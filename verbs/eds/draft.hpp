@@ -103,7 +103,7 @@ struct EdsDraft {
       derive(bank, (eds_bank + 1U + static_cast<unsigned>(i)) & 0xFFU);
       derive(length, (part.position_bits() + 2) & 0xFFU);
       // A wider polynomial does not fit; with 0 the one of the profile part counts.
-      derive(polynomial, part.cpoly <= 0xFF ? part.cpoly : 0);
+      derive(polynomial, part.cpoly <= 0xFF ? std::uint32_t{part.cpoly} : 0);
       last_bank = std::max(last_bank, profile_bank(i));
     }
     derive("EDS_LEN", (last_bank - eds_bank + 1) & 0xFFU);
