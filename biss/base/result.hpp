@@ -39,9 +39,6 @@ class [[nodiscard]] Result {
   static_assert(std::is_trivially_destructible_v<T> && std::is_trivially_destructible_v<E>);
 
  public:
-  using value_type = T;
-  using error_type = E;
-
   constexpr Result(const T& value) : value_(value), no_error_(), ok_(true) {}
   constexpr Result(T&& value) : value_(std::move(value)), no_error_(), ok_(true) {}
   constexpr Result(Failure<E> failed) : no_value_(), error_(failed.error), ok_(false) {}

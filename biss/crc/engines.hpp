@@ -4,6 +4,7 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <type_traits>
@@ -43,6 +44,18 @@ constexpr bool start_fits(const CrcSpec& spec, unsigned bits) {
 
 constexpr std::uint64_t with_start(const CrcSpec& spec, std::uint64_t data, unsigned bits) {
   return spec.start == 0 ? data : data ^ (std::uint64_t{spec.start} << (bits - spec.width_bits));
+}
+
+// A sum in a tree of sums: look-ups complete together, so a tree is faster than a chain. GCC would
+// make a chain of the tree.
+template <std::unsigned_integral Word>
+constexpr Word pair(Word a, Word b) {
+  const auto both = static_cast<Word>(a ^ b);
+#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12
+  return __builtin_assoc_barrier(both);
+#else
+  return both;
+#endif
 }
 
 }  // namespace crc_detail
@@ -163,6 +176,7 @@ class CrcSliced {
   // Data of up to 40 bits. The look-ups complete together, so a tree of XORs is faster than a
   // chain.
   constexpr std::uint16_t low_slices(std::uint64_t data) const {
+    using crc_detail::pair;
     const std::uint32_t early = pair(pair(at(0, data), at(1, data)), at(4, data));
     // The fourth byte needs no mask when it is the top one.
     const std::uint32_t fourth = table_[3][static_cast<std::uint32_t>(data) >> 24U];
@@ -178,15 +192,6 @@ class CrcSliced {
   [[gnu::noinline]] constexpr std::uint16_t started(std::uint64_t data, unsigned bits) const {
     if (!crc_detail::start_fits(spec_, bits)) return CrcBitwise(spec_)(data, bits);
     return all_slices(crc_detail::with_start(spec_, data, bits));
-  }
-
-  // GCC would make a chain of the tree.
-  static constexpr std::uint32_t pair(std::uint32_t a, std::uint32_t b) {
-#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12
-    return __builtin_assoc_barrier(a ^ b);
-#else
-    return a ^ b;
-#endif
   }
 
   constexpr std::uint32_t at(unsigned slice, std::uint64_t data) const {

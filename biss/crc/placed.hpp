@@ -102,16 +102,6 @@ class PlacedCrc<CrcSliced> {
     }
   }
 
-  // The look-ups complete together, so a tree of XORs is faster than a chain. GCC would make a
-  // chain of the tree.
-  static constexpr std::uint16_t pair(std::uint16_t a, std::uint16_t b) {
-    const auto both = static_cast<std::uint16_t>(a ^ b);
-#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12
-    return __builtin_assoc_barrier(both);
-#else
-    return both;
-#endif
-  }
   // Keeps GCC from joining this shift and the next one: the two lowest bytes of a register need no
   // shift.
   static constexpr std::uint64_t kept(std::uint64_t word) {
@@ -125,6 +115,7 @@ class PlacedCrc<CrcSliced> {
   }
 
   [[gnu::always_inline]] constexpr std::uint16_t sum(std::uint64_t word) const {
+    using crc_detail::pair;
     const std::uint64_t half = kept(word >> 32U);
     std::uint16_t all =
         pair(pair(at(0, word >> 56U), at(1, half >> 16U)), pair(at(2, half >> 8U), at(3, half)));
