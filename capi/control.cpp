@@ -31,9 +31,9 @@ struct biss_control {
     const biss::ControlOutcome last = session.outcome();
     querying = query.advance(session) || begins_eds();
     if (!querying) return;
-    earlier.frames += last.frames;
-    earlier.tries += last.tries;
-    earlier.longest_busy = std::max(earlier.longest_busy, last.longest_busy);
+    earlier_frames += last.frames;
+    earlier_tries += last.tries;
+    earlier_busy = std::max(earlier_busy, last.longest_busy);
   }
 
   /// After everything else of the device comes its EDS, if it has one.
@@ -48,11 +48,9 @@ struct biss_control {
   std::size_t read_count = 0;
   biss::configure_detail::SlaveQuery query;
   // The numbers of all accesses of a query but the last one.
-  struct {
-    std::uint32_t frames = 0;
-    std::uint32_t tries = 0;
-    biss::Picoseconds longest_busy{};
-  } earlier;
+  std::uint32_t earlier_frames = 0;
+  std::uint32_t earlier_tries = 0;
+  biss::Picoseconds earlier_busy{};
   std::uint8_t id = 0;  // of the device that is queried
   bool querying = false;
   bool queried = false;  // the last access was a query
@@ -60,8 +58,6 @@ struct biss_control {
 };
 
 namespace biss::capi {
-
-bool is_control(const biss_control* control) { return is_open(control); }
 
 bool step_control(biss_control* control, Picoseconds now, CdsBit cds) {
   return is_open(control) && control->step(now, cds);
@@ -75,11 +71,12 @@ static_assert(BISS_CDS_MISSING == static_cast<int>(CdsBit::missing));
 
 // Whether an access can begin; then nothing is read yet.
 biss_status begin(biss_control* control) {
-  if (const auto wrong = check_call(control); wrong != BISS_OK) return wrong;
+  if (const auto wrong = check_call(control)) return wrong;
   if (!control->done()) return BISS_RUNNING;
   control->read_count = 0;
   control->queried = false;
-  control->earlier = {};
+  control->earlier_frames = control->earlier_tries = 0;
+  control->earlier_busy = {};
   return BISS_OK;
 }
 
@@ -122,6 +119,8 @@ biss_device device_of(const configure_detail::SlaveQuery& query) {
 
 }  // namespace biss::capi
 
+using namespace biss::capi;
+
 extern "C" {
 
 biss_control_setup biss_control_defaults(void) {
@@ -133,16 +132,16 @@ biss_status biss_control_open(const biss_control_setup* setup, biss_control** co
   *control = nullptr;
   const biss_control_setup chosen = setup == nullptr ? biss_control_defaults() : *setup;
   constexpr std::uint32_t most = std::numeric_limits<std::uint8_t>::max();
-  if (!biss::capi::is_duration(chosen.busy_max_ps) || chosen.retries > most) return BISS_BAD_SETUP;
-  return biss::capi::open_handle(
-      *control, biss::ControlOptions{.busy_max = biss::picoseconds(chosen.busy_max_ps),
-                                     .retries = static_cast<std::uint8_t>(chosen.retries)});
+  if (!is_duration(chosen.busy_max_ps) || chosen.retries > most) return BISS_BAD_SETUP;
+  return open_handle(*control,
+                     biss::ControlOptions{.busy_max = biss::picoseconds(chosen.busy_max_ps),
+                                          .retries = static_cast<std::uint8_t>(chosen.retries)});
 }
 
-void biss_control_close(biss_control* control) { biss::capi::destroy_handle(control); }
+void biss_control_close(biss_control* control) { destroy_handle(control); }
 
 biss_status biss_control_read(biss_control* control, uint32_t id, uint32_t address, size_t count) {
-  if (const auto wrong = biss::capi::begin(control); wrong != BISS_OK) return wrong;
+  if (const auto wrong = begin(control)) return wrong;
   // A request for more registers than fit becomes an impossible request: bad_request.
   const bool fits = count <= control->bytes.size();
   control->read_count = fits ? count : 0;
@@ -155,7 +154,7 @@ biss_status biss_control_write(biss_control* control, uint32_t id, uint32_t addr
                                const uint8_t* bytes, size_t count) {
   if (control != nullptr && bytes == nullptr) return BISS_NULL_ARGUMENT;
   if (count > biss::sequential_max_bytes) return BISS_NO_ROOM;
-  if (const auto wrong = biss::capi::begin(control); wrong != BISS_OK) return wrong;
+  if (const auto wrong = begin(control)) return wrong;
   std::copy_n(bytes, count, control->bytes.begin());
   control->session.write(id, address, std::span(control->bytes).first(count));
   return BISS_OK;
@@ -168,7 +167,7 @@ biss_status biss_control_command(biss_control* control, uint32_t ids, biss_comma
       execute < BISS_EXECUTE_ALL_ACCEPT || execute > BISS_EXECUTE_ALWAYS) {
     return BISS_BAD_SETUP;
   }
-  if (const auto wrong = biss::capi::begin(control); wrong != BISS_OK) return wrong;
+  if (const auto wrong = begin(control)) return wrong;
   control->session.command(static_cast<std::uint8_t>(ids),
                            static_cast<biss::ControlCommand>(command),
                            static_cast<biss::ExecuteIf>(execute));
@@ -178,13 +177,13 @@ biss_status biss_control_command(biss_control* control, uint32_t ids, biss_comma
 biss_status biss_control_broadcast(biss_control* control, biss_command command) {
   if (control == nullptr) return BISS_NULL_ARGUMENT;
   if (command < BISS_COMMAND_CHANNELS || command > BISS_COMMAND_USER) return BISS_BAD_SETUP;
-  if (const auto wrong = biss::capi::begin(control); wrong != BISS_OK) return wrong;
+  if (const auto wrong = begin(control)) return wrong;
   control->session.broadcast(static_cast<biss::ControlCommand>(command));
   return BISS_OK;
 }
 
 biss_status biss_control_cancel(biss_control* control) {
-  if (const auto wrong = biss::capi::check_call(control); wrong != BISS_OK) return wrong;
+  if (const auto wrong = check_call(control)) return wrong;
   control->session.cancel();
   while (control->querying && control->session.done()) {
     control->advance();
@@ -194,35 +193,32 @@ biss_status biss_control_cancel(biss_control* control) {
 }
 
 biss_status biss_control_step(biss_control* control, int64_t now_ps, biss_cds cds, bool* cdm) {
-  if (const auto wrong = biss::capi::check_call(control, cdm); wrong != BISS_OK) return wrong;
+  if (const auto wrong = check_call(control, cdm)) return wrong;
   if (cds < BISS_CDS_ZERO || cds > BISS_CDS_MISSING) return BISS_BAD_SETUP;
-  if (const auto wrong = control->clock.check(now_ps); wrong != BISS_OK) return wrong;
+  if (const auto wrong = control->clock.check(now_ps)) return wrong;
   control->clock.set(now_ps);
   *cdm = control->step(biss::picoseconds(now_ps), static_cast<biss::CdsBit>(cds));
   return BISS_OK;
 }
 
-bool biss_control_done(const biss_control* control) {
-  return !biss::capi::is_open(control) || control->done();
-}
+bool biss_control_done(const biss_control* control) { return !is_open(control) || control->done(); }
 
 biss_status biss_control_outcome_of(const biss_control* control, biss_control_outcome* outcome) {
-  if (const auto wrong = biss::capi::check_call(control, outcome); wrong != BISS_OK) return wrong;
+  if (const auto wrong = check_call(control, outcome)) return wrong;
   const biss::ControlOutcome& from = control->session.outcome();
-  *outcome = {.error = biss::capi::error_of(*control),
+  *outcome = {.error = error_of(*control),
               .bytes_done = from.bytes_done,
               .devices_present = from.slaves_present,
               .accepted = from.accepted,
-              .frames = control->earlier.frames + from.frames,
-              .tries = control->earlier.tries + from.tries,
-              .longest_busy_ps = std::max(control->earlier.longest_busy, from.longest_busy).count};
+              .frames = control->earlier_frames + from.frames,
+              .tries = control->earlier_tries + from.tries,
+              .longest_busy_ps = std::max(control->earlier_busy, from.longest_busy).count};
   return BISS_OK;
 }
 
 biss_status biss_control_bytes(const biss_control* control, uint8_t* bytes, size_t room,
                                size_t* count) {
-  if (const auto wrong = biss::capi::check_call(control, bytes, count); wrong != BISS_OK)
-    return wrong;
+  if (const auto wrong = check_call(control, bytes, count)) return wrong;
   *count = std::min<std::size_t>(control->read_count, control->session.outcome().bytes_done);
   if (*count > room) return BISS_NO_ROOM;
   std::copy_n(control->bytes.begin(), *count, bytes);
@@ -232,7 +228,7 @@ biss_status biss_control_bytes(const biss_control* control, uint8_t* bytes, size
 biss_status biss_control_query(biss_control* control, uint32_t id) {
   if (control == nullptr) return BISS_NULL_ARGUMENT;
   if (id >= biss::control_max_slaves) return BISS_BAD_SETUP;
-  if (const auto wrong = biss::capi::begin(control); wrong != BISS_OK) return wrong;
+  if (const auto wrong = begin(control)) return wrong;
   control->id = static_cast<std::uint8_t>(id);
   control->query.begin(control->session, control->id);
   control->querying = control->queried = true;
@@ -240,10 +236,10 @@ biss_status biss_control_query(biss_control* control, uint32_t id) {
 }
 
 biss_status biss_control_device(const biss_control* control, biss_device* device) {
-  if (const auto wrong = biss::capi::check_call(control, device); wrong != BISS_OK) return wrong;
+  if (const auto wrong = check_call(control, device)) return wrong;
   if (!control->done()) return BISS_RUNNING;
   if (!control->queried) return BISS_NO_READING;
-  *device = biss::capi::device_of(control->query);
+  *device = device_of(control->query);
   return BISS_OK;
 }
 

@@ -1,4 +1,4 @@
-// The functions of a control session that a master calls: biss_control for biss_master.
+// The function of a control session that a master calls: biss_control for biss_master.
 #pragma once
 
 #include "biss/base/units.hpp"
@@ -9,6 +9,5 @@ namespace biss::capi {
 
 /// Takes the CDS of a frame. \return the CDM that ends it; false if the handle is not open
 bool step_control(biss_control* control, Picoseconds now, CdsBit cds);
-bool is_control(const biss_control* control);
 
 }  // namespace biss::capi

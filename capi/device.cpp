@@ -5,14 +5,10 @@
 
 namespace biss::capi {
 
-namespace {
-
 static_assert(BISS_MAX_CHANNELS == max_channels);
 static_assert(BISS_TIMEOUT_ADAPTIVE == static_cast<int>(TimeoutRule::adaptive) &&
               BISS_TIMEOUT_FIXED == static_cast<int>(TimeoutRule::fixed) &&
               BISS_TIMEOUT_CYCLE == static_cast<int>(TimeoutRule::cycle));
-
-}  // namespace
 
 biss_timing as_c(const DeviceTiming& timing) {
   return {.clock_min_hz = timing.clock_min.count,
@@ -32,26 +28,21 @@ biss_timing as_c(const DeviceTiming& timing) {
 
 namespace {
 
-Timeout timeout_from_c(const biss_timing& timing) {
-  Timeout timeout{static_cast<TimeoutRule>(timing.timeout_rule), picoseconds(timing.timeout_ps)};
-  if (timing.release_half_periods != 0) {
-    timeout.release_half_periods = static_cast<std::uint8_t>(timing.release_half_periods);
-  }
-  return timeout;
-}
-
 DeviceTiming from_c(const biss_timing& timing) {
-  return {.clock_min = hertz(timing.clock_min_hz),
-          .clock_max = hertz(timing.clock_max_hz),
-          .start_min = picoseconds(timing.start_min_ps),
-          .ack_max = picoseconds(timing.ack_max_ps),
-          .ack_clocks = static_cast<std::uint16_t>(timing.ack_clocks),
-          .timeout = timeout_from_c(timing),
-          .internal_delay_max = picoseconds(timing.internal_delay_max_ps),
-          .cycle_min = picoseconds(timing.cycle_min_ps),
-          .sampling_min = picoseconds(timing.sampling_min_ps),
-          .sampling_typical = picoseconds(timing.sampling_typical_ps),
-          .sampling_max = picoseconds(timing.sampling_max_ps)};
+  const std::uint32_t release = timing.release_half_periods;
+  return {
+      .clock_min = hertz(timing.clock_min_hz),
+      .clock_max = hertz(timing.clock_max_hz),
+      .start_min = picoseconds(timing.start_min_ps),
+      .ack_max = picoseconds(timing.ack_max_ps),
+      .ack_clocks = static_cast<std::uint16_t>(timing.ack_clocks),
+      .timeout = {static_cast<TimeoutRule>(timing.timeout_rule), picoseconds(timing.timeout_ps),
+                  release != 0 ? static_cast<std::uint8_t>(release) : biss_release_half_periods},
+      .internal_delay_max = picoseconds(timing.internal_delay_max_ps),
+      .cycle_min = picoseconds(timing.cycle_min_ps),
+      .sampling_min = picoseconds(timing.sampling_min_ps),
+      .sampling_typical = picoseconds(timing.sampling_typical_ps),
+      .sampling_max = picoseconds(timing.sampling_max_ps)};
 }
 
 bool is_possible(const biss_timing& timing) {

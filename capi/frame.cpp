@@ -63,19 +63,10 @@ Frame from_c(const biss_frame& frame) {
 }
 
 biss_status status_of(EncodeError error) {
-  switch (error) {
-    case EncodeError::channel_count:
-      return BISS_CHANNEL_COUNT;
-    case EncodeError::position_too_large:
-    case EncodeError::life_counter_too_large:
-      return BISS_VALUE_RANGE;
-    case EncodeError::ack_range:
-    case EncodeError::lead_range:
-      break;
-    case EncodeError::needs_previous:
-      return BISS_BAD_FORMAT;
-  }
-  return BISS_CLOCK_RANGE;
+  if (error == EncodeError::channel_count) return BISS_CHANNEL_COUNT;
+  if (error == EncodeError::needs_previous) return BISS_BAD_FORMAT;
+  const bool of_clocks = error == EncodeError::ack_range || error == EncodeError::lead_range;
+  return of_clocks ? BISS_CLOCK_RANGE : BISS_VALUE_RANGE;
 }
 
 }  // namespace
@@ -120,21 +111,23 @@ biss_frame as_c(const Result<Frame, FrameFault>& from) {
 
 }  // namespace biss::capi
 
+using namespace biss::capi;
+
 extern "C" {
 
 biss_status biss_format_open(const char* text, biss_format** format) {
   if (format == nullptr) return BISS_NULL_ARGUMENT;
   *format = nullptr;
   if (text == nullptr) return BISS_NULL_ARGUMENT;
-  const auto device = biss::capi::find_device(text);
+  const auto device = find_device(text);
   if (!device) return BISS_BAD_FORMAT;
-  return biss::capi::open_handle(*format, *device);
+  return open_handle(*format, *device);
 }
 
-void biss_format_close(biss_format* format) { biss::capi::destroy_handle(format); }
+void biss_format_close(biss_format* format) { destroy_handle(format); }
 
 biss_status biss_format_channel(const biss_format* format, size_t index, biss_channel_format* out) {
-  if (const auto wrong = biss::capi::check_call(format, out); wrong != BISS_OK) return wrong;
+  if (const auto wrong = check_call(format, out)) return wrong;
   const biss::FrameFormat& whole = format->codec.format();
   if (index >= whole.channel_count) return BISS_CHANNEL_COUNT;
   const biss::ChannelFormat& channel = whole.channel_list[index];
@@ -144,20 +137,20 @@ biss_status biss_format_channel(const biss_format* format, size_t index, biss_ch
           .life_counter_bits = channel.life_counter.bits,
           .has_error = channel.error.present,
           .has_warning = channel.warning.present,
-          .crc = biss::capi::checksum_of(channel.crc)};
+          .crc = checksum_of(channel.crc)};
   return BISS_OK;
 }
 
 biss_status biss_format_size_of(const biss_format* format, biss_format_size* size) {
-  if (const auto wrong = biss::capi::check_call(format, size); wrong != BISS_OK) return wrong;
+  if (const auto wrong = check_call(format, size)) return wrong;
   const biss::FrameFormat& whole = format->codec.format();
   *size = {whole.channel_count, whole.payload_bits(), whole.cds0};
   return BISS_OK;
 }
 
 biss_status biss_format_text(const biss_format* format, char* text, size_t room, size_t* length) {
-  if (const auto wrong = biss::capi::check_call(format, text); wrong != BISS_OK) return wrong;
-  return biss::capi::put_text(format->codec.format(), text, room, length);
+  if (const auto wrong = check_call(format, text)) return wrong;
+  return put_text(format->codec.format(), text, room, length);
 }
 
 bool biss_frame_trusted(const biss_frame* frame) {
@@ -168,19 +161,17 @@ bool biss_frame_trusted(const biss_frame* frame) {
                      [](const biss_channel& channel) { return channel.nE; });
 }
 
-biss_bounds biss_bounds_defaults(void) { return biss::capi::as_c(biss::FrameBounds{}); }
+biss_bounds biss_bounds_defaults(void) { return as_c(biss::FrameBounds{}); }
 
 biss_status biss_frame_decode(const biss_format* format, const uint8_t* bytes, size_t byte_count,
                               size_t first_bit, size_t bit_count, const biss_bounds* bounds,
                               biss_frame* frame) {
-  const auto wrong = biss::capi::check_call(format, frame, biss::capi::given(bytes, byte_count));
-  if (wrong != BISS_OK) return wrong;
-  if (bounds != nullptr && !biss::capi::is_possible(*bounds)) return BISS_BAD_SETUP;
+  if (const auto wrong = check_call(format, frame, given(bytes, byte_count))) return wrong;
+  if (bounds != nullptr && !is_possible(*bounds)) return BISS_BAD_SETUP;
   if (format->codec.format().needs_previous()) return BISS_BAD_FORMAT;
-  const biss::FrameBounds within =
-      bounds == nullptr ? biss::FrameBounds{} : biss::capi::bounds_from_c(*bounds);
+  const biss::FrameBounds within = bounds == nullptr ? biss::FrameBounds{} : bounds_from_c(*bounds);
   const biss::BitView bits(std::span(bytes, byte_count), first_bit, bit_count);
-  *frame = biss::capi::as_c(biss::decode_frame(bits, format->codec, within));
+  *frame = as_c(biss::decode_frame(bits, format->codec, within));
   if (frame->cause != BISS_CAUSE_OK) return BISS_OK;
   for (const biss::ChannelFormat& channel : format->codec.format().channels()) {
     frame->no_error_flag |= channel.position_bits() != 0 && !channel.error.present;
@@ -190,7 +181,7 @@ biss_status biss_frame_decode(const biss_format* format, const uint8_t* bytes, s
 }
 
 biss_status biss_frame_defaults(const biss_format* format, biss_frame* frame) {
-  if (const auto wrong = biss::capi::check_call(format, frame); wrong != BISS_OK) return wrong;
+  if (const auto wrong = check_call(format, frame)) return wrong;
   *frame = {};
   frame->channel_count = format->codec.format().channel_count;
   for (biss_channel& channel : frame->channels) channel.nE = channel.nW = true;
@@ -200,16 +191,15 @@ biss_status biss_frame_defaults(const biss_format* format, biss_frame* frame) {
 
 biss_status biss_frame_encode(const biss_format* format, const biss_frame* frame, uint8_t* bytes,
                               size_t byte_count, size_t* bit_count) {
-  const auto wrong =
-      biss::capi::check_call(format, frame, bit_count, biss::capi::given(bytes, byte_count));
-  if (wrong != BISS_OK) return wrong;
+  if (const auto wrong = check_call(format, frame, bit_count, given(bytes, byte_count)))
+    return wrong;
   if (frame->channel_count != format->codec.format().channel_count) return BISS_CHANNEL_COUNT;
   constexpr biss::FrameBounds widest;
   if (frame->lead_clocks > widest.lead_max_clocks || frame->ack_clocks > widest.ack_max_clocks) {
     return BISS_CLOCK_RANGE;
   }
-  const auto bits = biss::encode_frame(biss::capi::from_c(*frame), format->codec);
-  if (!bits.ok()) return biss::capi::status_of(bits.error());
+  const auto bits = biss::encode_frame(from_c(*frame), format->codec);
+  if (!bits.ok()) return status_of(bits.error());
   *bit_count = bits->size_bits();
   const std::span<const std::uint8_t> encoded = bits->bytes();
   if (encoded.size() > byte_count) return BISS_NO_ROOM;
@@ -224,10 +214,10 @@ biss_crc biss_crc_defaults(uint32_t width_bits) {
 
 biss_status biss_crc_of(const biss_crc* crc, uint64_t data, uint32_t bits, uint32_t* value) {
   if (crc == nullptr || value == nullptr) return BISS_NULL_ARGUMENT;
-  if (!biss::capi::is_possible(*crc)) return BISS_BAD_CRC;
+  if (!is_possible(*crc)) return BISS_BAD_CRC;
   if (bits < 1 || bits > biss::max_data_bits) return BISS_BIT_COUNT;
   if ((data & ~biss::low_mask(bits)) != 0) return BISS_VALUE_RANGE;
-  *value = biss::CrcBitwise(biss::capi::from_c(*crc))(data, bits);
+  *value = biss::CrcBitwise(from_c(*crc))(data, bits);
   return BISS_OK;
 }
 

@@ -23,10 +23,8 @@ namespace {
 using sim::FarEndSetup;
 using sim::FaultRule;
 
-constexpr std::string_view usual_motion = "ramp";
-
 std::optional<sim::MotionKind> find_motion(const char* name) {
-  const std::string_view wanted = name == nullptr ? usual_motion : name;
+  const std::string_view wanted = name == nullptr ? "ramp" : name;
   const auto found = std::find(sim::motion_names.begin(), sim::motion_names.end(), wanted);
   if (found == sim::motion_names.end()) return std::nullopt;
   return static_cast<sim::MotionKind>(found - sim::motion_names.begin());
@@ -155,17 +153,14 @@ unsigned position_bits_of(const FrameFormat& format) {
 struct biss_line {
   biss_line(const biss::sim::FarEndSetup& setup, const biss_line_setup& from)
       : far(setup),
-        position(from.position),
-        user(from.user),
-        position_mask(biss::low_mask(biss::capi::position_bits_of(setup.line.format))),
-        has_registers(from.registers),
-        foreign(from.foreign_encoder) {
-    if (position != nullptr) far.encoder().set_positions(&ask, this);
+        chosen(from),
+        position_mask(biss::low_mask(biss::capi::position_bits_of(setup.line.format))) {
+    if (from.position != nullptr) far.encoder().set_positions(&ask, this);
   }
 
   static std::optional<std::uint64_t> ask(void* self, biss::Picoseconds moment) {
     auto& line = *static_cast<biss_line*>(self);
-    const std::uint64_t position = line.position(line.user, moment.count);
+    const std::uint64_t position = line.chosen.position(line.chosen.user, moment.count);
     if ((position & ~line.position_mask) == 0) return position;
     line.value_range = true;
     return std::nullopt;
@@ -184,11 +179,8 @@ struct biss_line {
 
   biss::sim::FarEnd far;
   biss::capi::Clock clock;
-  decltype(biss_line_setup::position) position;
-  void* user;
+  biss_line_setup chosen;
   std::uint64_t position_mask;
-  bool has_registers;
-  bool foreign;
   bool stepping = false;
   bool broken = false;
   bool value_range = false;
@@ -238,6 +230,8 @@ biss_line_request request_of(const sim::FarEndCycle& cycle) {
 }  // namespace
 }  // namespace biss::capi
 
+using namespace biss::capi;
+
 extern "C" {
 
 size_t biss_fault_count(void) { return biss::sim::simulated_fault_count; }
@@ -263,18 +257,17 @@ biss_status biss_line_open(const biss_line_setup* setup, biss_line** line) {
   if (line == nullptr) return BISS_NULL_ARGUMENT;
   *line = nullptr;
   try {
-    const auto checked = biss::capi::check(setup);
+    const auto checked = check(setup);
     if (checked.status != BISS_OK) return checked.status;
-    *line = biss::capi::make_handle<biss_line>(checked.far, *setup);
+    return open_handle(*line, checked.far, *setup);
   } catch (const std::exception&) {
-    *line = nullptr;
+    return BISS_NO_MEMORY;
   }
-  return *line == nullptr ? BISS_NO_MEMORY : BISS_OK;
 }
 
 size_t biss_line_fault_at(const biss_line_setup* setup) {
   try {
-    return biss::capi::check(setup).wrong_at;
+    return check(setup).wrong_at;
   } catch (const std::exception&) {
     return 0;
   }
@@ -282,8 +275,8 @@ size_t biss_line_fault_at(const biss_line_setup* setup) {
 
 biss_status biss_line_step(biss_line* line, int64_t now_ps, bool ma, bool encoder_slo,
                            biss_line_output* out) {
-  if (const auto wrong = biss::capi::usable(line, out); wrong != BISS_OK) return wrong;
-  if (const auto wrong = line->clock.check(now_ps); wrong != BISS_OK) return wrong;
+  if (const auto wrong = usable(line, out)) return wrong;
+  if (const auto wrong = line->clock.check(now_ps)) return wrong;
   if (line->broken) return BISS_NO_MEMORY;
   line->clock.set(now_ps);
   line->stepping = true;
@@ -299,34 +292,34 @@ biss_status biss_line_step(biss_line* line, int64_t now_ps, bool ma, bool encode
 }
 
 biss_status biss_line_set_flags(biss_line* line, bool nE, bool nW) {
-  if (const auto wrong = biss::capi::usable(line); wrong != BISS_OK) return wrong;
+  if (const auto wrong = usable(line)) return wrong;
   line->far.set_flags(nE, nW);
   return BISS_OK;
 }
 
 biss_status biss_line_request_of(const biss_line* line, biss_line_request* request) {
-  if (const auto wrong = biss::capi::usable(line, request); wrong != BISS_OK) return wrong;
+  if (const auto wrong = usable(line, request)) return wrong;
   const biss::sim::FarEndCycle* cycle = line->far.cycle();
   if (cycle == nullptr) return BISS_NO_READING;
-  *request = biss::capi::request_of(*cycle);
+  *request = request_of(*cycle);
   return BISS_OK;
 }
 
 biss_status biss_line_put_register(biss_line* line, uint32_t bank, uint32_t address, uint8_t value,
                                    bool writable) {
-  if (const auto wrong = biss::capi::usable(line); wrong != BISS_OK) return wrong;
-  if (!line->has_registers) return BISS_NO_REGISTER;
+  if (const auto wrong = usable(line)) return wrong;
+  if (!line->chosen.registers) return BISS_NO_REGISTER;
   const bool exists = address == biss::reg::bsel ||
                       line->register_at(line->far.registers(), bank, address) != nullptr;
   if (!exists) return BISS_NO_REGISTER;
-  biss::capi::put(line->far.registers(), bank, address, value, writable);
-  biss::capi::put(line->far.initial_registers(), bank, address, value, writable);
+  put(line->far.registers(), bank, address, value, writable);
+  put(line->far.initial_registers(), bank, address, value, writable);
   return BISS_OK;
 }
 
 biss_status biss_line_register(biss_line* line, uint32_t bank, uint32_t address, uint8_t* value) {
-  if (const auto wrong = biss::capi::usable(line, value); wrong != BISS_OK) return wrong;
-  if (!line->has_registers) return BISS_NO_REGISTER;
+  if (const auto wrong = usable(line, value)) return wrong;
+  if (!line->chosen.registers) return BISS_NO_REGISTER;
   auto& registers = line->far.registers();
   const std::uint8_t* found = line->register_at(registers, bank, address);
   if (address != biss::reg::bsel && found == nullptr) return BISS_NO_REGISTER;
@@ -335,10 +328,10 @@ biss_status biss_line_register(biss_line* line, uint32_t bank, uint32_t address,
 }
 
 const char* biss_line_state(const biss_line* line) {
-  const bool shown = biss::capi::is_open(line) && !line->foreign;
+  const bool shown = is_open(line) && !line->chosen.foreign_encoder;
   return shown ? biss::name_of(line->far.state()).data() : nullptr;
 }
 
-void biss_line_close(biss_line* line) { biss::capi::destroy_handle(line); }
+void biss_line_close(biss_line* line) { destroy_handle(line); }
 
 }  // extern "C"

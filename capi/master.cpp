@@ -26,21 +26,21 @@ bool is_possible(const biss_master_setup& setup) {
 }
 
 MasterSetup from_c(const Device& device, const biss_master_setup& setup) {
-  MasterSetup result{.period = picoseconds(setup.period_ps),
-                     .timing = device.timing,
-                     .slaves = static_cast<std::uint8_t>(setup.slaves),
-                     .compensate = setup.compensate,
-                     .extra_clocks = static_cast<std::uint16_t>(setup.extra_clocks),
-                     .low_time = picoseconds(setup.low_time_ps),
-                     .sample_step = picoseconds(setup.sample_step_ps),
-                     .sample_shift = picoseconds(setup.sample_shift_ps)};
-  if (setup.line_delay_max_ps != 0) result.line_delay_max = picoseconds(setup.line_delay_max_ps);
-  result.reset_time = picoseconds(setup.reset_time_ps);
-  result.idle_min = picoseconds(setup.idle_min_ps);
-  result.trust_cycle_time = setup.trust_cycle_time;
-  result.no_error_flag = setup.no_error_flag;
-  result.unchecked = setup.unchecked;
-  return result;
+  const bool limited = setup.line_delay_max_ps != 0;
+  return {.period = picoseconds(setup.period_ps),
+          .timing = device.timing,
+          .slaves = static_cast<std::uint8_t>(setup.slaves),
+          .compensate = setup.compensate,
+          .extra_clocks = static_cast<std::uint16_t>(setup.extra_clocks),
+          .low_time = picoseconds(setup.low_time_ps),
+          .sample_step = picoseconds(setup.sample_step_ps),
+          .sample_shift = picoseconds(setup.sample_shift_ps),
+          .line_delay_max = limited ? picoseconds(setup.line_delay_max_ps) : biss_line_delay_max,
+          .reset_time = picoseconds(setup.reset_time_ps),
+          .trust_cycle_time = setup.trust_cycle_time,
+          .idle_min = picoseconds(setup.idle_min_ps),
+          .no_error_flag = setup.no_error_flag,
+          .unchecked = setup.unchecked};
 }
 
 biss_status status_of(Refusal refusal) {
@@ -78,16 +78,13 @@ struct biss_master {
 
   // Once CDS is known, or known to be missing: CDM may depend on it.
   void answer_cds(biss::Picoseconds now) {
-    if (answered || control == nullptr) return;
     const auto cds = request.reading().cds;
-    if (request.done()) {
-      answered = true;
-      biss::capi::step_control(control, now, biss::CdsBit::missing);
-    } else if (cds) {
-      answered = true;
-      request.set_cdm(
-          biss::capi::step_control(control, now, *cds ? biss::CdsBit::one : biss::CdsBit::zero));
-    }
+    if (answered || control == nullptr || !(cds || request.done())) return;
+    answered = true;
+    auto bit = biss::CdsBit::missing;
+    if (!request.done()) bit = *cds ? biss::CdsBit::one : biss::CdsBit::zero;
+    const bool cdm = biss::capi::step_control(control, now, bit);
+    if (!request.done()) request.set_cdm(cdm);
   }
 
   biss::capi::Request request;
@@ -96,6 +93,8 @@ struct biss_master {
   bool answered = true;  // the CDS of the request under way
   bool has_reading = false;
 };
+
+using namespace biss::capi;
 
 extern "C" {
 
@@ -112,23 +111,22 @@ biss_status biss_master_open(const biss_master_setup* setup, biss_master** maste
   if (master == nullptr) return BISS_NULL_ARGUMENT;
   *master = nullptr;
   if (setup == nullptr || setup->format == nullptr) return BISS_NULL_ARGUMENT;
-  auto device = biss::capi::find_device(setup->format);
+  auto device = find_device(setup->format);
   if (!device || device->format.needs_previous()) return BISS_BAD_FORMAT;
-  if (!biss::capi::override_timing(setup->timing, *device)) return BISS_BAD_TIMING;
-  if (!biss::capi::is_possible(*setup)) return BISS_BAD_SETUP;
-  const biss_status refused =
-      biss::capi::check_spi(*device, {.period = biss::picoseconds(setup->period_ps),
-                                      .no_error_flag = setup->no_error_flag,
-                                      .unchecked = setup->unchecked});
+  if (!override_timing(setup->timing, *device)) return BISS_BAD_TIMING;
+  if (!is_possible(*setup)) return BISS_BAD_SETUP;
+  const biss_status refused = check_spi(*device, {.period = biss::picoseconds(setup->period_ps),
+                                                  .no_error_flag = setup->no_error_flag,
+                                                  .unchecked = setup->unchecked});
   if (refused != BISS_OK) return refused;
-  if (setup->control != nullptr && !biss::capi::is_control(setup->control)) return BISS_BAD_HANDLE;
-  return biss::capi::open_handle(*master, *device, *setup);
+  if (setup->control != nullptr && !is_open(setup->control)) return BISS_BAD_HANDLE;
+  return open_handle(*master, *device, *setup);
 }
 
 biss_status biss_master_begin(biss_master* master, int64_t now_ps, bool slo, bool cdm,
                               biss_output* out) {
-  if (const auto wrong = biss::capi::check_call(master, out); wrong != BISS_OK) return wrong;
-  if (const biss_status wrong = master->clock.check(now_ps); wrong != BISS_OK) return wrong;
+  if (const auto wrong = check_call(master, out)) return wrong;
+  if (const auto wrong = master->clock.check(now_ps)) return wrong;
   if (!master->request.done()) return BISS_RUNNING;
   master->clock.set(now_ps);
   const biss::StepOutput output =
@@ -136,12 +134,12 @@ biss_status biss_master_begin(biss_master* master, int64_t now_ps, bool slo, boo
   master->has_reading = true;
   master->answered = master->request.done();
   *out = {output.level, output.deadline.count};
-  return biss::capi::status_of(master->request.reading().refusal);
+  return status_of(master->request.reading().refusal);
 }
 
 biss_status biss_master_step(biss_master* master, int64_t now_ps, bool slo, biss_output* out) {
-  if (const auto wrong = biss::capi::check_call(master, out); wrong != BISS_OK) return wrong;
-  if (const biss_status wrong = master->clock.check(now_ps); wrong != BISS_OK) return wrong;
+  if (const auto wrong = check_call(master, out)) return wrong;
+  if (const auto wrong = master->clock.check(now_ps)) return wrong;
   master->clock.set(now_ps);
   const biss::StepOutput output = master->request.step(biss::picoseconds(now_ps), slo);
   master->answer_cds(biss::picoseconds(now_ps));
@@ -150,17 +148,17 @@ biss_status biss_master_step(biss_master* master, int64_t now_ps, bool slo, biss
 }
 
 bool biss_master_done(const biss_master* master) {
-  return !biss::capi::is_open(master) || master->request.done();
+  return !is_open(master) || master->request.done();
 }
 
 biss_status biss_master_reading(const biss_master* master, biss_reading* reading) {
-  if (const auto wrong = biss::capi::check_call(master, reading); wrong != BISS_OK) return wrong;
+  if (const auto wrong = check_call(master, reading)) return wrong;
   if (!master->request.done()) return BISS_RUNNING;
   if (!master->has_reading) return BISS_NO_READING;
-  *reading = biss::capi::reading_of(master->request.reading());
+  *reading = reading_of(master->request.reading());
   return BISS_OK;
 }
 
-void biss_master_close(biss_master* master) { biss::capi::destroy_handle(master); }
+void biss_master_close(biss_master* master) { destroy_handle(master); }
 
 }  // extern "C"

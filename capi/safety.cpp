@@ -99,6 +99,8 @@ struct Wanted {
   biss_status status = BISS_OK;
   FrameFormat format{};
   SafetySetup setup{};
+  bool unrated = false;
+  /// Why these frames cannot be monitored: BISS_BAD_SAFETY.
   std::optional<SafetySetupError> mistake{};
 };
 
@@ -107,9 +109,10 @@ Wanted read_setup(const biss_safety_setup* setup) {
   const auto device = find_device(setup->format);
   if (!device) return {.status = BISS_BAD_FORMAT};
   if (!is_possible(*setup)) return {.status = BISS_BAD_SETUP};
-  Wanted wanted{.format = device->format, .setup = from_c(*setup)};
+  Wanted wanted{.format = device->format, .setup = from_c(*setup), .unrated = setup->unrated};
   wanted.mistake = setup->unrated ? check_safety(wanted.format, UnratedSafetySetup(wanted.setup))
                                   : check_safety(wanted.format, wanted.setup);
+  if (wanted.mistake) wanted.status = BISS_BAD_SAFETY;
   return wanted;
 }
 
@@ -119,33 +122,24 @@ TwoClocks from_c(const biss_safety_time& time) {
 }
 
 biss_judgement as_judgement(const Monitor& monitor, const SafetyJudgement& from) {
-  biss_judgement judgement{};
-  judgement.verdict = static_cast<biss_verdict>(index_of(from.verdict));
-  judgement.state = name_of(from.state).data();
-  judgement.tolerated = from.tolerated;
-  judgement.cpw_nW = from.cpw_nW;
-  judgement.spw_nW = from.spw_nW;
-  judgement.life_counter = from.life_counter;
-  judgement.difference_lsb = from.difference_lsb;
-  judgement.has_position = from.position.has_value();
-  if (!judgement.has_position) {
-    if (from.verdict == SafetyVerdict::safe) {
-      judgement.position = BISS_NO_POSITION;
-      judgement.low = BISS_NO_POSITION;
-      judgement.high = BISS_NO_POSITION;
-      judgement.control_position = BISS_NO_POSITION;
-    }
-    return judgement;
-  }
-  judgement.position = from.position->value;
-  judgement.low = from.position->low;
-  judgement.high = from.position->high;
-  judgement.control_position = control_position(monitor.plan(), *from.position);
-  return judgement;
+  const GuardedPosition& position = from.position;
+  const std::uint64_t none = from.verdict == SafetyVerdict::safe ? BISS_NO_POSITION : 0;
+  return {.verdict = static_cast<biss_verdict>(index_of(from.verdict)),
+          .state = name_of(from.state).data(),
+          .tolerated = from.tolerated,
+          .cpw_nW = from.cpw_nW,
+          .spw_nW = from.spw_nW,
+          .life_counter = from.life_counter,
+          .difference_lsb = from.difference_lsb,
+          .has_position = position.has_value(),
+          .position = position ? position->value : none,
+          .low = position ? position->low : none,
+          .high = position ? position->high : none,
+          .control_position = position ? control_position(monitor.plan(), *position) : none};
 }
 
-Plan plan_of(const Wanted& wanted, bool unrated) {
-  if (unrated) return Plan(wanted.format, UnratedSafetySetup(wanted.setup));
+Plan plan_of(const Wanted& wanted) {
+  if (wanted.unrated) return Plan(wanted.format, UnratedSafetySetup(wanted.setup));
   return Plan(wanted.format, wanted.setup);
 }
 
@@ -154,11 +148,12 @@ Plan plan_of(const Wanted& wanted, bool unrated) {
 }  // namespace biss::capi
 
 struct biss_safety {
-  biss_safety(const biss::capi::Wanted& wanted, bool unrated)
-      : monitor(biss::capi::plan_of(wanted, unrated)) {}
+  explicit biss_safety(const biss::capi::Wanted& wanted) : monitor(biss::capi::plan_of(wanted)) {}
 
   biss::capi::Monitor monitor;
 };
+
+using namespace biss::capi;
 
 extern "C" {
 
@@ -166,39 +161,37 @@ biss_status biss_safety_defaults(const char* format, int64_t cycle_ps, biss_safe
   if (format == nullptr || setup == nullptr) return BISS_NULL_ARGUMENT;
   if (cycle_ps < 0) return BISS_BAD_SETUP;
   const biss::SafetyConfiguration* found = biss::find_safety_configuration(format);
-  if (!biss::capi::find_device(format)) return BISS_BAD_FORMAT;
+  if (!find_device(format)) return BISS_BAD_FORMAT;
   biss::SafetySetup usual = found == nullptr ? biss::SafetySetup{} : found->setup;
   if (cycle_ps != 0) usual = at_cycle(usual, biss::picoseconds(cycle_ps));
-  *setup = biss::capi::as_setup(format, usual);
+  *setup = as_setup(format, usual);
   return BISS_OK;
 }
 
 const char* biss_safety_problem(const biss_safety_setup* setup) {
-  const auto wanted = biss::capi::read_setup(setup);
+  const auto wanted = read_setup(setup);
   return wanted.mistake ? biss::name_of(*wanted.mistake).data() : nullptr;
 }
 
 biss_status biss_safety_open(const biss_safety_setup* setup, biss_safety** safety) {
   if (safety == nullptr) return BISS_NULL_ARGUMENT;
   *safety = nullptr;
-  const auto wanted = biss::capi::read_setup(setup);
+  const auto wanted = read_setup(setup);
   if (wanted.status != BISS_OK) return wanted.status;
-  if (wanted.mistake) return BISS_BAD_SAFETY;
-  return biss::capi::open_handle(*safety, wanted, setup->unrated);
+  return open_handle(*safety, wanted);
 }
 
-void biss_safety_close(biss_safety* safety) { biss::capi::destroy_handle(safety); }
+void biss_safety_close(biss_safety* safety) { destroy_handle(safety); }
 
 biss_status biss_safety_self_test(biss_safety* safety, const biss_safety_setup* expected,
                                   bool* passed) {
   if (passed == nullptr) return BISS_NULL_ARGUMENT;
   *passed = false;
-  if (const auto wrong = biss::capi::check_call(safety); wrong != BISS_OK) return wrong;
-  const auto wanted = biss::capi::read_setup(expected);
+  if (const auto wrong = check_call(safety)) return wrong;
+  const auto wanted = read_setup(expected);
   if (wanted.status != BISS_OK) return wanted.status;
-  if (wanted.mistake) return BISS_BAD_SAFETY;
   *passed = safety->monitor.self_test(
-      biss::SafetyFingerprint(wanted.format, wanted.setup, expected->unrated ? 0 : 1));
+      biss::SafetyFingerprint(wanted.format, wanted.setup, wanted.unrated ? 0 : 1));
   return BISS_OK;
 }
 
@@ -211,28 +204,23 @@ const char* biss_verdict_name(biss_verdict verdict) {
 biss_status biss_safety_step(biss_safety* safety, const biss_safety_time* time,
                              const uint8_t* bytes, size_t byte_count, size_t first_bit,
                              size_t bit_count, biss_judgement* judgement) {
-  const auto wrong =
-      biss::capi::check_call(safety, time, judgement, biss::capi::given(bytes, byte_count));
-  if (wrong != BISS_OK) return wrong;
+  if (const auto wrong = check_call(safety, time, judgement, given(bytes, byte_count)))
+    return wrong;
   const biss::BitView bits(std::span(bytes, byte_count), first_bit, bit_count);
-  *judgement = biss::capi::as_judgement(safety->monitor,
-                                        safety->monitor.step(biss::capi::from_c(*time), bits));
+  *judgement = as_judgement(safety->monitor, safety->monitor.step(from_c(*time), bits));
   return BISS_OK;
 }
 
 biss_status biss_safety_watch(biss_safety* safety, const biss_safety_time* time,
                               biss_judgement* judgement) {
-  if (const auto wrong = biss::capi::check_call(safety, time, judgement); wrong != BISS_OK)
-    return wrong;
-  *judgement =
-      biss::capi::as_judgement(safety->monitor, safety->monitor.watch(biss::capi::from_c(*time)));
+  if (const auto wrong = check_call(safety, time, judgement)) return wrong;
+  *judgement = as_judgement(safety->monitor, safety->monitor.watch(from_c(*time)));
   return BISS_OK;
 }
 
 biss_status biss_safety_deadline(const biss_safety* safety, bool* is_expected,
                                  int64_t* deadline_ps) {
-  if (const auto wrong = biss::capi::check_call(safety, is_expected, deadline_ps); wrong != BISS_OK)
-    return wrong;
+  if (const auto wrong = check_call(safety, is_expected, deadline_ps)) return wrong;
   const auto deadline = safety->monitor.deadline();
   *is_expected = deadline.has_value();
   *deadline_ps = deadline ? deadline->count : BISS_NEVER;
@@ -240,20 +228,20 @@ biss_status biss_safety_deadline(const biss_safety* safety, bool* is_expected,
 }
 
 biss_status biss_safety_expect(biss_safety* safety, uint64_t low, uint64_t high) {
-  if (const auto wrong = biss::capi::check_call(safety); wrong != BISS_OK) return wrong;
+  if (const auto wrong = check_call(safety)) return wrong;
   safety->monitor.expect_position(low, high);
   return BISS_OK;
 }
 
 biss_status biss_safety_acknowledge(biss_safety* safety, biss_verdict cause) {
-  if (const auto wrong = biss::capi::check_call(safety); wrong != BISS_OK) return wrong;
+  if (const auto wrong = check_call(safety)) return wrong;
   if (cause < BISS_VERDICT_SAFE || cause >= BISS_VERDICT_INVALID) return BISS_NO_READING;
   const auto verdict = biss::verdict_of(static_cast<std::size_t>(cause));
   return safety->monitor.acknowledge(verdict) ? BISS_OK : BISS_NO_READING;
 }
 
 biss_status biss_safety_cause(const biss_safety* safety, biss_verdict* cause) {
-  if (const auto wrong = biss::capi::check_call(safety, cause); wrong != BISS_OK) return wrong;
+  if (const auto wrong = check_call(safety, cause)) return wrong;
   const biss::SafetyState state = safety->monitor.state();
   if (state != biss::SafetyState::latched && state != biss::SafetyState::failed) {
     return BISS_NO_READING;
@@ -263,7 +251,7 @@ biss_status biss_safety_cause(const biss_safety* safety, biss_verdict* cause) {
 }
 
 biss_status biss_safety_encoder_restarted(biss_safety* safety) {
-  if (const auto wrong = biss::capi::check_call(safety); wrong != BISS_OK) return wrong;
+  if (const auto wrong = check_call(safety)) return wrong;
   safety->monitor.encoder_restarted();
   return BISS_OK;
 }

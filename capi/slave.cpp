@@ -16,23 +16,20 @@ namespace {
 
 // The owner of the core's register server; it passes the calls on.
 struct CallbackRegisters {
-  void* user = nullptr;
-  decltype(biss_slave_setup::register_permits) permits_it = nullptr;
-  decltype(biss_slave_setup::register_read) read_it = nullptr;
-  decltype(biss_slave_setup::register_write) write_it = nullptr;
+  biss_slave_setup setup;
   bool channels_active = true;
 
   bool permits(unsigned, RegisterAccess access, std::uint8_t address) const {
-    return permits_it(user, access == RegisterAccess::write, address);
+    return setup.register_permits(setup.user, access == RegisterAccess::write, address);
   }
   std::optional<std::uint8_t> read(unsigned, std::uint8_t address) const {
-    const int value = read_it(user, address);
+    const int value = setup.register_read(setup.user, address);
     if (value < 0) return std::nullopt;
     return static_cast<std::uint8_t>(value);
   }
   static bool ready(unsigned) { return true; }
   void write(unsigned, std::uint8_t address, std::uint8_t value) const {
-    write_it(user, address, value);
+    setup.register_write(setup.user, address, value);
   }
   static bool accepts(unsigned, ControlCommand command, bool /*broadcast*/) {
     return command == ControlCommand::channels || command == ControlCommand::control;
@@ -46,33 +43,23 @@ struct CallbackRegisters {
 class CallbackSource {
  public:
   CallbackSource(const biss_slave_setup& setup, const FrameFormat& format)
-      : user_(setup.user),
-        sample_(setup.sample),
-        cds_(setup.cds),
-        cdm_(setup.cdm),
-        count_(format.channel_count) {
-    if (setup.register_permits != nullptr) {
-      registers_.emplace(CallbackRegisters{setup.user, setup.register_permits, setup.register_read,
-                                           setup.register_write});
-    }
-    for (std::size_t k = 0; k < count_; ++k) {
-      position_masks_[k] = low_mask(format.channel_list[k].position_bits());
-      counter_masks_[k] = low_mask(format.channel_list[k].life_counter.bits);
-    }
+      : setup_(setup), format_(format) {
+    if (setup.register_permits != nullptr) registers_.emplace(CallbackRegisters{setup});
   }
 
   Frame sample(Picoseconds moment) {
     std::array<biss_channel, max_channels> channels{};
     for (biss_channel& channel : channels) channel.nE = channel.nW = true;
-    sample_(user_, moment.count, channels.data(), count_);
+    setup_.sample(setup_.user, moment.count, channels.data(), format_.channel_count);
     Frame frame;
-    frame.channel_count = static_cast<std::uint8_t>(count_);
-    const bool usable = fits(channels);
-    if (!usable) value_range_ = true;
-    for (std::size_t k = 0; k < count_; ++k) {
-      frame.channel_list[k] = usable ? Channel{channels[k].position, channels[k].life_counter,
-                                               channels[k].nE, channels[k].nW}
-                                     : Channel{.nE = false, .nW = false};
+    frame.channel_count = format_.channel_count;
+    for (std::size_t k = 0; k < format_.channel_count; ++k) {
+      const biss_channel& channel = channels[k];
+      frame.channel_list[k] = {channel.position, channel.life_counter, channel.nE, channel.nW};
+    }
+    if (!fits(channels)) {
+      value_range_ = true;
+      frame.channel_list.fill({.nE = false, .nW = false});
     }
     return frame;
   }
@@ -80,11 +67,11 @@ class CallbackSource {
   // The CDS of a predecessor is passed on.
   bool cds(bool predecessor) {
     if (registers_) return registers_->cds(predecessor);
-    return (cds_ != nullptr && cds_(user_)) || predecessor;
+    return (setup_.cds != nullptr && setup_.cds(setup_.user)) || predecessor;
   }
   void cdm(bool bit) {
     if (registers_) return registers_->cdm(bit);
-    if (cdm_ != nullptr) cdm_(user_, bit);
+    if (setup_.cdm != nullptr) setup_.cdm(setup_.user, bit);
   }
   /// As the master commanded.
   bool channels_active() const { return !registers_ || registers_->owner().channels_active; }
@@ -94,21 +81,17 @@ class CallbackSource {
 
  private:
   bool fits(std::span<const biss_channel, max_channels> channels) const {
-    for (std::size_t k = 0; k < count_; ++k) {
-      if ((channels[k].position & ~position_masks_[k]) != 0) return false;
-      if ((channels[k].life_counter & ~counter_masks_[k]) != 0) return false;
+    for (std::size_t k = 0; k < format_.channel_count; ++k) {
+      const ChannelFormat& format = format_.channel_list[k];
+      if ((channels[k].position & ~low_mask(format.position_bits())) != 0) return false;
+      if ((channels[k].life_counter & ~low_mask(format.life_counter.bits)) != 0) return false;
     }
     return true;
   }
 
-  void* user_;
-  decltype(biss_slave_setup::sample) sample_;
-  decltype(biss_slave_setup::cds) cds_;
-  decltype(biss_slave_setup::cdm) cdm_;
-  std::size_t count_;
+  biss_slave_setup setup_;
+  FrameFormat format_;
   std::optional<RegisterServer<CallbackRegisters>> registers_;
-  std::array<std::uint64_t, max_channels> position_masks_{};
-  std::array<std::uint64_t, max_channels> counter_masks_{};
   bool value_range_ = false;
 };
 
@@ -143,6 +126,8 @@ struct biss_slave {
   bool stepping = false;
 };
 
+using namespace biss::capi;
+
 extern "C" {
 
 biss_slave_setup biss_slave_defaults(const char* format) {
@@ -157,20 +142,19 @@ biss_status biss_slave_open(const biss_slave_setup* setup, biss_slave** slave) {
   if (setup == nullptr || setup->format == nullptr || setup->sample == nullptr) {
     return BISS_NULL_ARGUMENT;
   }
-  auto device = biss::capi::find_device(setup->format);
+  auto device = find_device(setup->format);
   if (!device) return BISS_BAD_FORMAT;
-  if (!biss::capi::override_timing(setup->timing, *device)) return BISS_BAD_TIMING;
-  if (!biss::capi::is_duration(setup->ready_ps)) return BISS_BAD_SETUP;
-  const auto wrong = biss::capi::check_registers(*setup, device->format);
-  if (wrong != BISS_OK) return wrong;
-  return biss::capi::open_handle(*slave, *device, *setup);
+  if (!override_timing(setup->timing, *device)) return BISS_BAD_TIMING;
+  if (!is_duration(setup->ready_ps)) return BISS_BAD_SETUP;
+  if (const auto wrong = check_registers(*setup, device->format)) return wrong;
+  return open_handle(*slave, *device, *setup);
 }
 
 biss_status biss_slave_step(biss_slave* slave, int64_t now_ps, bool ma, bool sli,
                             biss_output* out) {
-  if (const auto wrong = biss::capi::check_call(slave, out); wrong != BISS_OK) return wrong;
+  if (const auto wrong = check_call(slave, out)) return wrong;
   if (slave->stepping) return BISS_REENTERED;
-  if (const biss_status wrong = slave->clock.check(now_ps); wrong != BISS_OK) return wrong;
+  if (const auto wrong = slave->clock.check(now_ps)) return wrong;
   slave->clock.set(now_ps);
   slave->stepping = true;
   const biss::StepOutput output = slave->slave.step(biss::picoseconds(now_ps), ma, sli);
@@ -181,9 +165,9 @@ biss_status biss_slave_step(biss_slave* slave, int64_t now_ps, bool ma, bool sli
 }
 
 const char* biss_slave_state(const biss_slave* slave) {
-  return biss::capi::is_open(slave) ? biss::name_of(slave->slave.state()).data() : nullptr;
+  return is_open(slave) ? biss::name_of(slave->slave.state()).data() : nullptr;
 }
 
-void biss_slave_close(biss_slave* slave) { biss::capi::destroy_handle(slave); }
+void biss_slave_close(biss_slave* slave) { destroy_handle(slave); }
 
 }  // extern "C"

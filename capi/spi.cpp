@@ -36,20 +36,10 @@ SpiSetup from_c(const biss_spi_setup& setup) {
 biss_status check_spi(const Device& device, const SpiSetup& setup) {
   const auto error = biss::check_spi(device.format, setup, device.timing);
   if (!error) return BISS_OK;
-  switch (*error) {
-    case SpiSetupError::clock:
-      return BISS_CLOCK_MAX;
-    case SpiSetupError::error_flag:
-      return BISS_NO_ERROR_FLAG;
-    case SpiSetupError::crc:
-      return BISS_NO_CRC;
-    case SpiSetupError::previous:
-      return BISS_BAD_FORMAT;
-    case SpiSetupError::period:
-    case SpiSetupError::line_delay:
-      break;
-  }
-  return BISS_BAD_SETUP;
+  if (*error == SpiSetupError::clock) return BISS_CLOCK_MAX;
+  if (*error == SpiSetupError::error_flag) return BISS_NO_ERROR_FLAG;
+  if (*error == SpiSetupError::crc) return BISS_NO_CRC;
+  return *error == SpiSetupError::previous ? BISS_BAD_FORMAT : BISS_BAD_SETUP;
 }
 
 }  // namespace biss::capi
@@ -62,6 +52,8 @@ struct biss_spi {
   biss::SpiSetup setup;
   biss::SpiReader<biss::FrameCodec<>> reader;
 };
+
+using namespace biss::capi;
 
 extern "C" {
 
@@ -77,36 +69,34 @@ biss_status biss_spi_open(const biss_spi_setup* setup, biss_spi** spi) {
   if (spi == nullptr) return BISS_NULL_ARGUMENT;
   *spi = nullptr;
   if (setup == nullptr || setup->format == nullptr) return BISS_NULL_ARGUMENT;
-  if (!biss::capi::is_open(setup->format)) return BISS_BAD_HANDLE;
+  if (!is_open(setup->format)) return BISS_BAD_HANDLE;
   biss::Device device{setup->format->codec.format(), setup->format->timing};
-  if (!biss::capi::override_timing(setup->timing, device)) return BISS_BAD_TIMING;
-  if (!biss::capi::is_possible(*setup)) return BISS_BAD_SETUP;
-  const biss::SpiSetup chosen = biss::capi::from_c(*setup);
-  const biss_status refused = biss::capi::check_spi(device, chosen);
+  if (!override_timing(setup->timing, device)) return BISS_BAD_TIMING;
+  if (!is_possible(*setup)) return BISS_BAD_SETUP;
+  const biss::SpiSetup chosen = from_c(*setup);
+  const biss_status refused = check_spi(device, chosen);
   if (refused != BISS_OK) return refused;
-  return biss::capi::open_handle(*spi, setup->format->codec, chosen, device.timing);
+  return open_handle(*spi, setup->format->codec, chosen, device.timing);
 }
 
-void biss_spi_close(biss_spi* spi) { biss::capi::destroy_handle(spi); }
+void biss_spi_close(biss_spi* spi) { destroy_handle(spi); }
 
 biss_status biss_spi_size_of(const biss_spi* spi, biss_spi_size* size) {
-  if (const auto wrong = biss::capi::check_call(spi, size); wrong != BISS_OK) return wrong;
-  *size = {spi->reader.clocks(), spi->reader.bytes(), biss::capi::as_c(spi->reader.bounds())};
+  if (const auto wrong = check_call(spi, size)) return wrong;
+  *size = {spi->reader.clocks(), spi->reader.bytes(), as_c(spi->reader.bounds())};
   return BISS_OK;
 }
 
 biss_status biss_spi_read(const biss_spi* spi, const uint8_t* bytes, size_t byte_count,
                           size_t clocks, biss_frame* frame) {
-  const auto wrong = biss::capi::check_call(spi, frame, biss::capi::given(bytes, byte_count));
-  if (wrong != BISS_OK) return wrong;
-  *frame = biss::capi::as_c(spi->reader.read(std::span(bytes, byte_count), clocks));
+  if (const auto wrong = check_call(spi, frame, given(bytes, byte_count))) return wrong;
+  *frame = as_c(spi->reader.read(std::span(bytes, byte_count), clocks));
   return BISS_OK;
 }
 
 biss_status biss_spi_line_delay(const biss_spi* spi, const biss_frame* frame, int64_t* min_ps,
                                 int64_t* max_ps) {
-  if (const auto wrong = biss::capi::check_call(spi, frame, min_ps, max_ps); wrong != BISS_OK)
-    return wrong;
+  if (const auto wrong = check_call(spi, frame, min_ps, max_ps)) return wrong;
   if (frame->cause != BISS_CAUSE_OK) return BISS_NO_READING;
   const biss::FrameBounds& bounds = spi->reader.bounds();
   if (frame->lead_clocks < bounds.lead_min_clocks || frame->lead_clocks > bounds.lead_max_clocks) {

@@ -94,7 +94,7 @@ biss_status biss_vcd_open(const char* path, const char* const* names, size_t cou
 }
 
 biss_status biss_vcd_put(biss_vcd* vcd, int64_t time_ps, size_t signal, bool level) {
-  if (const auto wrong = biss::capi::check_call(vcd); wrong != BISS_OK) return wrong;
+  if (const auto wrong = biss::capi::check_call(vcd)) return wrong;
   if (signal >= vcd->count) return BISS_BAD_SETUP;
   if (time_ps < 0 || time_ps > BISS_TIME_MAX) return BISS_TIME_RANGE;
   if (time_ps < vcd->last) return BISS_TIME_BACKWARDS;
