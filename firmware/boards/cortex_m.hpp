@@ -10,6 +10,12 @@ inline volatile std::uint32_t& at(std::uint32_t address) {
   return *reinterpret_cast<volatile std::uint32_t*>(address);
 }
 
+/// Waits until all of these bits of a register are set.
+inline void wait_for(std::uint32_t address, std::uint32_t bits) {
+  while ((at(address) & bits) != bits) {
+  }
+}
+
 /// The address of an object, as the DMA takes it.
 inline std::uint32_t address_of(const volatile void* object) {
   return static_cast<std::uint32_t>(reinterpret_cast<std::uintptr_t>(object));

@@ -112,14 +112,14 @@ class ReadEncoder {
     }
   }
 
-  // Waits for the access that was begun. The interrupts do the work, one bit in each cycle.
-  bool finished() {
-    for (;;) {
-      {
-        const InterruptMask mask;
-        if (link_.session().done()) break;
-      }
-      wait_for_interrupt();
+  // Begins an access and waits for its end. The interrupts do the work, one bit in each cycle.
+  template <class Begin>
+  bool access(const Begin& begin) {
+    for (bool begun = false;; wait_for_interrupt()) {
+      const InterruptMask mask;
+      if (!begun) begin(link_.session());
+      begun = true;
+      if (link_.session().done()) break;
     }
     const auto& error = link_.session().outcome().error;
     if (!error) return true;
@@ -128,20 +128,12 @@ class ReadEncoder {
   }
 
   bool read(std::uint8_t address, std::span<std::uint8_t> to) {
-    {
-      const InterruptMask mask;
-      link_.session().read(0, address, to);
-    }
-    return finished();
+    return access([&](biss::ControlSession& session) { session.read(0, address, to); });
   }
 
   bool write(std::uint8_t address, std::uint8_t value) {
     const std::array<std::uint8_t, 1> bytes{value};
-    {
-      const InterruptMask mask;
-      link_.session().write(0, address, bytes);
-    }
-    return finished();
+    return access([&](biss::ControlSession& session) { session.write(0, address, bytes); });
   }
 
   bool read_bank(std::uint8_t number, biss::EdsBank& bank) {

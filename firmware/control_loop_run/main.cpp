@@ -5,16 +5,115 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "biss/base/units.hpp"
+#include "biss/catalogue/catalogue.hpp"
+#include "biss/frame/encode.hpp"
+#include "biss/master/spi_read.hpp"
+#include "firmware/boards/cortex_m.hpp"
 #include "firmware/control_loop/encoder_axis.hpp"
-#include "firmware/control_loop_run/fake_spi.hpp"
 #include "firmware/platform/console.hpp"
 #include "firmware/platform/startup.hpp"
 #include "tests/core/random.hpp"
 
 namespace control_loop_run {
 namespace {
+
+// ---- A model of an SPI peripheral with DMA and an encoder: QEMU has none that could read a BiSS
+// frame. The axis turns back and forth across zero, and the line is damaged.
+
+constexpr biss::CatalogueEntry encoder = biss::catalogue_encoder("resolute-26");
+constexpr biss::Picoseconds ma_period = biss::period_of(biss::megahertz(10));
+constexpr biss::SpiSetup setup{.period = ma_period, .line_delay = {.max = biss::nanoseconds(700)}};
+using Codec = biss::FrameCodec<biss::CrcFast, 1>;
+constexpr Codec codec{encoder.frame_format()};
+
+/// The damage to a cycle on the line.
+enum class Damage : std::uint8_t {
+  none,
+  flips,      ///< one or two bits of data and CRC
+  pulled,     ///< SLO goes high in the middle of the data and stays
+  unplugged,  ///< SLO is high throughout
+  stuck_low,  ///< SLO is low throughout
+  error_bit,  ///< a good frame with nE = 0
+};
+
+/// The axis: its speed changes by `acceleration` a cycle, up and down between plus and minus
+/// `top_speed` counts a cycle.
+struct Axis {
+  static constexpr std::int64_t top_speed = 1'500'000;
+  static constexpr std::int64_t acceleration = 4'000;
+
+  /// Far enough from zero that the first sample is in turn 0, in which counting begins.
+  std::int64_t position = 5'000'000;
+  std::int64_t speed = -top_speed / 2;
+  bool upwards = true;
+
+  void step() {
+    position += speed;
+    speed += upwards ? acceleration : -acceleration;
+    if (speed >= top_speed) upwards = false;
+    if (speed <= -top_speed) upwards = true;
+  }
+};
+
+constexpr unsigned word_bits = codec.payload_bits();
+
+biss::FrameBits answer(const Axis& axis, Damage damage, std::uint64_t random) {
+  biss::Frame frame;
+  frame.channel_count = 1;
+  frame.lead_clocks = static_cast<std::uint16_t>(2U + random % 5U);
+  frame.ack_clocks = static_cast<std::uint16_t>(33U + (random >> 8U) % 100U);
+  frame.channel_list[0].position = static_cast<std::uint64_t>(axis.position) & biss::low_mask(26);
+  frame.channel_list[0].nE = damage != Damage::error_bit;
+  return biss::encode_frame(frame, codec).value();
+}
+
+void spoil(biss::FrameBits& bits, Damage damage, std::uint64_t random) {
+  const std::size_t word = bits.size_bits() - 1U - word_bits;
+  const auto first = static_cast<std::size_t>((random >> 16U) % word_bits);
+  const auto second = static_cast<std::size_t>((random >> 24U) % word_bits);
+  if (damage == Damage::flips) {
+    bits.flip(word + first);
+    if (second != first) bits.flip(word + second);
+  }
+  if (damage == Damage::pulled) {
+    bits.truncate(word + first);
+    bits.append_run(true, 400);
+  }
+}
+
+class FakeSpi {
+ public:
+  /// Implements the concept SpiDma.
+  bool start(std::span<std::uint8_t> receive) {
+    if (!receive_.empty()) return false;
+    receive_ = receive;
+    return true;
+  }
+
+  /// The hardware's part: answers the request, writes the buffer, raises the DMA interrupt. Nothing
+  /// happens without a request.
+  void finish_transfer(const Axis& axis, Damage damage, std::uint64_t random) {
+    if (receive_.empty()) return;
+    auto bits = answer(axis, damage, random);
+    spoil(bits, damage, random);
+    const auto bytes = bits.bytes().first(std::min(bits.bytes().size(), receive_.size()));
+    const std::uint8_t rest = damage == Damage::unplugged ? 0xFF : 0;
+    std::fill(receive_.begin(), receive_.end(), rest);
+    const bool answers = damage != Damage::unplugged && damage != Damage::stuck_low;
+    if (answers) std::copy(bytes.begin(), bytes.end(), receive_.begin());
+    receive_ = {};
+    // In place of the DMA controller, software pends its interrupt (NVIC_ISPR0).
+    boards::at(0xE000'E200U) = 1;
+  }
+
+ private:
+  std::span<std::uint8_t> receive_{};
+};
+
+// ---- The loop
 
 using control_loop::Quality;
 using Reader = biss::SpiReader<Codec>;
@@ -34,15 +133,18 @@ constexpr std::uint32_t ticks_a_period = 4;
 
 struct Summary {
   std::uint32_t damaged = 0;
-  std::uint32_t measured = 0;
-  std::uint32_t extrapolated = 0;
-  std::uint32_t held = 0;
-  std::uint32_t none = 0;
+  /// Cycles with each Quality.
+  std::array<std::uint32_t, 5> with{};
   std::uint32_t tripped_at = 0;
   std::uint32_t wrong = 0;
   std::int64_t turns_most = 0;
   std::int64_t turns_least = 0;
   biss::Picoseconds oldest{};
+
+  std::uint32_t& operator[](Quality quality) { return with[static_cast<std::size_t>(quality)]; }
+  std::uint32_t operator[](Quality quality) const {
+    return with[static_cast<std::size_t>(quality)];
+  }
 };
 
 struct Loop {
@@ -77,7 +179,6 @@ void expect(bool right, const char* what) {
 }
 
 void check_measured(const control_loop::AxisPosition& latest, biss::Picoseconds now) {
-  ++loop.summary.measured;
   expect(loop.bad_in_a_row == 0, "a damaged frame was taken");
   expect(latest.output.position == loop.truth.position, "the position differs from the axis");
   expect(loop.axis.turns().turns() == loop.truth.position >> 26, "the turns differ from the axis");
@@ -86,7 +187,6 @@ void check_measured(const control_loop::AxisPosition& latest, biss::Picoseconds 
 }
 
 void check_extrapolated(const control_loop::AxisPosition& latest) {
-  ++loop.summary.extrapolated;
   const std::int64_t n = latest.output.bad_in_a_row;
   const std::int64_t error = latest.output.position - loop.truth.position;
   // The speed changed once more for each cycle since it was measured, over up to trip_after cycles
@@ -100,23 +200,10 @@ void check_period(biss::Picoseconds now) {
   Summary& sum = loop.summary;
   expect(latest.output.quality == Quality::measured || loop.bad_in_a_row > 0,
          "a good frame was not taken");
-  switch (latest.output.quality) {
-    case Quality::measured:
-      check_measured(latest, now);
-      break;
-    case Quality::extrapolated:
-      check_extrapolated(latest);
-      break;
-    case Quality::held:
-      ++sum.held;
-      break;
-    case Quality::none:
-      ++sum.none;
-      break;
-    case Quality::tripped:
-      if (sum.tripped_at == 0) sum.tripped_at = loop.cycle;
-      break;
-  }
+  ++sum[latest.output.quality];
+  if (latest.output.quality == Quality::measured) check_measured(latest, now);
+  if (latest.output.quality == Quality::extrapolated) check_extrapolated(latest);
+  if (latest.output.quality == Quality::tripped && sum.tripped_at == 0) sum.tripped_at = loop.cycle;
   if (latest.output.quality != Quality::none && sum.tripped_at == 0 &&
       latest.age(now) > sum.oldest) {
     sum.oldest = latest.age(now);
@@ -148,8 +235,9 @@ void transfer_ends() {
 
 void print_summary(const Summary& sum) {
   using firmware::print;
-  print("cycles ", cycles, ", damaged ", sum.damaged, ": measured ", sum.measured,
-        ", extrapolated ", sum.extrapolated, ", held ", sum.held, ", none yet ", sum.none);
+  print("cycles ", cycles, ", damaged ", sum.damaged, ": measured ", sum[Quality::measured],
+        ", extrapolated ", sum[Quality::extrapolated], ", held ", sum[Quality::held], ", none yet ",
+        sum[Quality::none]);
   print("\ntripped in cycle ", sum.tripped_at, ", unplugged from ", unplugged_from + 1);
   print("\nturns -", static_cast<std::uint64_t>(-sum.turns_least), " to ",
         static_cast<std::uint64_t>(sum.turns_most), ", oldest position ",
@@ -163,17 +251,10 @@ void print_summary(const Summary& sum) {
 }
 
 bool good(const Summary& sum) {
-  return sum.wrong == 0 && sum.measured == cycles - sum.damaged && sum.extrapolated > 400 &&
-         sum.none == 2 && sum.tripped_at == unplugged_from + limits.trip_after &&
-         sum.turns_most > 0 && sum.turns_least < 0;
-}
-
-void start_timers() {
-  auto* const systick = reinterpret_cast<volatile std::uint32_t*>(0xE000'E010U);
-  *reinterpret_cast<volatile std::uint32_t*>(0xE000'E100U) = 1;  // NVIC_ISER0: interrupt 0
-  systick[1] = static_cast<std::uint32_t>(BISS_BOARD_MHZ * tick.count / 1'000'000) - 1U;
-  systick[2] = 0;
-  systick[0] = 7;  // processor clock, interrupt, on
+  return sum.wrong == 0 && sum[Quality::measured] == cycles - sum.damaged &&
+         sum[Quality::extrapolated] > 400 && sum[Quality::none] == 2 &&
+         sum.tripped_at == unplugged_from + limits.trip_after && sum.turns_most > 0 &&
+         sum.turns_least < 0;
 }
 
 }  // namespace
@@ -192,8 +273,9 @@ extern "C" void dma_complete_handler() { control_loop_run::loop.axis.transfer_co
 
 int firmware_main() {
   using namespace control_loop_run;
-  start_timers();
-  while (!finished) asm volatile("wfi");
+  boards::enable_interrupt(0);
+  boards::start_cycle_timer(static_cast<std::uint32_t>(BISS_BOARD_MHZ * tick.count / 1'000'000));
+  while (!finished) boards::wait_for_interrupt();
   print_summary(loop.summary);
   return good(loop.summary) ? 0 : 1;
 }

@@ -2,11 +2,11 @@
 // each call. Prints `row NAME|TITLE|MEAN|MOST|STACK` for firmware/sizes.
 #include <algorithm>
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "firmware/cost/prepare.hpp"
 #include "firmware/cost/row.hpp"
-#include "firmware/cost/ruler.hpp"
 #include "firmware/cost/sample.hpp"
 #include "firmware/platform/console.hpp"
 #include "firmware/platform/startup.hpp"
@@ -19,6 +19,80 @@ extern const cost::Row __stop_biss_rows[];
 namespace cost {
 
 namespace {
+
+// ---- The ruler: counts instructions with SysTick under QEMU's -icount, which gives every instruction
+// the same virtual time. The ticks per instruction are measured on blocks of known length in the
+// same run.
+
+constexpr std::uint32_t long_block = 8000;
+constexpr std::uint32_t clock_mask = 0xFF'FFFFU;
+
+// Arm v6-M and v7-M: SYST_CSR, SYST_RVR, SYST_CVR.
+volatile std::uint32_t* systick() {
+  return reinterpret_cast<volatile std::uint32_t*>(0xE000'E010U);
+}
+
+// Only the block and the return, so that a block of 0 measures the cost of a call.
+template <std::uint32_t Count>
+[[gnu::naked, gnu::noinline]] std::uint64_t nops(const Sample&) {
+  asm volatile(".rept %c0\n nop\n .endr\n bx lr" ::"i"(Count));
+}
+
+/// The ticks and the result of a call.
+struct Timed {
+  std::uint32_t ticks = 0;
+  std::uint64_t answer = 0;
+};
+
+// Calls `run` between two readings of the clock.
+[[gnu::noinline]] Timed timed(Run run, const Sample& sample) {
+  volatile std::uint32_t* const now = systick() + 2;
+  const std::uint32_t before = *now;
+  const std::uint64_t answer = run(sample);
+  return {.ticks = (before - *now) & clock_mask, .answer = answer};
+}
+
+/// Ticks = ticks_of_none + slope * instructions; a call and its return are part of ticks_of_none.
+struct Ruler {
+  std::uint32_t ticks_of_none = 0;
+  std::uint32_t ticks_of_long_block = 0;
+  /// The other blocks are measured to the exact instruction.
+  bool straight = false;
+
+  /// Instructions of a call that took this number of ticks, rounded; call and return not counted.
+  std::uint32_t instructions(std::uint32_t ticks) const {
+    if (ticks <= ticks_of_none) return 0;
+    const std::uint64_t slope = ticks_of_long_block - ticks_of_none;
+    const std::uint64_t scaled = std::uint64_t{ticks - ticks_of_none} * long_block;
+    return static_cast<std::uint32_t>((scaled + slope / 2U) / slope);
+  }
+};
+
+// Starts SysTick and measures blocks of 0, 1, 10, 100, 1000, 3000 and 8000 NOPs.
+Ruler calibrate() {
+  systick()[1] = clock_mask;
+  systick()[2] = 0;
+  systick()[0] = 5;  // processor clock, no interrupt, on
+
+  const Sample sample;
+  Ruler ruler{.ticks_of_none = timed(nops<0>, sample).ticks,
+              .ticks_of_long_block = timed(nops<long_block>, sample).ticks};
+  if (ruler.ticks_of_long_block <= ruler.ticks_of_none) return ruler;
+  struct Block {
+    std::uint32_t length;
+    Run run;
+  };
+  const std::array<Block, 5> blocks{
+      {{1, nops<1>}, {10, nops<10>}, {100, nops<100>}, {1000, nops<1000>}, {3000, nops<3000>}}};
+  ruler.straight = true;
+  for (const Block& block : blocks) {
+    const std::uint32_t counted = ruler.instructions(timed(block.run, sample).ticks);
+    ruler.straight = ruler.straight && counted == block.length;
+  }
+  return ruler;
+}
+
+// ---- The cost of a row
 
 constexpr std::uint64_t seed = 0xB155'C057;
 constexpr std::uint32_t paint = 0xA5A5'A5A5U;
@@ -52,15 +126,14 @@ Cost cost_of(const Row& row, const Ruler& ruler, const biss::SpiReader<Codec>& r
   SafetyMonitor safety;
   cost.right = safety.self_test();
   const MonitorBytes tested(safety);
-  Sample sample;
-  sample.reader = &reader;
-  sample.counter = &counter;
-  sample.slave = &slave;
-  sample.master = &master;
-  sample.control = &control;
-  sample.server = &server;
-  sample.safety = &safety;
-  sample.tested = &tested;
+  Sample sample{.reader = &reader,
+                .counter = &counter,
+                .slave = &slave,
+                .master = &master,
+                .control = &control,
+                .server = &server,
+                .safety = &safety,
+                .tested = &tested};
   for (std::uint32_t i = 0; i < row.samples; ++i) {
     row.prepare(sample, random);
     const Timed call = timed(row.run, sample);

@@ -21,10 +21,6 @@ namespace rp2040 {
 // Aliases of every register below 0x60000000 that set or clear bits (2.1.2).
 inline void set_bits(std::uint32_t address, std::uint32_t bits) { at(address + 0x2000U) = bits; }
 inline void clear_bits(std::uint32_t address, std::uint32_t bits) { at(address + 0x3000U) = bits; }
-inline void wait_for(std::uint32_t address, std::uint32_t bits) {
-  while ((at(address) & bits) != bits) {
-  }
-}
 
 inline constexpr std::uint32_t clocks = 0x4000'8000U;      // 2.15.7
 inline constexpr std::uint32_t resets = 0x4000'C000U;      // 2.14.3

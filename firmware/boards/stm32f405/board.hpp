@@ -51,11 +51,6 @@ inline void set_field(std::uint32_t address, unsigned shift, std::uint32_t mask,
   at(address) = (at(address) & ~(mask << shift)) | value << shift;
 }
 
-inline void wait_for(std::uint32_t address, std::uint32_t bits) {
-  while ((at(address) & bits) != bits) {
-  }
-}
-
 inline void clock_setup() {
   at(flash) = 5U | 1U << 8U | 1U << 9U | 1U << 10U;  // ACR: 5 wait states, prefetch, caches
   at(rcc + 0x08U) = 5U << 10U | 4U << 13U;           // CFGR: APB1 / 4, APB2 / 2
