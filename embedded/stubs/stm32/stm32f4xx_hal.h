@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-enum HAL_StatusTypeDef { HAL_OK = 0, HAL_ERROR = 1 };
+enum HAL_StatusTypeDef { HAL_OK = 0 };
 enum IRQn_Type { DMA2_Stream0_IRQn = 56, DMA2_Stream3_IRQn = 59 };
 
 struct GPIO_TypeDef;
@@ -18,12 +18,11 @@ struct GPIO_InitTypeDef {
   std::uint32_t Pin, Mode, Pull, Speed, Alternate;
 };
 struct SPI_InitTypeDef {
-  std::uint32_t Mode, Direction, DataSize, CLKPolarity, CLKPhase, NSS, BaudRatePrescaler, FirstBit,
-      TIMode, CRCCalculation, CRCPolynomial;
+  std::uint32_t Mode, Direction, DataSize, CLKPolarity, CLKPhase, NSS, BaudRatePrescaler, FirstBit;
 };
 struct DMA_InitTypeDef {
   std::uint32_t Channel, Direction, PeriphInc, MemInc, PeriphDataAlignment, MemDataAlignment, Mode,
-      Priority, FIFOMode, FIFOThreshold, MemBurst, PeriphBurst;
+      Priority, FIFOMode;
 };
 struct DMA_HandleTypeDef {
   DMA_Stream_TypeDef* Instance;

@@ -1,4 +1,4 @@
-// The SPI master driver of ESP-IDF 5, as its API reference describes it.
+// The parts of the SPI master driver of ESP-IDF 5 that the example uses (its API reference).
 #pragma once
 
 #include <cstddef>
@@ -13,8 +13,8 @@ void esp_error_check_failed(esp_err_t error);
     if (checked != ESP_OK) esp_error_check_failed(checked); \
   } while (0)
 
-enum spi_host_device_t { SPI1_HOST = 0, SPI2_HOST = 1, SPI3_HOST = 2 };
-enum spi_dma_chan_t { SPI_DMA_DISABLED = 0, SPI_DMA_CH_AUTO = 3 };
+enum spi_host_device_t { SPI2_HOST = 1 };
+enum spi_dma_chan_t { SPI_DMA_CH_AUTO = 3 };
 struct spi_device_t;
 using spi_device_handle_t = spi_device_t*;
 
@@ -25,27 +25,17 @@ struct spi_bus_config_t {
   int quadwp_io_num;
   int quadhd_io_num;
   int max_transfer_sz;
-  std::uint32_t flags;
-  int intr_flags;
 };
 
 struct spi_device_interface_config_t {
-  std::uint8_t command_bits;
-  std::uint8_t address_bits;
-  std::uint8_t dummy_bits;
   std::uint8_t mode;
   int clock_speed_hz;
-  int input_delay_ns;
   int spics_io_num;
-  std::uint32_t flags;
   int queue_size;
 };
 
 struct spi_transaction_t {
-  std::uint32_t flags;
-  std::size_t length;    // bits
-  std::size_t rxlength;  // bits; 0: as length
-  const void* tx_buffer;
+  std::size_t length;  // bits
   void* rx_buffer;
 };
 

@@ -20,9 +20,6 @@ typedef int (*sensor_channel_get_t)(const struct device* dev, enum sensor_channe
                                     struct sensor_value* val);
 
 struct sensor_driver_api {
-  void* attr_set;
-  void* attr_get;
-  void* trigger_set;
   sensor_sample_fetch_t sample_fetch;
   sensor_channel_get_t channel_get;
 };
