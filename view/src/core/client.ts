@@ -1,5 +1,5 @@
 // The core from the page's side: a typed request to the worker, a promise for its answer.
-import type { AnswerMessage, ReadingMessage, RequestMessage, RequestName, Requests } from './protocol';
+import type { Answer, AnswerMessage, Ask, ReadingMessage, RequestMessage, RequestName } from './protocol';
 
 /** An answer that failed, with the message of the command. */
 export class CoreError extends Error {
@@ -59,13 +59,9 @@ export class Client {
     worker.onerror = (event) => this.#broken(event.message || 'the core has stopped');
   }
 
-  ask<K extends RequestName>(
-    name: K,
-    ask: Requests[K]['ask'],
-    { lane }: { lane?: string } = {},
-  ): Promise<Requests[K]['answer']> {
+  ask<K extends RequestName>(name: K, ask: Ask<K>, { lane }: { lane?: string } = {}): Promise<Answer<K>> {
     const message: RequestMessage = { id: this.#nextId++, name, ask };
-    const answer = new Promise<Requests[K]['answer']>((resolve, reject) => {
+    const answer = new Promise<Answer<K>>((resolve, reject) => {
       this.#waiting.set(message.id, { lane, resolve, reject });
       addWaiting(1);
     });

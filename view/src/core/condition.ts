@@ -23,8 +23,7 @@ export type Condition =
   | { kind: 'not'; of: Condition }
   | { kind: 'compare'; column: string; operator: Operator; text: string; value?: Decimal; unit: string }
   /** The same rows as with `biss decode --only-errors`. */
-  | { kind: 'error' }
-  | { kind: 'verdict'; name: string };
+  | { kind: 'error' };
 
 export class ConditionError extends Error {}
 
@@ -44,7 +43,7 @@ export const suggestions = [
 ];
 
 function equal(column: string, text: string): Condition {
-  return { kind: 'compare', column, operator: '=', text, value: { digits: BigInt(text), places: 0 }, unit: '' };
+  return { kind: 'compare', column, operator: '=', text, ...valueOf(text) };
 }
 
 /** @throws ConditionError with the problem and its place in the text */
@@ -132,10 +131,8 @@ class Parser {
     const column = this.columns.find(({ name }) => name.toLowerCase() === lower);
     const bad = column && badAt(column.role);
     if (bad !== undefined) return equal(column!.name, bad);
-    if (lower in statuses) {
-      return { kind: 'compare', column: 'status', operator: '=', text: lower, unit: '' };
-    }
-    if (verdicts.has(lower)) return { kind: 'verdict', name: lower };
+    if (lower in statuses) return equal('status', lower);
+    if (verdicts.has(lower)) return equal('safety', lower);
     if (/^\d+$/.test(word)) return equal('cycle', word);
     throw new ConditionError(`"${word}" is not a status; write for example "crc" or "position > 1000"`);
   }

@@ -81,10 +81,6 @@ function testOf(rows: Stretch, condition: Condition): Test {
     }
     case 'error':
       return errorTest(rows);
-    case 'verdict': {
-      const text = rows.text('safety');
-      return (place) => text(place) === condition.name;
-    }
     case 'compare':
       return comparison(rows, condition);
   }

@@ -1,59 +1,12 @@
 // The messages between the page and the worker. An answer has the number of its request.
-import type { About, Column, ColumnValues, Cycle, LineView, RunResult } from 'biss';
-import type { Causes, CausesAsk } from '../plots/causes_of';
-import type { Envelope, EnvelopeAsk } from '../plots/envelope';
-import type { Eye, EyeAsk } from '../plots/eye_of';
-import type { Rows, RowsAsk, Strip, StripAsk } from '../plots/row_classes';
-import type { Report } from './report';
-import type { Content } from './source';
+import type { About, Column } from 'biss';
+import type { Handlers } from './worker';
 
-/** Requests about the open capture, and their answers. */
-export interface Questions {
-  view: { ask: { line: 'ma' | 'slo'; from: bigint; to: bigint; columns: number }; answer: LineView };
-  cells: { ask: { from: number; to: number }; answer: string[][] };
-  /** The cells of rows that need not follow one another. */
-  cellsOf: { ask: { rows: readonly number[] }; answer: string[][] };
-  csv: { ask: { from: number; to: number }; answer: string };
-  column: { ask: { name: string; from: number; to: number }; answer: ColumnValues };
-  cycle: { ask: { row: number }; answer: Cycle | undefined };
-  /** The row of a cycle, by its number; undefined if the cycle has no row. */
-  rowOfCycle: { ask: { number: number }; answer: number | undefined };
-  /** The last row that begins at or before this time; undefined before the first one. */
-  rowAt: { ask: { time: bigint }; answer: number | undefined };
-  summary: { ask: Record<string, never>; answer: string };
-  /** The next row from `from` on (exclusive) for which the condition is true; see condition.ts. */
-  find: { ask: { condition: string; from: number; step: 1 | -1 }; answer: number | undefined };
-  /** The rows for which the condition is true, at most `most`. */
-  findAll: { ask: { condition: string; most: number }; answer: Int32Array };
-  // The computations for the plots and the waveform: rows go in by column, envelopes and counts come out, so no
-  // answer grows with the capture.
-  'analyse.envelope': { ask: EnvelopeAsk; answer: Envelope };
-  'analyse.strip': { ask: StripAsk; answer: Strip };
-  'analyse.rows': { ask: RowsAsk; answer: Rows };
-  'analyse.causes': { ask: CausesAsk; answer: Causes };
-  'analyse.eye': { ask: EyeAsk; answer: Eye };
-}
-
-/** Requests that need no open capture. */
-export interface Commands {
-  /** biss_core.wasm in base64 of gzip. */
-  load: { ask: { core: string }; answer: void };
-  addFile: { ask: { name: string; content: Content }; answer: void };
-  removeFile: { ask: { name: string }; answer: void };
-  readFile: { ask: { name: string }; answer: Uint8Array };
-  run: { ask: { args: string[] }; answer: RunResult };
-  /** The capture is a part of the capture of the report. */
-  report: { ask: { report: Report | undefined }; answer: void };
-  /** isWhole: the settings are the same as in the report. */
-  open: { ask: { args: string[]; anyLines: boolean; isWhole: boolean }; answer: Opened };
-  /**
-   * Opens a capture that continues the open one, and reads it to its end. Then it replaces the open one, and
-   * the answer comes. The answer is undefined if another capture has been opened meanwhile.
-   */
-  openBehind: { ask: { args: string[]; anyLines: boolean; isWhole: boolean }; answer: Required<Opened> | undefined };
-  endBehind: { ask: Record<string, never>; answer: void };
-  close: { ask: Record<string, never>; answer: void };
-}
+export type RequestName = keyof Handlers;
+/** The argument of a request; an empty object if it has none. */
+export type Ask<K extends RequestName> =
+  Parameters<Handlers[K]> extends [infer Asked] ? Asked : Record<string, never>;
+export type Answer<K extends RequestName> = Awaited<ReturnType<Handlers[K]>>;
 
 export interface Opened {
   generation: number;
@@ -62,9 +15,6 @@ export interface Opened {
   /** Only for a capture that has been read to its end. */
   reading?: ReadingMessage['reading'];
 }
-
-export type Requests = Questions & Commands;
-export type RequestName = keyof Requests;
 
 export interface RequestMessage {
   id: number;

@@ -219,14 +219,6 @@ function take(reading: ReadingMessage['reading']): void {
   if (rangeIsOpen) void chooseRange(reading.more);
 }
 
-async function findBegin(): Promise<void> {
-  const before = -(1n << 62n);
-  const views = await Promise.all((['ma', 'slo'] as const).map((line) =>
-    core().ask('view', { line, from: before, to: state.endTime.value + 1n, columns: 1 })));
-  const times = views.flatMap((view) => view.times[0] ?? []);
-  state.beginTime.value = times.reduce((least, time) => (time < least ? time : least), times[0] ?? 0n);
-}
-
 // How many requests the first picture shows.
 const firstRequests = 3;
 
@@ -235,7 +227,7 @@ async function chooseRange(more: boolean): Promise<void> {
   const rows = state.rowCount.value;
   if (rows <= firstRequests && more) return;
   rangeIsOpen = false;
-  await findBegin();
+  state.beginTime.value = await core().ask('beginTime', {});
   if (rows <= firstRequests) {
     state.range.value = state.wholeRange.value;
     return;

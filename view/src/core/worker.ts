@@ -2,17 +2,18 @@
 import { BissError, loadBiss } from 'biss';
 import type { Biss, Session } from 'biss';
 import { causes } from '../plots/causes_of';
-import { envelope } from '../plots/envelope';
+import { envelope, type EnvelopeAsk } from '../plots/envelope';
 import { eye } from '../plots/eye_of';
 import { rows, strip } from '../plots/row_classes';
 import { findRow, findRows } from './matching';
 import { Reader } from './reader';
 import { PartSession, wholeCauses, wholeEnvelope, type Report } from './report';
-import { rowFrom } from '../plots/row_times';
-import { measuredSource, type MeasuredSource } from './source';
+import { numbersOf, rowFrom } from '../plots/row_times';
+import type { Range } from '../state';
+import { measuredSource, type Content, type MeasuredSource } from './source';
 import { messageOf } from './texts';
 import { unpack } from './unpack';
-import type { AnswerMessage, Commands, RequestMessage, Requests } from './protocol';
+import type { AnswerMessage, Opened, RequestMessage } from './protocol';
 
 declare const self: DedicatedWorkerGlobalScope;
 
@@ -29,32 +30,52 @@ function loaded(): Biss {
   return biss;
 }
 
-const handlers: { [K in keyof Requests]: (ask: Requests[K]['ask']) => Requests[K]['answer'] | Promise<Requests[K]['answer']> } = {
-  async load({ core }) {
+/** Rows from `from` to before `to`. */
+interface Stretch {
+  from: number;
+  to: number;
+}
+
+interface Opening {
+  args: string[];
+  anyLines: boolean;
+  /** The settings are the same as in the report. */
+  isWhole: boolean;
+}
+
+// What the page may request. Requests about the open capture fail if none is open.
+const handlers = {
+  /** biss_core.wasm in base64 of gzip. */
+  async load({ core }: { core: string }) {
     biss = await loadBiss({ wasmBinary: await unpack(core) });
   },
-  addFile({ name, content }) {
+  addFile({ name, content }: { name: string; content: Content }) {
     const source = measuredSource(content);
     loaded().addFile(name, source);
     sources.set(name, source);
   },
-  removeFile({ name }) {
+  removeFile({ name }: { name: string }) {
     loaded().removeFile(name);
     sources.delete(name);
   },
-  readFile: ({ name }) => loaded().readFile(name),
-  run: ({ args }) => loaded().run(args),
-  report({ report: given }) {
+  readFile: ({ name }: { name: string }) => loaded().readFile(name),
+  run: ({ args }: { args: string[] }) => loaded().run(args),
+  /** The capture is a part of the capture of the report. */
+  report({ report: given }: { report: Report | undefined }) {
     report = given;
   },
-  open(ask) {
+  open(ask: Opening): Opened {
     const { session, messages } = openSession(ask);
     closeAll();
     generation += 1;
     reader = new Reader(session, generation, sourcesOf(ask.args), (message) => self.postMessage(message));
     return { generation, columns: session.columns, messages };
   },
-  async openBehind(ask) {
+  /**
+   * Opens a capture that continues the open one, and reads it to its end. Then it replaces the open one, and
+   * the answer comes. The answer is undefined if another capture has been opened meanwhile.
+   */
+  async openBehind(ask: Opening): Promise<Opened | undefined> {
     const { session, messages } = openSession(ask);
     behind?.close();
     generation += 1;
@@ -73,32 +94,54 @@ const handlers: { [K in keyof Requests]: (ask: Requests[K]['ask']) => Requests[K
     closeAll();
     reader = undefined;
   },
-  view: ({ line, from, to, columns }) => session().view(line, from, to, columns),
-  cells: ({ from, to }) => session().cells(from, to),
-  cellsOf: ({ rows }) => rows.flatMap((row) => session().cells(row, row + 1)),
-  csv: ({ from, to }) => session().csv(from, to),
-  column: ({ name, from, to }) => session().column(name, from, to),
-  cycle: ({ row }) => session().cycle(row),
+  /** A stretch of a line; its times count from `from`. */
+  view({ line, from, to, columns }: Range & { line: 'ma' | 'slo'; columns: number }) {
+    const { times, levels } = session().view(line, from, to, columns);
+    return { from, times: numbersOf(times, from), levels };
+  },
+  /** The first change of a line, which can be before 0. */
+  beginTime() {
+    const end = BigInt(session().about().endTime) + 1n;
+    const times = (['ma', 'slo'] as const).flatMap((line) => session().view(line, -(1n << 62n), end, 1).times[0] ?? []);
+    return times.reduce((least, time) => (time < least ? time : least), times[0] ?? 0n);
+  },
+  cells: ({ from, to }: Stretch) => session().cells(from, to),
+  /** The cells of rows that need not follow one another. */
+  cellsOf: ({ rows }: { rows: readonly number[] }) => rows.flatMap((row) => session().cells(row, row + 1)),
+  csv: ({ from, to }: Stretch) => session().csv(from, to),
+  column: ({ name, from, to }: Stretch & { name: string }) => session().column(name, from, to),
+  cycle: ({ row }: { row: number }) => session().cycle(row),
   summary: () => session().summary(),
-  find: ({ condition, from, step }) => findRow(session(), condition, from, step),
-  findAll: ({ condition, most }) => findRows(session(), condition, most),
-  rowAt: ({ time }) => lastAtOrBefore(time),
-  rowOfCycle({ number }) {
+  /** The next row from `from` on (exclusive) for which the condition is true; see condition.ts. */
+  find: ({ condition, from, step }: { condition: string; from: number; step: 1 | -1 }) =>
+    findRow(session(), condition, from, step),
+  /** The rows for which the condition is true, at most `most`. */
+  findAll: ({ condition, most }: { condition: string; most: number }) => findRows(session(), condition, most),
+  /** The last row that begins at or before this time; undefined before the first one. */
+  rowAt({ time }: { time: bigint }) {
+    const after = rowFrom(session(), time + 1n);
+    return after === 0 ? undefined : after - 1;
+  },
+  /** The row of a cycle, by its number; undefined if the cycle has no row. */
+  rowOfCycle({ number }: { number: number }) {
     const row = rowFrom(session(), BigInt(number), 'cycle');
     return Number(session().column('cycle', row, row + 1).values[0]) === number ? row : undefined;
   },
-  'analyse.envelope': (ask) => {
+  // The computations for the plots and the waveform: rows go in by column, envelopes and counts come out, so no
+  // answer grows with the capture.
+  'analyse.envelope': async (ask: EnvelopeAsk) => {
     const whole = wholeReport();
     return whole && wholeEnvelope(whole, ask) || analysed(envelope, ask);
   },
-  'analyse.strip': (ask) => analysed(strip, ask),
-  'analyse.rows': (ask) => analysed(rows, ask),
-  'analyse.causes': (ask) => {
+  'analyse.strip': (ask: Parameters<typeof strip>[1]) => analysed(strip, ask),
+  'analyse.rows': (ask: Parameters<typeof rows>[1]) => analysed(rows, ask),
+  'analyse.causes': async (ask: Parameters<typeof causes>[1]) => {
     const whole = wholeReport();
     return whole ? wholeCauses(whole) : analysed(causes, ask);
   },
-  'analyse.eye': (ask) => analysed(eye, ask),
+  'analyse.eye': (ask: Parameters<typeof eye>[1]) => analysed(eye, ask),
 };
+export type Handlers = typeof handlers;
 
 function analysed<Ask, Answer>(analysis: (of: Session, ask: Ask) => Answer, ask: Ask): Promise<Answer> {
   return opened().analysed((of) => analysis(of, ask));
@@ -115,7 +158,7 @@ function sourcesOf(args: readonly string[]): MeasuredSource[] {
 }
 
 // If the page has a report, the session also has its data about the whole capture.
-function openSession({ args, anyLines, isWhole }: Commands['open']['ask']) {
+function openSession({ args, anyLines, isWhole }: Opening) {
   const { session, messages } = loaded().open(args, { anyLines });
   return { session: report === undefined ? session : new PartSession(session, report, isWhole), messages };
 }
@@ -141,12 +184,6 @@ function opened(): Reader {
 
 function session() {
   return opened().session;
-}
-
-// The last row whose value in a column that never falls is at most this.
-function lastAtOrBefore(value: bigint, column?: string): number | undefined {
-  const after = rowFrom(session(), value + 1n, column);
-  return after === 0 ? undefined : after - 1;
 }
 
 async function answer({ id, name, ask }: RequestMessage): Promise<void> {

@@ -3,11 +3,6 @@ import type { Session } from 'biss';
 import { causesIn } from '../core/statuses';
 import { cellsOf, numbersOf, stretch, timesOf } from './row_times';
 
-export interface CausesAsk {
-  /** Stretches of the capture that are counted each. */
-  bins: number;
-}
-
 export interface Cause {
   /** The column that has it. */
   column: string;
@@ -24,7 +19,8 @@ export interface Causes {
   causes: Cause[];
 }
 
-export function causes(session: Session, { bins }: CausesAsk): Causes {
+/** \param bins stretches of the capture that are counted each */
+export function causes(session: Session, { bins }: { bins: number }): Causes {
   const rows = session.rowCount;
   const counted = session.columns.filter(({ role }) => role !== 'value')
     .map((column) => ({ column, found: new Map<string, Cause>() }));

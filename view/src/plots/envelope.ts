@@ -1,11 +1,10 @@
 // A column against time, as its lowest and highest values, in the worker.
 import type { Session } from 'biss';
+import type { Range } from '../state';
 import { blockRows, blockTimes, cellsOf, keptByBlock, rowsIn, timesOf } from './row_times';
 
-export interface EnvelopeAsk {
+export interface EnvelopeAsk extends Range {
   column: string;
-  from: bigint;
-  to: bigint;
   /** The approximate maximum number of points. */
   points: number;
 }

@@ -1,10 +1,9 @@
 // SLO around the sampling points of a sample of cycles, in the worker.
-import type { Cycle, LineView, Session } from 'biss';
-import { rowsIn } from './row_times';
+import type { Cycle, Session } from 'biss';
+import type { Range } from '../state';
+import { numbersOf, rowsIn } from './row_times';
 
-export interface EyeAsk {
-  from: bigint;
-  to: bigint;
+export interface EyeAsk extends Range {
   /** The maximum number of cycles to examine, evenly spread. */
   cycles: number;
   /** The number of bins in the two periods around the sampling point. */
@@ -89,10 +88,9 @@ function sampledOf(session: Session, row: number, cycle: Cycle, from: bigint): S
   const start = BigInt(cycle.time);
   const period = Number(BigInt(lastBit.time) - BigInt(firstBit.time)) /
     (lastBit.clock - firstBit.clock);
-  const view: LineView = session.view('slo', start, BigInt(cycle.end) + 1n, viewColumns);
+  const { times, levels } = session.view('slo', start, BigInt(cycle.end) + 1n, viewColumns);
   const points = Float64Array.from(bits, (bit) => Number(BigInt(bit.sampledAt ?? '0') - start));
-  const changes = Float64Array.from(view.times, (time) => Number(time - start));
-  return { row, time: Number(start - from), period, points, changes, levels: view.levels };
+  return { row, time: Number(start - from), period, points, changes: numbersOf(times, start), levels };
 }
 
 // Returns the least distance of a change from a sampling point.

@@ -1,32 +1,18 @@
 // The result of each row, for the strip of all cycles and the boxes of single ones; in the worker.
 import type { Access, Column, Role, Session } from 'biss';
 import { causesIn, cutStatuses, markOf } from '../core/statuses';
+import type { Range } from '../state';
 import { blockRows, blockTimes, cellsOf, keptByBlock, numbersOf, rowsIn, stretch, timesOf } from './row_times';
 
 /** The class by which a row is drawn; the larger one is the worse. */
 export const rowClass = { good: 0, cut: 1, flagged: 2, failed: 3 } as const;
 
-export interface StripAsk {
-  from: bigint;
-  to: bigint;
-  columns: number;
-}
-
 /** Cycles that begin within each column of the screen. */
-export interface Strip {
-  from: bigint;
-  to: bigint;
+export interface Strip extends Range {
   rows: number;
   all: Uint32Array;
   failed: Uint32Array;
   flagged: Uint32Array;
-}
-
-export interface RowsAsk {
-  from: bigint;
-  to: bigint;
-  /** With more rows than these only their number is given. */
-  most: number;
 }
 
 export interface Rows {
@@ -115,7 +101,7 @@ const blockCounts = keptByBlock((session, first, end) => {
   });
 });
 
-export function strip(session: Session, { from, to, columns }: StripAsk): Strip {
+export function strip(session: Session, { from, to, columns }: Range & { columns: number }): Strip {
   const { first, end } = rowsIn(session, from, to);
   const answer: Strip = {
     from,
@@ -186,7 +172,8 @@ function endsOf(session: Session & Partial<WithGaps>, first: number, times: BigI
   return times.map((_, i) => session.endBeforeGap?.(first + i) ?? times[i + 1] ?? end);
 }
 
-export function rows(session: Session, { from, to, most }: RowsAsk): Rows {
+/** With more rows than `most` only their number is given. */
+export function rows(session: Session, { from, to, most }: Range & { most: number }): Rows {
   const { first, end } = rowsIn(session, from, to);
   const count = end - first;
   const stop = count > most ? first : end;

@@ -7,15 +7,17 @@ export const blockRows = 64;
 /** Rows that are read at once. */
 export const stretch = 65_536;
 
-/** 64-bit integers as numbers, without an object for each. */
-export function numbersOf(values: BigUint64Array | BigInt64Array | Float64Array): Float64Array {
+/** 64-bit integers as numbers, counted from `from`, without an object for each. */
+export function numbersOf(values: BigUint64Array | BigInt64Array | Float64Array, from = 0n): Float64Array {
   if (values instanceof Float64Array) return values;
   const halves = new Uint32Array(values.buffer, values.byteOffset, 2 * values.length);
   const signed = values instanceof BigInt64Array;
+  const fromHigh = Number(from >> 32n);
+  const fromLow = Number(BigInt.asUintN(32, from));
   const numbers = new Float64Array(values.length);
   for (let i = 0; i < values.length; i += 1) {
     const high = halves[2 * i + 1] ?? 0;
-    numbers[i] = (signed ? high | 0 : high) * 4294967296 + (halves[2 * i] ?? 0);
+    numbers[i] = ((signed ? high | 0 : high) - fromHigh) * 4294967296 + ((halves[2 * i] ?? 0) - fromLow);
   }
   return numbers;
 }

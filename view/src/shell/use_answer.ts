@@ -2,12 +2,12 @@
 import { useEffect, useState } from 'preact/hooks';
 import { Superseded } from '../core/client';
 import { core } from '../core/core';
-import type { RequestName, Requests } from '../core/protocol';
+import type { Answer, Ask, RequestName } from '../core/protocol';
 import { messageOf } from '../core/texts';
 
 interface Found<K extends RequestName> {
   /** Undefined if the request has failed. */
-  answer: Requests[K]['answer'] | undefined;
+  answer: Answer<K> | undefined;
   error: string;
 }
 
@@ -16,7 +16,7 @@ interface Found<K extends RequestName> {
  * to `ask`. Undefined before the first answer; then the newest answer.
  */
 export function useAnswer<K extends RequestName>(
-  name: K, ask: Requests[K]['ask'] | undefined, parts: unknown[], pause = 0,
+  name: K, ask: Ask<K> | undefined, parts: unknown[], pause = 0,
 ): Found<K> | undefined {
   const [found, setFound] = useState<Found<K>>();
   useEffect(() => {

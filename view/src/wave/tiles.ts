@@ -1,8 +1,7 @@
 /** The data that the screen shows of a line, of rows and of cycles, requested from the core and kept. */
-import type { LineView } from 'biss';
 import { Superseded, CoreError } from '../core/client';
 import { core } from '../core/core';
-import type { Requests } from '../core/protocol';
+import type { Answer, Ask } from '../core/protocol';
 import * as state from '../state';
 import type { Range } from '../state';
 import { layOut, type CycleLayout } from './layout';
@@ -41,7 +40,7 @@ export function steadyRows(): number {
 
 /** An answer for a stretch that is wider than the picture, so that moving it shows something. */
 export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse.envelope'> {
-  answer: Requests[K]['answer'] | undefined;
+  answer: Answer<K> | undefined;
   asked: Asked | undefined;
   #pending: Asked | undefined;
   #isOld = false;
@@ -49,7 +48,7 @@ export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse
   constructor(
     private readonly name: K,
     private readonly lane: string,
-    private readonly askOf: (asked: Asked) => Requests[K]['ask'],
+    private readonly askOf: (asked: Asked) => Ask<K>,
     private readonly onAnswer: () => void,
   ) {}
 
@@ -84,7 +83,7 @@ export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse
     this.#pending = undefined;
   }
 
-  #take(asked: Asked, answer: Requests[K]['answer']): void {
+  #take(asked: Asked, answer: Answer<K>): void {
     if (this.#pending?.generation !== asked.generation) return;
     if (this.#pending === asked) this.#pending = undefined;
     this.answer = answer;
@@ -109,41 +108,16 @@ function serves(asked: Asked | undefined, shown: Shown): boolean {
   return column <= wanted * 1.05 && column >= wanted / 6;
 }
 
-/** The view of a line; its times are numbers that count from `from`. */
-export interface LineTile {
-  from: bigint;
-  times: Float64Array;
-  levels: Uint8Array;
+/** The view of a line; its times count from `from`. */
+export interface LineTile extends Answer<'view'> {
   /** How far the line is known, from `from`. */
   end: number;
 }
 
-const converted = new WeakMap<LineView, LineTile>();
-
-export function lineTile(tile: Tile<'view'>): LineTile | undefined {
-  const { answer, asked } = tile;
+export function lineTile({ answer, asked }: Tile<'view'>): LineTile | undefined {
   if (answer === undefined || asked === undefined) return undefined;
-  let line = converted.get(answer);
-  if (line === undefined) {
-    const times = offsetsOf(answer.times, asked.from);
-    const known = asked.end < asked.to ? asked.end : asked.to;
-    line = { from: asked.from, times, levels: answer.levels, end: Number(known - asked.from) };
-    converted.set(answer, line);
-  }
-  return line;
-}
-
-// Without an object for each time.
-function offsetsOf(times: BigInt64Array, from: bigint): Float64Array {
-  const halves = new Int32Array(times.buffer, times.byteOffset, 2 * times.length);
-  const low = Number(BigInt.asUintN(32, from));
-  const high = Number(from >> 32n);
-  const offsets = new Float64Array(times.length);
-  for (let i = 0; i < offsets.length; i += 1) {
-    const difference = (halves[2 * i + 1] ?? 0) - high;
-    offsets[i] = difference * 4294967296 + (((halves[2 * i] ?? 0) >>> 0) - low);
-  }
-  return offsets;
+  const known = asked.end < asked.to ? asked.end : asked.to;
+  return { ...answer, end: Number(known - asked.from) };
 }
 
 const mostKept = 600;
