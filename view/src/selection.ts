@@ -2,6 +2,7 @@
 import { batch } from '@preact/signals';
 import { core } from './core/core';
 import * as state from './state';
+import { centred } from './wave/scale';
 
 /** Selects a row. If the waveform does not show the row, it moves there and keeps its zoom. */
 export async function selectRow(row: number): Promise<void> {
@@ -12,11 +13,9 @@ export async function selectRow(row: number): Promise<void> {
   if (state.selectedRow.value !== row) return;
   if (shown !== undefined && from >= shown.from && from < shown.to) return;
   const length = shown === undefined ? to - from : shown.to - shown.from;
-  const begin = from + (to - from) / 2n - length / 2n;
   // A row that is longer than the picture is shown from its beginning.
-  const fits = to - from < length;
-  const start = fits ? begin : from - length / 20n;
-  state.showRange(start, start + length);
+  const middle = to - from < length ? from + (to - from) / 2n : from - length / 20n + length / 2n;
+  state.showRange(centred(shown ?? { from, to }, middle));
 }
 
 /** Selects a row, and shows its cycle alone. */
@@ -27,7 +26,7 @@ export async function zoomToRow(row: number): Promise<void> {
   const margin = (end - from) / 20n;
   batch(() => {
     state.selectedRow.value = row;
-    state.showRange(from - margin, end + margin);
+    state.showRange({ from: from - margin, to: end + margin });
   });
 }
 

@@ -110,7 +110,7 @@ export const wholeRange = computed<Range>(() => ({
 }));
 
 /** Shows this stretch, moved or cut to lie in the capture; it keeps its length if possible. */
-export function showRange(from: bigint, to: bigint): void {
+export function showRange({ from, to }: Range): void {
   const whole = wholeRange.value;
   let length = to - from;
   if (length < shortestSpan) {

@@ -235,5 +235,5 @@ async function chooseRange(more: boolean): Promise<void> {
   const { values } = await core().ask('column', { name: 'time_ns', from: 0, to: firstRequests + 1 });
   const from = BigInt(values[0] ?? 0);
   const to = BigInt(values[firstRequests] ?? 0);
-  if (state.range.value === undefined) state.showRange(from - (to - from) / 30n, to);
+  if (state.range.value === undefined) state.showRange({ from: from - (to - from) / 30n, to });
 }

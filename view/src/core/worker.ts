@@ -43,7 +43,7 @@ interface Opening {
   isWhole: boolean;
 }
 
-// What the page may request. Requests about the open capture fail if none is open.
+// All requests of the page. Requests about the open capture fail if none is open.
 const handlers = {
   /** biss_core.wasm in base64 of gzip. */
   async load({ core }: { core: string }) {

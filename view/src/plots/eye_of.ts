@@ -3,13 +3,6 @@ import type { Cycle, Session } from 'biss';
 import type { Range } from '../state';
 import { numbersOf, rowsIn } from './row_times';
 
-export interface EyeAsk extends Range {
-  /** The maximum number of cycles to examine, evenly spread. */
-  cycles: number;
-  /** The number of bins in the two periods around the sampling point. */
-  bins: number;
-}
-
 /** The bins go from one period before the sampling point to one period after it. */
 export interface Eye {
   from: bigint;
@@ -47,7 +40,11 @@ interface Sampled {
 // A stretch of SLO shorter than a part of this many is one busy entry.
 const viewColumns = 16_384;
 
-export function eye(session: Session, { from, to, cycles, bins }: EyeAsk): Eye {
+/**
+ * \param cycles the maximum number of cycles to examine, evenly spread
+ * \param bins the number of bins in the two periods around the sampling point
+ */
+export function eye(session: Session, { from, to, cycles, bins }: Range & { cycles: number; bins: number }): Eye {
   const { first, end } = rowsIn(session, from, to);
   const step = Math.max(1, (end - first) / Math.max(1, cycles));
   const sampled: Sampled[] = [];

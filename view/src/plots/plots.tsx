@@ -36,8 +36,7 @@ defineKeys('plots', [
     help: 'Show the whole capture, or what the waveform shows',
     run: () => { follows.value = !follows.value; },
   },
-  { keys: ['ArrowLeft'], help: 'Move left', run: () => actions.pan(-1 / 8) },
-  { keys: ['ArrowRight'], help: 'Move right', run: () => actions.pan(1 / 8) },
+  ...actions.moveKeys,
   { keys: ['+', '='], help: 'Zoom in', run: () => actions.zoom(1 / 1.5) },
   { keys: ['-'], help: 'Zoom out', run: () => actions.zoom(1.5) },
 ]);
@@ -134,7 +133,7 @@ function Figure({ spec, sourceOf, range, note = '', depends }: FigureProps) {
     <figure class="plot">
       <figcaption>
         <strong>{spec.unit === '' ? spec.title : `${spec.title}, ${spec.unit}`}</strong>
-        <span>{point.value === '' ? note : point.value}</span>
+        <span class="quiet">{point.value === '' ? note : point.value}</span>
       </figcaption>
       <div class="plot-canvas"><canvas ref={canvas} role="img" aria-label={summary} /></div>
     </figure>
@@ -176,7 +175,7 @@ function listenToPlot(
       last = x;
     } else {
       const [begin, end] = x < from ? [x, from] : [from, x];
-      state.showRange(scale.time(begin - gutter), scale.time(end - gutter));
+      state.showRange({ from: scale.time(begin - gutter), to: scale.time(end - gutter) });
     }
   };
   const up = (event: PointerEvent) => {
@@ -207,7 +206,7 @@ function EyeFigure() {
   const text = eyeText(eye.value);
   return (
     <figure class="plot">
-      <figcaption><strong>Eye of SLO</strong> <span>{text}</span></figcaption>
+      <figcaption><strong>Eye of SLO</strong> <span class="quiet">{text}</span></figcaption>
       <div class="plot-canvas plot-eye">
         <canvas ref={canvas} role="img" aria-label={`Eye diagram of SLO. ${text}`} />
       </div>

@@ -2,13 +2,12 @@
 import { signal, type Signal } from '@preact/signals';
 import * as state from '../state';
 import { Wave } from '../wave/wave';
-import { examples, openSimulated } from './examples';
 import { chooseFiles, openUserFiles } from './files';
 import { Header } from './header';
 import { Help } from './help';
 import { Panels } from './panels';
 import { isPrinted, PrintPage } from './print';
-import { showSimulate, SimulatePanel } from './simulate';
+import { exampleActions, SimulatePanel } from './simulate';
 import { MessageBar, StatusBar } from './status_bar';
 import { Table } from './table';
 import { filterError, shownCount } from './table_rows';
@@ -65,20 +64,14 @@ function Welcome() {
       <section aria-label="Examples">
         <h2>Or look at an example</h2>
         <ul class="examples">
-          {examples.map((example) => (
-            <li key={example.name}>
-              <button type="button" disabled={busy} onClick={() => void openSimulated(example.args, example.format)}>
-                <strong>{example.name}</strong>
-                <span>{example.about}</span>
+          {exampleActions.map(({ name, about, run }) => (
+            <li key={name}>
+              <button type="button" disabled={busy} onClick={run}>
+                <strong>{name}</strong>
+                <span>{about}</span>
               </button>
             </li>
           ))}
-          <li>
-            <button type="button" disabled={busy} onClick={showSimulate}>
-              <strong>Simulate …</strong>
-              <span>an encoder, a cable and a master of your own, with faults</span>
-            </button>
-          </li>
         </ul>
       </section>
       <p class="quiet">Nothing leaves this machine: the page reads the file here, and asks no server for anything.</p>

@@ -1,6 +1,5 @@
 // The head of the page: files, search, export, link, theme, help.
 import * as state from '../state';
-import { examples, openSimulated } from './examples';
 import { exportActions } from './export';
 import { chooseFiles, openUserFiles } from './files';
 import { FormatBar } from './format_bar';
@@ -9,7 +8,7 @@ import { defineKeys } from './keys';
 import { linkText } from './link';
 import { Menu } from './menu';
 import { SearchField } from './search_field';
-import { showSimulate } from './simulate';
+import { exampleActions, showSimulate } from './simulate';
 
 function toggleTheme(): void {
   state.theme.value = state.shownTheme.value === 'dark' ? 'light' : 'dark';
@@ -48,14 +47,7 @@ export function Header() {
             void openUserFiles([...(event.currentTarget.files ?? [])]);
             event.currentTarget.value = '';
           }} />
-        <Menu label="Examples" actions={[
-          ...examples.map((example) => ({
-            name: example.name,
-            about: example.about,
-            run: () => void openSimulated(example.args, example.format),
-          })),
-          { name: 'Simulate …', about: 'an encoder, a cable and a master of your own', run: showSimulate },
-        ]} />
+        <Menu label="Examples" actions={exampleActions} />
         <span class="file" title={file?.name}>{file === undefined ? '' : file.example === undefined ? file.name : 'simulated capture'}</span>
         <span class="grow" />
         {file !== undefined && <SearchField />}

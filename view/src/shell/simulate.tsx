@@ -8,7 +8,8 @@ import { core } from '../core/core';
 import { zoomToRow } from '../selection';
 import * as state from '../state';
 import { encoders } from './encoders';
-import { openSimulated } from './examples';
+import { examples, openSimulated } from './examples';
+import type { Action } from './menu';
 import { presets, usualSetup, type Fault, type Setup } from './presets';
 
 const isOpen = signal(false);
@@ -29,6 +30,12 @@ export function showSimulate(): void {
   isOpen.value = true;
   run();
 }
+
+/** Everything that the page can simulate. */
+export const exampleActions: readonly Action[] = [
+  ...examples.map(({ name, about, args, format }) => ({ name, about, run: () => void openSimulated(args, format) })),
+  { name: 'Simulate …', about: 'an encoder, a cable and a master of your own, with faults', run: showSimulate },
+];
 
 /** Opens the playground with a preset, or as it was last. */
 export function play(id: string): void {

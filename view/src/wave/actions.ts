@@ -1,25 +1,27 @@
 /** The user's actions on the waveform, from keys, pointer and buttons. */
 import { core } from '../core/core';
 import { selectRow, zoomToRow } from '../selection';
+import type { Key } from '../shell/keys';
 import * as state from '../state';
-import { around, moved, zoomed } from './scale';
-
-function show({ from, to }: state.Range): void {
-  state.showRange(from, to);
-}
+import { around, centred, moved, zoomed } from './scale';
 
 export function zoom(factor: number, share = 0.5): void {
   const range = state.range.value;
-  if (range !== undefined) show(zoomed(range, factor, share));
+  if (range !== undefined) state.showRange(zoomed(range, factor, share));
 }
 
 export function pan(share: number): void {
   const range = state.range.value;
-  if (range !== undefined) show(moved(range, share));
+  if (range !== undefined) state.showRange(moved(range, share));
 }
 
+export const moveKeys: readonly Key[] = [
+  { keys: ['ArrowLeft'], help: 'Move left', run: () => pan(-1 / 8) },
+  { keys: ['ArrowRight'], help: 'Move right', run: () => pan(1 / 8) },
+];
+
 export function showAll(): void {
-  show(state.wholeRange.value);
+  state.showRange(state.wholeRange.value);
 }
 
 /** The beginning or the end of the capture, as much of it as is shown now. */
@@ -28,7 +30,7 @@ export function showEnd(end: 'first' | 'last'): void {
   if (range === undefined) return;
   const whole = state.wholeRange.value;
   const span = range.to - range.from;
-  show(end === 'first'
+  state.showRange(end === 'first'
     ? { from: whole.from, to: whole.from + span }
     : { from: whole.to - span, to: whole.to });
 }
@@ -60,9 +62,7 @@ export function setCursor(which: 'a' | 'b', time: bigint | undefined): void {
 export function moveCursor(which: 'a' | 'b', time: bigint): void {
   setCursor(which, time);
   const range = state.range.value;
-  if (range === undefined || (time >= range.from && time < range.to)) return;
-  const span = range.to - range.from;
-  state.showRange(time - span / 2n, time - span / 2n + span);
+  if (range !== undefined && (time < range.from || time >= range.to)) state.showRange(centred(range, time));
 }
 
 export function clearCursors(): void {
@@ -73,5 +73,5 @@ export function clearCursors(): void {
 export function showCursors(): void {
   const { a, b } = state.cursors.value;
   if (a === undefined || b === undefined || a === b) return;
-  show(a < b ? around(a, b, 0.1) : around(b, a, 0.1));
+  state.showRange(a < b ? around(a, b, 0.1) : around(b, a, 0.1));
 }

@@ -7,6 +7,7 @@ import type { Hit } from './draw_tracks';
 import { gutter } from './lanes';
 import { listen } from './listen';
 import type { Overview } from './overview';
+import { centred } from './scale';
 import type { WaveView } from './view';
 
 interface Point {
@@ -180,8 +181,7 @@ export function listenToOverview(element: HTMLElement, overview: Overview): () =
     if (event.buttons !== 1 || range === undefined) return;
     element.setPointerCapture(event.pointerId);
     const time = overview.scale.time(event.clientX - element.getBoundingClientRect().left);
-    const half = (range.to - range.from) / 2n;
-    state.showRange(time - half, time - half + (range.to - range.from));
+    state.showRange(centred(range, time));
   };
   return listen(element, { pointerdown: go, pointermove: go });
 }

@@ -44,6 +44,12 @@ export function moved(range: Range, share: number): Range {
   return { from: range.from + by, to: range.to + by };
 }
 
+/** Moved so that this time is in the middle. */
+export function centred({ from, to }: Range, time: bigint): Range {
+  const begin = time - (to - from) / 2n;
+  return { from: begin, to: begin + (to - from) };
+}
+
 /** The stretch from `from` to `to` with a margin of `share` of it on both sides. */
 export function around(from: bigint, to: bigint, share: number): Range {
   const margin = BigInt(Math.round(Math.max(Number(to - from), 2000) * share));

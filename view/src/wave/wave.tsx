@@ -15,29 +15,26 @@ import { WaveView } from './view';
 const seen = signal('');
 const all = signal('');
 const pointed = signal<Pointed | undefined>(undefined);
-let shownView: WaveView | undefined;
 
-// The time at the pointer, at which a cursor is set; without a pointer, the middle of the picture.
-function cursorTime(view: WaveView, input: WaveInput | undefined): bigint | undefined {
-  if (input?.x !== undefined) return view.timeAt(input.x);
+function middle(): bigint | undefined {
   const range = state.range.value;
-  return range === undefined ? undefined : (range.from + range.to) / 2n;
+  return range && (range.from + range.to) / 2n;
 }
 
 function defineWaveKeys(view: WaveView, input: WaveInput): void {
+  const pointerTime = () => (input.x === undefined ? middle() : view.timeAt(input.x));
   let moved: 'a' | 'b' = 'a';
   const put = (which: 'a' | 'b') => () => {
     moved = which;
-    actions.setCursor(which, cursorTime(view, input));
+    actions.setCursor(which, pointerTime());
   };
   const toChange = (step: 1 | -1) => () => {
-    const from = state.cursors.value[moved] ?? cursorTime(view, input);
+    const from = state.cursors.value[moved] ?? pointerTime();
     const to = from === undefined ? undefined : view.changeBeside(from, step);
     if (to !== undefined) actions.moveCursor(moved, to);
   };
   defineKeys('waveform', [
-    { keys: ['ArrowLeft'], help: 'Move left', run: () => actions.pan(-1 / 8) },
-    { keys: ['ArrowRight'], help: 'Move right', run: () => actions.pan(1 / 8) },
+    ...actions.moveKeys,
     { keys: ['PageUp', 'Shift+ArrowLeft'], help: 'One picture to the left', run: () => actions.pan(-0.9) },
     { keys: ['PageDown', 'Shift+ArrowRight'], help: 'One picture to the right', run: () => actions.pan(0.9) },
     { keys: ['ArrowUp', '+', '='], help: 'Zoom in', run: () => actions.zoom(1 / 1.5) },
@@ -69,13 +66,11 @@ function useWave() {
     const whole = new Overview(strip, (text) => { all.value = text; });
     const stopOverview = listenToOverview(strip, whole);
     defineWaveKeys(view, input);
-    shownView = view;
     return () => {
       stopOverview();
       whole.surface.close();
       input.close();
       view.close();
-      shownView = undefined;
     };
   }, []);
   return { wave, overview };
@@ -136,12 +131,7 @@ function Pointer() {
   const range = state.range.value;
   const width = range === undefined ? '' : `${timeText(range.to - range.from)} wide`;
   const text = at === undefined ? width : `${exactTimeText(at.time)}  ${at.text}`;
-  return <p class="wave-pointer" title={text}>{text}</p>;
-}
-
-function putCursor(which: 'a' | 'b'): void {
-  if (shownView === undefined) return;
-  actions.setCursor(which, cursorTime(shownView, undefined));
+  return <p class="wave-pointer quiet" title={text}>{text}</p>;
 }
 
 function CursorBar() {
@@ -170,7 +160,7 @@ function CursorButton({ which, time }: { which: 'a' | 'b'; time: bigint | undefi
   const label = `${text}: set this cursor in the middle`;
   return (
     <button type="button" class={`small wave-cursor-${which}`} aria-label={label} title={label}
-      disabled={state.range.value === undefined} onClick={() => putCursor(which)}>
+      disabled={state.range.value === undefined} onClick={() => actions.setCursor(which, middle())}>
       {text}
     </button>
   );
