@@ -46,9 +46,8 @@ export function reopen(): Promise<void> {
 }
 
 // A request of the user does not wait until a file that has grown is read again.
-let behind = false;
 function endBehind(): void {
-  if (behind) void core().ask('endBehind', {});
+  void core().ask('endBehind', {});
 }
 
 // A request that fails does not stop the requests after it.
@@ -116,8 +115,7 @@ async function replaceGrown(file: NamedContent): Promise<void> {
   const before = { end: state.endTime.value, whole: state.wholeRange.value };
   files = [file];
   await core().ask('addFile', file);
-  behind = true;
-  const grown = await open('openBehind').finally(() => { behind = false; });
+  const grown = await open('openBehind');
   if (grown?.reading === undefined) return;
   const { reading } = grown;
   setVerbFiles(files);

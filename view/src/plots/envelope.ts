@@ -20,7 +20,7 @@ export interface Envelope {
   rows: number;
 }
 
-interface Extremes {
+export interface Extremes {
   low: number;
   high: number;
 }
@@ -30,7 +30,7 @@ const kept = new Map<string, (session: Session) => readonly Extremes[]>();
 // Extremes of each whole block of a column.
 function blocksOf(session: Session, column: string): readonly Extremes[] {
   const blocks = kept.get(column) ?? keptByBlock((of, first, end) =>
-    groupsOf(cellsOf(of, column, first, end).numbers, blockRows).map(extremes));
+    groupsOf(cellsOf(of, column, first, end).numbers, blockRows).map((group) => extremes(group)));
   kept.set(column, blocks);
   return blocks(session);
 }
@@ -40,14 +40,12 @@ function groupsOf(values: Float64Array, each: number): Float64Array[] {
     values.subarray(i * each, (i + 1) * each));
 }
 
-/** The lowest and the highest one; NaN without a number. */
-export function extremes(values: Iterable<number>): Extremes {
+/** The lowest number of `lows` and the highest one of `highs`; NaN without a number. */
+export function extremes(lows: Iterable<number>, highs = lows): Extremes {
   let low = NaN;
   let high = NaN;
-  for (const value of values) {
-    if (!(value >= low)) low = value < low || Number.isNaN(low) ? value : low;
-    if (!(value <= high)) high = value > high || Number.isNaN(high) ? value : high;
-  }
+  for (const value of lows) if (value < low || Number.isNaN(low)) low = value;
+  for (const value of highs) if (value > high || Number.isNaN(high)) high = value;
   return { low, high };
 }
 
@@ -58,7 +56,7 @@ export function envelope(session: Session, ask: EnvelopeAsk): Envelope {
   if (each > blockRows) return ofBlocks(session, ask, first, last, each);
   const times = timesOf(session, first, last);
   const groups = groupsOf(cellsOf(session, ask.column, first, last).numbers, each);
-  return answerOf(ask.from, each, groups.map(extremes), (i) => Number((times[i * each] ?? 0n) - ask.from));
+  return answerOf(ask.from, each, groups.map((group) => extremes(group)), (i) => Number((times[i * each] ?? 0n) - ask.from));
 }
 
 function answerOf(from: bigint, rows: number, found: Extremes[], timeOf: (i: number) => number): Envelope {
@@ -78,7 +76,7 @@ function ofBlocks(session: Session, ask: EnvelopeAsk, first: number, last: numbe
   const step = Math.ceil(each / blockRows);
   const found = Array.from({ length: Math.ceil(blocks.length / step) }, (_, i) => {
     const joined = blocks.slice(i * step, (i + 1) * step);
-    return { low: extremes(joined.map(({ low }) => low)).low, high: extremes(joined.map(({ high }) => high)).high };
+    return extremes(joined.map(({ low }) => low), joined.map(({ high }) => high));
   });
   return answerOf(ask.from, step * blockRows, found, (i) => (times[begin + i * step] ?? 0) - Number(ask.from));
 }

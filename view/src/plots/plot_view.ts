@@ -6,7 +6,7 @@ import { fitting, Layer, numberFont, Surface, textWidth, verticalLine, type Pen 
 import { shownCursors } from '../wave/cursors';
 import type { Palette } from '../wave/palette';
 import { exactTimeText, TimeScale, timeMarks } from '../wave/scale';
-import type { Envelope } from './envelope';
+import { extremes, type Envelope, type Extremes } from './envelope';
 import { ticksOf, valueText, type Quantity } from './ticks';
 
 export interface PlotSpec {
@@ -25,11 +25,6 @@ export const gutter = 84;
 const foot = 20;
 const rightEdge = 10;
 
-interface Bounds {
-  low: number;
-  high: number;
-}
-
 export class PlotView {
   readonly surface: Surface;
   readonly #curve = new Layer();
@@ -40,11 +35,12 @@ export class PlotView {
     private readonly spec: PlotSpec,
     private readonly source: Source,
     private readonly range: ReadonlySignal<state.Range | undefined>,
+    /** Further data that the picture depends on. */
+    more: ReadonlySignal<unknown>,
     private readonly onSummary: (text: string) => void,
-    depends?: ReadonlySignal<unknown>,
   ) {
     this.surface = new Surface(canvas, (colours) => this.#draw(colours), () => [
-      range.value, depends?.value, state.range.value, state.generation.value, state.about.value,
+      range.value, more.value, state.range.value, state.generation.value, state.about.value,
       state.progress.value.state, state.cursors.value,
     ]);
   }
@@ -76,7 +72,7 @@ export class PlotView {
     if (scale === undefined || range === undefined) return;
     this.#values = this.source(range, scale.width);
     const values = this.#values;
-    const seen = values === undefined ? undefined : boundsOf(values, scale);
+    const seen = values === undefined ? undefined : seenIn(values, scale);
     this.#drawWindow(scale, range, height, colours);
     this.#curve.put(this.surface, [values, range.from, range.to, colours], (layer) => {
       const pen = { context: layer, left: gutter, scale, colours };
@@ -88,7 +84,7 @@ export class PlotView {
     this.#say(seen, range);
   }
 
-  #drawCurve(pen: Pen, values: Envelope, bounds: Bounds): void {
+  #drawCurve(pen: Pen, values: Envelope, bounds: Extremes): void {
     const { height } = this.surface;
     drawValues(pen, bounds, this.spec.quantity, height);
     pen.context.beginPath();
@@ -97,7 +93,7 @@ export class PlotView {
     drawEnvelope(pen, values, (value) => yOf(value, bounds, height), this.spec.dots);
   }
 
-  #say(seen: Bounds | undefined, range: state.Range): void {
+  #say(seen: Extremes | undefined, range: state.Range): void {
     const { title, quantity, unit } = this.spec;
     const when = `from ${exactTimeText(range.from)} to ${exactTimeText(range.to)}`;
     const text = seen === undefined
@@ -152,7 +148,7 @@ function drawTimes({ context, scale, colours }: Pen, height: number): void {
   }
 }
 
-function drawValues({ context, scale, colours }: Pen, bounds: Bounds, quantity: Quantity, height: number): void {
+function drawValues({ context, scale, colours }: Pen, bounds: Extremes, quantity: Quantity, height: number): void {
   const { values, text } = ticksOf(bounds.low, bounds.high, (height - foot) / 28, quantity);
   context.font = numberFont;
   for (const value of values) {
@@ -176,29 +172,22 @@ function nearest(times: Float64Array, sought: number): number {
   return isBefore ? before : low;
 }
 
-function yOf(value: number, { low, high }: Bounds, height: number): number {
+function yOf(value: number, { low, high }: Extremes, height: number): number {
   return (1 - (value - low) / (high - low)) * (height - foot - 8) + 4;
 }
 
-function padded({ low, high }: Bounds): Bounds {
+function padded({ low, high }: Extremes): Extremes {
   const room = low === high ? Math.max(Math.abs(low) * 1e-3, 1) : (high - low) * 0.06;
   return { low: low - room, high: high + room };
 }
 
-// The bounds of the values in the picture.
-function boundsOf(values: Envelope, scale: TimeScale): Bounds | undefined {
-  const begin = Number(scale.from - values.from);
-  let low = Infinity;
-  let high = -Infinity;
-  for (let i = 0; i < values.times.length; i += 1) {
-    if ((values.times[i + 1] ?? Infinity) < begin) continue;
-    if ((values.times[i] ?? 0) > begin + scale.span) break;
-    const lowest = values.low[i] ?? NaN;
-    const highest = values.high[i] ?? NaN;
-    if (lowest < low) low = lowest;
-    if (highest > high) high = highest;
-  }
-  return low <= high ? { low, high } : undefined;
+// The extremes of the values in the picture.
+function seenIn({ from, times, low, high }: Envelope, scale: TimeScale): Extremes | undefined {
+  const begin = Number(scale.from - from);
+  const first = firstWhere(times.length, (i) => (times[i + 1] ?? Infinity) >= begin);
+  const end = firstWhere(times.length, (i) => (times[i] ?? 0) > begin + scale.span);
+  const seen = extremes(low.subarray(first, end), high.subarray(first, end));
+  return Number.isNaN(seen.low) ? undefined : seen;
 }
 
 type Context = CanvasRenderingContext2D;

@@ -1,6 +1,6 @@
 /** The plots against time, the eye diagram and the histogram of causes. */
 import './plots.css';
-import { computed, signal, type ReadonlySignal } from '@preact/signals';
+import { computed, signal } from '@preact/signals';
 import { useEffect, useMemo, useRef, useState } from 'preact/hooks';
 import { defineKeys } from '../shell/keys';
 import { useAnswer } from '../shell/use_answer';
@@ -87,7 +87,7 @@ function ColumnFigure({ plot }: { plot: ColumnPlot }) {
       return tile.answer;
     };
   };
-  return <Figure spec={plot} sourceOf={sourceOf} range={shown} />;
+  return <Figure spec={plot} sourceOf={sourceOf} />;
 }
 
 const marginSpec: PlotSpec = { id: 'margin', title: 'Margin', quantity: 'time', unit: '', dots: true };
@@ -97,7 +97,7 @@ function MarginFigure() {
   const found = eye.value;
   const isSample = found !== undefined && found.rows.length < found.of;
   const note = isSample ? `${found.rows.length} of ${found.of} cycles` : '';
-  return <Figure spec={marginSpec} sourceOf={sourceOf} range={shown} note={note} depends={eye} />;
+  return <Figure spec={marginSpec} sourceOf={sourceOf} note={note} />;
 }
 
 // The same object for the same eye, so that it is drawn once.
@@ -109,20 +109,17 @@ const margins = computed<Envelope | undefined>(() => {
 interface FigureProps {
   spec: PlotSpec;
   sourceOf: (change: () => void) => Source;
-  range: ReadonlySignal<state.Range | undefined>;
   note?: string;
-  /** Further data that the picture depends on. */
-  depends?: ReadonlySignal<unknown>;
 }
 
-function Figure({ spec, sourceOf, range, note = '', depends }: FigureProps) {
+function Figure({ spec, sourceOf, note = '' }: FigureProps) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const [summary, setSummary] = useState(spec.title);
   const point = useMemo(() => signal(''), []);
   useEffect(() => {
     const element = canvas.current;
     if (element === null) return undefined;
-    const plot: PlotView = new PlotView(element, spec, sourceOf(() => plot.surface.change()), range, setSummary, depends);
+    const plot: PlotView = new PlotView(element, spec, sourceOf(() => plot.surface.change()), shown, eye, setSummary);
     const stop = listenToPlot(element, plot, (text) => { point.value = text; });
     return () => {
       stop();

@@ -142,8 +142,7 @@ const height = 110;
 // A band from the lowest to the highest values, with the extremes in words.
 function Plot({ plot, values }: { plot: ColumnPlot; values: Envelope }) {
   const { low, high, times } = values;
-  const least = extremes(low).low;
-  const most = extremes(high).high;
+  const { low: least, high: most } = extremes(low, high);
   if (Number.isNaN(least)) return null;
   const { from, to } = state.wholeRange.value;
   const span = Math.max(1, Number(to - from));

@@ -38,25 +38,17 @@ export async function searchOn(step: 1 | -1, text = state.search.value): Promise
   const start = forward > 0 ? -1 : state.rowCount.value;
   const fromEdge = direction === 'first' || direction === 'last';
   const from = fromEdge ? start : state.selectedRow.value ?? start;
+  const edge = forward > 0 ? 'From the beginning. ' : 'From the end. ';
   try {
-    const row = await core().ask('find', { condition, from, step: forward });
-    if (row !== undefined) await arrive(row, condition);
-    else await wrap(condition, start, forward);
+    let row = await core().ask('find', { condition, from, step: forward });
+    const note = row === undefined ? edge : '';
+    row ??= await core().ask('find', { condition, from: start, step: forward });
+    if (row !== undefined) await selectRow(row);
+    state.announcement.value = row === undefined ? `No row: ${condition}` : `${note}Row ${row}: ${condition}`;
     found.value = { ...found.value, error: '' };
   } catch (error) {
     found.value = { count: undefined, error: messageOf(error) };
   }
-}
-
-async function arrive(row: number, condition: string, note = ''): Promise<void> {
-  await selectRow(row);
-  state.announcement.value = `${note}Row ${row}: ${condition}`;
-}
-
-async function wrap(condition: string, start: number, step: 1 | -1): Promise<void> {
-  const row = await core().ask('find', { condition, from: start, step });
-  if (row === undefined) state.announcement.value = `No row: ${condition}`;
-  else await arrive(row, condition, step > 0 ? 'From the beginning. ' : 'From the end. ');
 }
 
 /** Begins to count matches as the field changes, once. */

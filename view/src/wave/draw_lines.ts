@@ -72,7 +72,9 @@ function piecesOf(left: number, tile: LineTile, scale: TimeScale): Piece[] {
   const x = (time: number) => left + (time - shift) * scale.pixelsPerPs;
   const pieces: Piece[] = [];
   let last: Piece | undefined;
-  for (let i = firstShown(times, shift); i < times.length; i += 1) {
+  // The last entry that begins at or before the left end.
+  const first = Math.max(0, firstWhere(times.length, (i) => (times[i] ?? 0) > shift) - 1);
+  for (let i = first; i < times.length; i += 1) {
     const begin = x(times[i] ?? 0);
     if (begin > right) break;
     const from = Math.max(left - 4, begin);
@@ -108,36 +110,13 @@ function strokeLevels(context: Context, lane: Lane, pieces: readonly Piece[]): v
   context.stroke();
 }
 
-// The last entry that begins at or before a time; 0 if there is no such entry.
-function firstShown(times: Float64Array, time: number): number {
-  return Math.max(0, firstWhere(times.length, (i) => (times[i] ?? 0) > time) - 1);
-}
-
-/** The change of a line next to a time, within this distance. */
-export function nearestChange(tile: LineTile, time: bigint, within: number): bigint | undefined {
-  const offset = Number(time - tile.from);
-  const at = firstShown(tile.times, offset);
-  let found: number | undefined;
-  for (const candidate of [tile.times[at], tile.times[at + 1]]) {
-    if (candidate === undefined || Math.abs(candidate - offset) > within) continue;
-    if (found === undefined || Math.abs(candidate - offset) < Math.abs(found - offset)) {
-      found = candidate;
-    }
-  }
-  return found === undefined ? undefined : tile.from + BigInt(found);
-}
-
 /** The change of a line after a time, or before it; undefined if no such change is known. */
-export function changeBeside(tile: LineTile, time: bigint, step: 1 | -1): bigint | undefined {
-  const offset = Number(time - tile.from);
-  let at = firstShown(tile.times, offset);
-  if (step > 0) {
-    while ((tile.times[at] ?? Infinity) <= offset) at += 1;
-  } else if ((tile.times[at] ?? Infinity) >= offset) {
-    at -= 1;
-  }
-  const found = tile.times[at];
-  return found === undefined ? undefined : tile.from + BigInt(found);
+export function changeBeside({ from, times }: LineTile, time: bigint, step: 1 | -1): bigint | undefined {
+  const offset = Number(time - from);
+  const found = times[step > 0
+    ? firstWhere(times.length, (i) => (times[i] ?? 0) > offset)
+    : firstWhere(times.length, (i) => (times[i] ?? 0) >= offset) - 1];
+  return found === undefined ? undefined : from + BigInt(found);
 }
 
 /** The names at the left. */

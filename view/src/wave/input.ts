@@ -155,11 +155,7 @@ export class WaveInput {
 
   /** The part at a place; the part drawn last is on top. */
   hitAt(x: number, y: number): Hit | undefined {
-    let found: Hit | undefined;
-    for (const hit of this.view.hits) {
-      if (x >= hit.left && x < hit.right && y >= hit.top && y < hit.bottom) found = hit;
-    }
-    return found;
+    return this.view.hits.findLast(({ left, right, top, bottom }) => x >= left && x < right && y >= top && y < bottom);
   }
 
   #point({ x, y }: Point): void {

@@ -6,14 +6,14 @@ import * as state from '../state';
 import { rowClass, type Rows } from '../plots/row_classes';
 import { Surface, type Pen } from './canvas';
 import { drawCursors } from './cursors';
-import { changeBeside, drawAxis, drawLine, drawNames, nearestChange } from './draw_lines';
+import { changeBeside, drawAxis, drawLine, drawNames } from './draw_lines';
 import { drawStrips } from './draw_strip';
 import { TrackPainter, type Hit } from './draw_tracks';
 import type { CycleLayout } from './layout';
 import { gutter, lanesOf, type Lanes } from './lanes';
 import type { Palette } from './palette';
 import { TimeScale } from './scale';
-import { Cycles, lineTile, Tile, type LineTile, type Shown } from './tiles';
+import { Cycles, lineTile, Tile, type Shown } from './tiles';
 
 // Single cycles are drawn from the first width on, their parts from the second one, in pixels.
 const cyclePixels = 4;
@@ -59,20 +59,17 @@ export class WaveView {
     const { scale } = this;
     if (scale === undefined) return undefined;
     const time = scale.time(x - gutter);
-    const near = 6 / scale.pixelsPerPs;
-    const changes = this.#lines().flatMap((line) => nearestChange(line, time, near) ?? []);
     const distance = (at: bigint) => Math.abs(Number(at - time));
+    const changes = [this.changeBeside(time, -1), this.changeBeside(time - 1n, 1)]
+      .flatMap((at) => (at !== undefined && distance(at) * scale.pixelsPerPs <= 6 ? [at] : []));
     return changes.sort((a, b) => distance(a) - distance(b))[0] ?? time;
   }
 
   /** The next change of MA or SLO after a time, or before it. */
   changeBeside(time: bigint, step: 1 | -1): bigint | undefined {
-    const changes = this.#lines().flatMap((line) => changeBeside(line, time, step) ?? []);
+    const lines = [this.#ma, this.#slo].flatMap((tile) => lineTile(tile) ?? []);
+    const changes = lines.flatMap((line) => changeBeside(line, time, step) ?? []);
     return changes.sort((a, b) => step * Number(a - b))[0];
-  }
-
-  #lines(): LineTile[] {
-    return [this.#ma, this.#slo].flatMap((tile) => lineTile(tile) ?? []);
   }
 
   #lineTile(line: 'ma' | 'slo'): Tile<'view'> {
