@@ -17,6 +17,8 @@ test('Numbers_OfSignedAndUnsigned_AreExact', () => {
   const signed = BigInt64Array.of(-1n, 0n, 1n << 52n, -(1n << 52n));
   assert.deepEqual([...times.numbersOf(signed)], [-1, 0, 2 ** 52, -(2 ** 52)]);
   assert.deepEqual([...times.numbersOf(BigUint64Array.of(0xFFFF_FFFF_0000_0000n))], [0xFFFF_FFFF * 2 ** 32]);
+  const far = (1n << 60n) + 5n;
+  assert.deepEqual([...times.numbersOf(BigInt64Array.of(far - 7n, far + 9n), far)], [-7, 9]);
 });
 
 test('RowFrom_AnyTime_IsTheFirstRowAtOrAfterIt', () => {
@@ -92,24 +94,23 @@ test('Strip_OfAllRows_CountsThemWhereTheyAre', () => {
 
 test('Rows_InAStretch_IncludeTheOneThatHasBegun', () => {
   const answer = analyses.rows(session, { from: rows[10].time_ns + 5n, to: rows[13].time_ns, most: 100 });
-  assert.equal(answer.first, 10);
   assert.equal(answer.count, 3);
-  assert.deepEqual([...answer.times], rows.slice(10, 13).map(({ time_ns: time }) => time));
-  assert.equal(answer.end, rows[13].time_ns);
+  const expected = [10, 11, 12].map((row) => ({ row, from: rows[row].time_ns, to: rows[row + 1].time_ns }));
+  assert.deepEqual(answer.rows.map(({ row, from, to }) => ({ row, from, to })), expected);
 });
 
 test('Rows_WithAFlag_SayWhichOne', () => {
   const flagged = rows.findIndex(({ nE }) => nE === 0n);
   const ask = { from: rows[flagged].time_ns, to: rows[flagged + 1].time_ns, most: 9 };
-  const { notes, classes } = analyses.rows(session, ask);
-  assert.deepEqual(notes, ['nE=0']);
-  assert.deepEqual([...classes], [2]);
+  const [row] = analyses.rows(session, ask).rows;
+  assert.equal(row.notes, 'nE=0');
+  assert.equal(row.class, 2);
 });
 
 test('Rows_TooMany_AreOnlyCounted', () => {
   const answer = analyses.rows(session, { from: first, to: last + 1n, most: 1000 });
   assert.equal(answer.count, rows.length);
-  assert.equal(answer.times.length, 0);
+  assert.equal(answer.rows.length, 0);
 });
 
 test('Causes_OfAllRows_AreCounted', () => {

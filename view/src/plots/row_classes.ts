@@ -15,25 +15,24 @@ export interface Strip extends Range {
   flagged: Uint32Array;
 }
 
-export interface Rows {
-  first: number;
-  count: number;
-  /** One element for each row; empty if there are too many rows. */
-  times: BigInt64Array;
-  /** Numbers of the cycles in the whole capture; a report has only a part of them. */
-  numbers: Float64Array;
-  classes: Uint8Array;
-  status: string[];
-  safety: string[];
+export interface Row extends Range {
+  row: number;
+  /** The number of the cycle in the whole capture; a report has only a part of them. */
+  number: number;
+  class: number;
+  status: string;
+  safety: string;
   /** Flags that are set: `nE=0`, `marginal`, limits. */
-  notes: string[];
-  position: string[];
+  notes: string;
+  position: string;
+}
+
+export interface Rows {
+  count: number;
+  /** Empty if there are too many rows. Each ends when the next one begins, or the line is no longer known. */
+  rows: Row[];
   /** Accesses to registers, and commands, that take place in these rows. */
   accesses: Access[];
-  /** When the row after each one begins, or the line is no longer known. */
-  ends: BigInt64Array;
-  /** When the row after the last one begins; the end of the capture if there is no such row. */
-  end: bigint;
 }
 
 /** A column with its values as indexes in `texts`; NaN for an empty cell. */
@@ -168,33 +167,26 @@ interface WithGaps extends Session {
   endBeforeGap(row: number): bigint | undefined;
 }
 
-function endsOf(session: Session & Partial<WithGaps>, first: number, times: BigInt64Array, end: bigint): BigInt64Array {
-  return times.map((_, i) => session.endBeforeGap?.(first + i) ?? times[i + 1] ?? end);
-}
-
 /** With more rows than `most` only their number is given. */
-export function rows(session: Session, { from, to, most }: Range & { most: number }): Rows {
+export function rows(session: Session & Partial<WithGaps>, { from, to, most }: Range & { most: number }): Rows {
   const { first, end } = rowsIn(session, from, to);
   const count = end - first;
   const stop = count > most ? first : end;
   const verdicts = new Verdicts(session, first, stop);
   const position = session.column('position', first, stop);
-  const indices = Array.from({ length: stop - first }, (_, i) => i);
-  const times = timesOf(session, first, stop);
   const numbers = numbersOf(session.column('cycle', first, stop).values);
-  const after = timesOf(session, end, end + 1)[0] ?? BigInt(session.about().endTime);
-  return {
-    first,
-    count,
-    times,
-    ends: endsOf(session, first, times, after),
-    numbers,
-    classes: Uint8Array.from(indices, (i) => verdicts.classOf(i)),
-    status: indices.map((i) => verdicts.textOf('status', i)),
-    safety: indices.map((i) => verdicts.textOf('verdict', i)),
-    notes: indices.map((i) => verdicts.notes(i)),
-    position: indices.map((i) => (position.present[i] === 1 ? String(position.values[i]) : '')),
-    accesses: numbers.length === 0 ? [] : session.accesses(numbers[0] ?? 0, (numbers.at(-1) ?? 0) + 1),
-    end: after,
-  };
+  const times = timesOf(session, first, stop + 1);
+  const found = Array.from(numbers, (number, i): Row => ({
+    row: first + i,
+    number,
+    from: times[i] ?? 0n,
+    to: session.endBeforeGap?.(first + i) ?? times[i + 1] ?? BigInt(session.about().endTime),
+    class: verdicts.classOf(i),
+    status: verdicts.textOf('status', i),
+    safety: verdicts.textOf('verdict', i),
+    notes: verdicts.notes(i),
+    position: position.present[i] === 1 ? String(position.values[i]) : '',
+  }));
+  const accesses = found.length === 0 ? [] : session.accesses(numbers[0] ?? 0, (numbers.at(-1) ?? 0) + 1);
+  return { count, rows: found, accesses };
 }

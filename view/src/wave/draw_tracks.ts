@@ -1,6 +1,6 @@
 /** The decoded tracks below the lines: cycles, their parts, bits and failures. */
-import type { Rows } from '../plots/row_classes';
-import { rowClass } from '../plots/row_classes';
+import { rowClass, type Row } from '../plots/row_classes';
+import type { Range } from '../state';
 import { fitting, font, hatch, numberFont, textWidth, type Pen } from './canvas';
 import { partText, type CycleLayout, type Part } from './layout';
 import type { Lane } from './lanes';
@@ -38,31 +38,27 @@ export class TrackPainter {
   }
 
   // Within the range shown.
-  #bounds(from: bigint, to: bigint): [number, number] {
+  #bounds({ from, to }: Range): [number, number] {
     const right = this.pen.left + this.pen.scale.width;
     return [Math.max(this.pen.left, this.#x(from)), Math.min(right, this.#x(to))];
   }
 
-  cycle(lane: Lane, rows: Rows, i: number, selected: boolean): void {
-    const [from, to] = this.#bounds(rows.times[i] ?? 0n, rows.ends[i] ?? rows.end);
+  cycle(lane: Lane, cycle: Row, selected: boolean): void {
+    const [from, to] = this.#bounds(cycle);
     if (to <= from) return;
-    const row = rows.first + i;
-    const status = rows.status[i] ?? '';
-    const found = (rows.classes[i] ?? rowClass.good) as keyof typeof looks;
-    const { sign, fill, text: colour } = looks[found];
-    const notes = rows.notes[i] ?? '';
-    const position = rows.position[i] ?? '';
-    this.#box(lane, from, to, fill && this.pen.colours.fill[fill], found === rowClass.failed, selected);
-    const number = rows.numbers[i] ?? row;
+    const { row, number, status, notes, position } = cycle;
+    const { sign, fill, text: colour } = looks[cycle.class as keyof typeof looks];
+    const failed = cycle.class === rowClass.failed;
+    this.#box(lane, from, to, fill && this.pen.colours.fill[fill], failed, selected);
     const head = `${sign} #${number} ${status}`;
-    const full = [position, notes].reduce((text, more) => (more === '' ? text : `${text}  ${more}`), head);
+    const full = [head, position, notes].filter((text) => text !== '').join('  ');
     this.pen.context.fillStyle = this.pen.colours[colour];
     this.#text(lane, from, to, [full, `${head}  ${position}`, head, `${sign} #${number}`, `#${number}`, sign]);
     this.#hit(lane, from, to, `cycle ${full.slice(sign.length).trim()}`, row);
   }
 
   part(lane: Lane, part: Part, row: number): void {
-    const [from, to] = this.#bounds(part.from, part.to);
+    const [from, to] = this.#bounds(part);
     if (to - from < 0.5) return;
     const { context, colours } = this.pen;
     this.#box(lane, from, to, colours.fill[part.wrong ? 'wrong' : part.kind], part.wrong, false);
@@ -73,8 +69,8 @@ export class TrackPainter {
   }
 
   /** A box on a lane of its own, such as CDM or the verdict of the monitor. */
-  label(lane: Lane, from: bigint, to: bigint, texts: string[], row: number, bad = false): void {
-    const [begin, end] = this.#bounds(from, to);
+  label(lane: Lane, extent: Range, texts: string[], row: number, bad: boolean): void {
+    const [begin, end] = this.#bounds(extent);
     if (end - begin < 0.5) return;
     this.#box(lane, begin, end, bad ? this.pen.colours.fill.warn : this.pen.colours.fill.frame, false, false);
     this.pen.context.fillStyle = bad ? this.pen.colours.warn : this.pen.colours.text;

@@ -3,14 +3,14 @@ import type { Access } from 'biss';
 import { firstWhere } from '../core/first_where';
 import { harmlessStatuses } from '../core/statuses';
 import * as state from '../state';
-import { rowClass, type Rows } from '../plots/row_classes';
+import { rowClass, type Row, type Rows } from '../plots/row_classes';
 import { Surface, type Pen } from './canvas';
 import { drawCursors } from './cursors';
 import { changeBeside, drawAxis, drawLine, drawNames } from './draw_lines';
 import { drawStrips } from './draw_strip';
 import { TrackPainter, type Hit } from './draw_tracks';
 import type { CycleLayout } from './layout';
-import { gutter, lanesOf, type Lanes } from './lanes';
+import { gutter, lanesOf, type Lane, type Lanes } from './lanes';
 import type { Palette } from './palette';
 import { TimeScale } from './scale';
 import { Cycles, lineTile, Tile, type Shown } from './tiles';
@@ -96,7 +96,7 @@ export class WaveView {
 
   // Returns whether cycles are counted and not drawn one by one.
   #drawAll(lanes: Lanes, range: state.Range, pen: Pen): boolean {
-    const { context, scale, colours } = pen;
+    const { scale, colours } = pen;
     const bottom = lanes.flags.top + lanes.flags.height;
     const shown: Shown = { ...range, width: scale.width, end: state.endTime.value };
     const accesses = state.about.value?.accesses ?? 0;
@@ -105,13 +105,7 @@ export class WaveView {
     for (const tile of [this.#ma, this.#slo, this.#rows]) tile.want(shown);
     const rows = this.#rows.answer;
     const far = rows !== undefined && this.#seen(rows, range) * cyclePixels > scale.width;
-    const selected = rows === undefined || far ? undefined : this.#selection(rows, scale);
-    if (selected !== undefined) {
-      context.fillStyle = colours.fill.data;
-      context.globalAlpha = 0.35;
-      context.fillRect(selected.left, lanes.axis.height, selected.right - selected.left, bottom);
-      context.globalAlpha = 1;
-    }
+    if (rows !== undefined && !far) this.#drawSelection(rows, lanes, pen, bottom);
     drawAxis(pen, lanes.axis, bottom);
     const ma = lineTile(this.#ma);
     const slo = lineTile(this.#slo);
@@ -122,22 +116,22 @@ export class WaveView {
     return far;
   }
 
-  #seen(rows: Rows, range: state.Range): number {
-    if (rows.times.length > 0) {
-      const [begin, end] = indicesIn(rows, range);
-      return end - begin;
-    }
+  #seen({ rows, count }: Rows, range: state.Range): number {
+    if (rows.length > 0) return shownOf(rows, range).length;
     const asked = this.#rows.asked;
-    if (asked === undefined || rows.count === 0) return 0;
-    return rows.count * (Number(range.to - range.from) / Number(asked.to - asked.from));
+    if (asked === undefined || count === 0) return 0;
+    return count * (Number(range.to - range.from) / Number(asked.to - asked.from));
   }
 
-  #selection(rows: Rows, scale: TimeScale): { left: number; right: number } | undefined {
-    const i = (state.selectedRow.value ?? -1) - rows.first;
-    const from = rows.times[i];
-    if (from === undefined) return undefined;
-    const left = Math.max(gutter, gutter + scale.x(from));
-    return { left, right: Math.max(left, gutter + scale.x(rows.ends[i] ?? rows.end)) };
+  #drawSelection({ rows }: Rows, lanes: Lanes, { context, scale, colours }: Pen, bottom: number): void {
+    const selected = rows.find(({ row }) => row === state.selectedRow.value);
+    if (selected === undefined) return;
+    const left = Math.max(gutter, gutter + scale.x(selected.from));
+    const right = Math.max(left, gutter + scale.x(selected.to));
+    context.fillStyle = colours.fill.data;
+    context.globalAlpha = 0.35;
+    context.fillRect(left, lanes.axis.height, right - left, bottom);
+    context.globalAlpha = 1;
   }
 
   #drawFar(lanes: Lanes, shown: Shown, pen: Pen): void {
@@ -148,54 +142,50 @@ export class WaveView {
 
   #drawRows(lanes: Lanes, rows: Rows, range: state.Range, pen: Pen): void {
     const painter = new TrackPainter(pen);
-    const [begin, end] = indicesIn(rows, range);
+    const seen = shownOf(rows.rows, range);
     const wanted: number[] = [];
-    for (let i = begin; i < end; i += 1) {
-      const row = rows.first + i;
-      painter.cycle(lanes.cycle, rows, i, state.selectedRow.value === row);
-      const length = Number((rows.ends[i] ?? rows.end) - (rows.times[i] ?? 0n));
-      const isWide = length * pen.scale.pixelsPerPs >= partPixels;
-      if (isWide) wanted.push(row);
-      const layout = isWide ? this.#cycles.get(row) : undefined;
-      if (layout !== undefined) drawParts(lanes, layout, row, painter);
-      else if (isFailed(rows.classes[i])) painter.failure(rows.times[i] ?? 0n, rows.status[i] ?? '', row);
-      this.#drawFlags(lanes, rows, i, painter);
+    for (const cycle of seen) {
+      painter.cycle(lanes.cycle, cycle, state.selectedRow.value === cycle.row);
+      const isWide = Number(cycle.to - cycle.from) * pen.scale.pixelsPerPs >= partPixels;
+      if (isWide) wanted.push(cycle.row);
+      const layout = isWide ? this.#cycles.get(cycle.row) : undefined;
+      if (layout !== undefined) drawParts(lanes, layout, cycle.row, painter);
+      else if (isFailed(cycle)) painter.failure(cycle.from, cycle.status, cycle.row);
+      drawFlags(lanes, cycle, painter);
     }
-    this.#drawAccesses(lanes, rows, painter);
+    if (lanes.access !== undefined) drawAccesses(lanes.access, rows, painter);
     painter.failures(lanes.cause);
-    const seen = rows.status.slice(begin, end)
-      .map((status, i) => ({ number: rows.numbers[begin + i] ?? 0, status }));
     this.onSeen(cyclesText(seen));
     if (!this.#isClosed) this.#cycles.want(wanted);
     this.hits = painter.hits;
   }
+}
 
-  #drawAccesses(lanes: Lanes, rows: Rows, painter: TrackPainter): void {
-    if (lanes.access === undefined) return;
-    for (const access of rows.accesses) {
-      const extent = extentIn(rows, access);
-      if (extent === undefined) continue;
-      const text = accessText(access);
-      const texts = [text, text.replace(/( of \d+)?:.*/, '')];
-      painter.label(lanes.access, extent.from, extent.to, texts, extent.row, access.outcome !== 'ok');
-    }
-  }
-
-  #drawFlags(lanes: Lanes, rows: Rows, i: number, painter: TrackPainter): void {
-    const notes = rows.notes[i] ?? '';
-    const verdict = rows.safety[i] ?? '';
-    const safety = verdict === '' ? '' : `safety: ${verdict}`;
-    const texts = [[safety, notes].filter((text) => text !== '').join('; '), notes, verdict];
-    if (texts[0] === '') return;
-    const from = rows.times[i] ?? 0n;
-    const isBad = notes !== '' || (verdict !== 'safe' && verdict !== 'starting');
-    painter.label(lanes.flags, from, rows.ends[i] ?? rows.end, texts, rows.first + i, isBad);
+function drawAccesses(lane: Lane, { rows, accesses }: Rows, painter: TrackPainter): void {
+  const rowFrom = (number: number) => firstWhere(rows.length, (i) => rows[i]!.number >= number);
+  for (const access of accesses) {
+    const own = rows.slice(rowFrom(access.cycle), rowFrom(access.cycle + Math.max(1, access.cycles)));
+    const [first] = own;
+    const last = own.at(-1);
+    if (first === undefined || last === undefined) continue;
+    const text = accessText(access);
+    const texts = [text, text.replace(/( of \d+)?:.*/, '')];
+    painter.label(lane, { from: first.from, to: last.to }, texts, first.row, access.outcome !== 'ok');
   }
 }
 
+function drawFlags(lanes: Lanes, cycle: Row, painter: TrackPainter): void {
+  const { notes, safety: verdict } = cycle;
+  const safety = verdict === '' ? '' : `safety: ${verdict}`;
+  const texts = [[safety, notes].filter((text) => text !== '').join('; '), notes, verdict];
+  if (texts[0] === '') return;
+  const isBad = notes !== '' || (verdict !== 'safe' && verdict !== 'starting');
+  painter.label(lanes.flags, cycle, texts, cycle.row, isBad);
+}
+
 // A row that is cut is not a failure of the link, but it cannot be read.
-function isFailed(found: number | undefined): boolean {
-  return found === rowClass.failed || found === rowClass.cut;
+function isFailed(cycle: Row): boolean {
+  return cycle.class === rowClass.failed || cycle.class === rowClass.cut;
 }
 
 function drawParts(lanes: Lanes, layout: CycleLayout, row: number, painter: TrackPainter): void {
@@ -206,10 +196,9 @@ function drawParts(lanes: Lanes, layout: CycleLayout, row: number, painter: Trac
 }
 
 // Rows that are seen.
-function indicesIn(rows: Rows, { from, to }: state.Range): [number, number] {
-  const { times } = rows;
-  const before = (time: bigint) => firstWhere(times.length, (i) => (times[i] ?? 0n) >= time);
-  return [Math.max(0, before(from + 1n) - 1), before(to)];
+function shownOf(rows: Row[], { from, to }: state.Range): Row[] {
+  const before = (time: bigint) => firstWhere(rows.length, (i) => rows[i]!.from >= time);
+  return rows.slice(Math.max(0, before(from + 1n) - 1), before(to));
 }
 
 function words(...parts: unknown[]): string {
@@ -222,28 +211,10 @@ function accessText({ id, access, address, name, data, outcome }: Access): strin
   return words(access, address, name, value, id === null ? ':' : `of ${id}:`, outcome).replace(' :', ':');
 }
 
-// The place of an access among these rows.
-interface Extent {
-  from: bigint;
-  to: bigint;
-  /** Its first row here. */
-  row: number;
-}
-
-// Undefined if none of its cycles is in these rows.
-function extentIn(rows: Rows, { cycle, cycles }: Access): Extent | undefined {
-  const rowFrom = (number: number) => firstWhere(rows.numbers.length, (i) => (rows.numbers[i] ?? 0) >= number);
-  const first = rowFrom(cycle);
-  const end = rowFrom(cycle + Math.max(1, cycles));
-  const from = rows.times[first];
-  if (end <= first || from === undefined) return undefined;
-  return { from, to: rows.ends[end - 1] ?? rows.end, row: rows.first + first };
-}
-
 const mostNamed = 5;
 
 // `cycles 3 to 5; failed: 4 crc`.
-function cyclesText(cycles: readonly { number: number; status: string }[]): string {
+function cyclesText(cycles: readonly Row[]): string {
   const [first] = cycles;
   const last = cycles.at(-1);
   if (first === undefined || last === undefined) return '';
