@@ -22,7 +22,9 @@ export async function watchServed(name: string, file: ServedFile, sizeAddress: s
     const answer = await ask(sizeAddress);
     if ('problem' in answer) {
       isFollowing.value = false;
-      if (isServed(file)) tell(answer.problem, answer.failed);
+      if (!isServed(file)) return;
+      state.messages.value = answer.problem;
+      if (answer.failed) state.progress.value = { state: 'failed', done: 0 };
       return;
     }
     const isBusy = ['loading', 'reading'].includes(state.progress.value.state);
@@ -47,9 +49,4 @@ async function ask(address: string): Promise<Answer> {
   } catch {
     return { problem: 'biss view has ended. The data so far stay here.', failed: false };
   }
-}
-
-function tell(problem: string, failed: boolean): void {
-  state.messages.value = problem;
-  if (failed) state.progress.value = { state: 'failed', done: 0 };
 }

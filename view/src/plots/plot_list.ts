@@ -2,16 +2,12 @@
 import type { Column } from 'biss';
 import type { PlotSpec } from './plot_view';
 
-export interface ColumnPlot extends PlotSpec {
-  column: string;
-}
-
-/** Plots of position and similar columns of the capture; degrees and millimetres instead of counts. */
-export function columnPlots(columns: readonly Column[]): ColumnPlot[] {
+/** Plots of position and similar columns, whose names they have; degrees and millimetres instead of counts. */
+export function columnPlots(columns: readonly Column[]): PlotSpec[] {
   return columns.filter(({ plot }) => plot > 0).sort((a, b) => a.plot - b.plot)
     .map(({ name, kind, title, valueUnit }) => {
       const quantity = kind === 'time' ? 'time' : valueUnit === 'Hz' ? 'rate' : 'number';
       const unit = quantity === 'number' ? valueUnit : '';
-      return { id: name, title, quantity, unit, dots: false, column: name };
+      return { id: name, title, quantity, unit, dots: false };
     });
 }

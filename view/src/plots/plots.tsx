@@ -13,7 +13,7 @@ import { Causes, pause } from './causes';
 import type { Envelope } from './envelope';
 import type { Eye } from './eye_of';
 import { drawEye, eyeText } from './eye_view';
-import { columnPlots, type ColumnPlot } from './plot_list';
+import { columnPlots } from './plot_list';
 import { gutter, PlotView, type PlotSpec, type Source } from './plot_view';
 
 /** The plots show the same range as the waveform, and not the whole capture. */
@@ -78,10 +78,10 @@ function Choice({ text, value }: { text: string; value: boolean }) {
   );
 }
 
-function ColumnFigure({ plot }: { plot: ColumnPlot }) {
+function ColumnFigure({ plot }: { plot: PlotSpec }) {
   const sourceOf = (change: () => void): Source => {
-    const tile = new Tile('analyse.envelope', `plots.${plot.column}`,
-      ({ from, to, columns }) => ({ column: plot.column, from, to, points: columns }), change);
+    const tile = new Tile('analyse.envelope', `plots.${plot.id}`,
+      ({ from, to, columns }) => ({ column: plot.id, from, to, points: columns }), change);
     return (range, width) => {
       tile.want({ ...range, width, end: steadyEnd() });
       return tile.answer;

@@ -5,7 +5,6 @@ import { fileNames } from '../core/reading';
 import { messageOf } from '../core/texts';
 import { runToFile } from '../core/verbs';
 import * as state from '../state';
-import { saveFile } from './files';
 import type { Action } from './menu';
 import { rowAtPlace, shownCount } from './table_rows';
 
@@ -25,15 +24,15 @@ async function attempt(action: () => Promise<void>): Promise<void> {
   }
 }
 
-function nameWith(ending: string): string {
-  const name = state.file.value?.name.split(', ')[0] ?? 'capture';
-  return `${name.replace(/(\.[a-z0-9]{1,5}){1,2}$/i, '')}${ending}`;
-}
-
+// Gives the user a file to keep: its name is the name of the capture with this ending.
 function save(ending: string, parts: BlobPart[], type: string): void {
-  const name = nameWith(ending);
-  saveFile(name, new Blob(parts, { type }));
-  state.announcement.value = `Saved ${name}.`;
+  const capture = state.file.value?.name.split(', ')[0] ?? 'capture';
+  const link = document.createElement('a');
+  link.href = URL.createObjectURL(new Blob(parts, { type }));
+  link.download = `${capture.replace(/(\.[a-z0-9]{1,5}){1,2}$/i, '')}${ending}`;
+  link.click();
+  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
+  state.announcement.value = `Saved ${link.download}.`;
 }
 
 // Rows are brought in stretches, so that the worker answers others meanwhile.

@@ -19,12 +19,3 @@ export async function openUserFiles(list: readonly File[]): Promise<void> {
 export function chooseFiles(): void {
   document.querySelector<HTMLInputElement>('#choose-files')?.click();
 }
-
-/** Gives the user a file to keep. */
-export function saveFile(name: string, content: Blob): void {
-  const link = document.createElement('a');
-  link.href = URL.createObjectURL(content);
-  link.download = name;
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 60_000);
-}

@@ -4,7 +4,8 @@ import { useEffect, useState } from 'preact/hooks';
 import { core } from '../core/core';
 import type { Causes } from '../plots/causes_of';
 import { extremes, type Envelope } from '../plots/envelope';
-import { columnPlots, type ColumnPlot } from '../plots/plot_list';
+import { columnPlots } from '../plots/plot_list';
+import type { PlotSpec } from '../plots/plot_view';
 import * as state from '../state';
 import { isCarried } from './carried';
 import { identifyArguments, textOf, useVerb, verbArguments } from './verb';
@@ -15,7 +16,7 @@ const points = 600;
 interface Content {
   summary: string;
   causes: Causes;
-  plots: { plot: ColumnPlot; values: Envelope }[];
+  plots: { plot: PlotSpec; values: Envelope }[];
   failed: number;
   rows: string[][];
 }
@@ -27,7 +28,7 @@ async function contentOf(): Promise<Content> {
     core().ask('summary', {}),
     core().ask('analyse.causes', { bins: 60 }),
     core().ask('findAll', { condition: 'error', most: 1_000_000 }),
-    ...plots.map(({ column }) => core().ask('analyse.envelope', { column, ...range, points })),
+    ...plots.map(({ id }) => core().ask('analyse.envelope', { column: id, ...range, points })),
   ]);
   const cells = await core().ask('cellsOf', { rows: [...rows.slice(0, mostFailed)] });
   return {
@@ -140,7 +141,7 @@ const width = 680;
 const height = 110;
 
 // A band from the lowest to the highest values, with the extremes in words.
-function Plot({ plot, values }: { plot: ColumnPlot; values: Envelope }) {
+function Plot({ plot, values }: { plot: PlotSpec; values: Envelope }) {
   const { low, high, times } = values;
   const { low: least, high: most } = extremes(low, high);
   if (Number.isNaN(least)) return null;

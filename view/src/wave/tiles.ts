@@ -12,6 +12,7 @@ interface Asked extends Range {
   generation: number;
   /** The end of the data read by then. */
   end: bigint;
+  version: number | undefined;
 }
 
 /** The stretch that is shown now. */
@@ -19,6 +20,8 @@ export interface Shown extends Range {
   /** Width of the picture in pixels. */
   width: number;
   end: bigint;
+  /** Changes if there are newer data for the stretch, such as an access that has ended since. */
+  version?: number;
 }
 
 /**
@@ -43,7 +46,6 @@ export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse
   answer: Answer<K> | undefined;
   asked: Asked | undefined;
   #pending: Asked | undefined;
-  #isOld = false;
 
   constructor(
     private readonly name: K,
@@ -55,8 +57,7 @@ export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse
   /** Requests the shown data, unless they are present. */
   want(shown: Shown): void {
     if (this.asked?.generation !== state.generation.value) this.drop();
-    if (!this.#isOld && (serves(this.asked, shown) || serves(this.#pending, shown))) return;
-    this.#isOld = false;
+    if (serves(this.asked, shown) || serves(this.#pending, shown)) return;
     const span = shown.to - shown.from;
     const asked: Asked = {
       from: shown.from - span,
@@ -64,17 +65,13 @@ export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse
       columns: Math.max(3, Math.round(3 * shown.width)),
       generation: state.generation.value,
       end: shown.end,
+      version: shown.version,
     };
     this.#pending = asked;
     core().ask(this.name, this.askOf(asked), { lane: this.lane }).then(
       (answer) => this.#take(asked, answer),
       (error: unknown) => this.#failed(asked, error),
     );
-  }
-
-  /** There are newer data for the shown stretch, such as an access that has ended since. */
-  renew(): void {
-    this.#isOld = true;
   }
 
   drop(): void {
@@ -99,7 +96,7 @@ export class Tile<K extends 'view' | 'analyse.strip' | 'analyse.rows' | 'analyse
 
 // Whether the answer is as fine as the picture, or nearly, and up to date if the capture has grown.
 function serves(asked: Asked | undefined, shown: Shown): boolean {
-  if (asked === undefined || asked.generation !== state.generation.value) return false;
+  if (asked?.generation !== state.generation.value || asked.version !== shown.version) return false;
   const stale = asked.end < shown.end && asked.end < asked.to && asked.end < shown.to;
   if (stale) return false;
   if (asked.from > shown.from || asked.to < shown.to) return false;

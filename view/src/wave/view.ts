@@ -30,8 +30,6 @@ export class WaveView {
   readonly #strip: Tile<'analyse.strip'>;
   readonly #cycles = new Cycles(() => this.surface.change());
   #isClosed = false;
-  // The number of accesses that had ended when the rows were requested.
-  #accesses = 0;
 
   constructor(canvas: HTMLCanvasElement, private readonly onSeen: (text: string) => void) {
     this.#rows = new Tile('analyse.rows', 'wave.rows',
@@ -99,10 +97,9 @@ export class WaveView {
     const { scale, colours } = pen;
     const bottom = lanes.flags.top + lanes.flags.height;
     const shown: Shown = { ...range, width: scale.width, end: state.endTime.value };
-    const accesses = state.about.value?.accesses ?? 0;
-    if (accesses !== this.#accesses) this.#rows.renew();
-    this.#accesses = accesses;
-    for (const tile of [this.#ma, this.#slo, this.#rows]) tile.want(shown);
+    this.#ma.want(shown);
+    this.#slo.want(shown);
+    this.#rows.want({ ...shown, version: state.about.value?.accesses ?? 0 });
     const rows = this.#rows.answer;
     const far = rows !== undefined && this.#seen(rows, range) * cyclePixels > scale.width;
     if (rows !== undefined && !far) this.#drawSelection(rows, lanes, pen, bottom);
