@@ -77,15 +77,13 @@ class Parser {
   }
 
   condition(): Condition {
-    const of = [this.#all()];
-    while (this.#take('or')) of.push(this.#all());
-    return of.length === 1 ? of[0]! : { kind: 'or', of };
+    return this.#joined('or', () => this.#joined('and', () => this.#term()));
   }
 
-  #all(): Condition {
-    const of = [this.#term()];
-    while (this.#take('and')) of.push(this.#term());
-    return of.length === 1 ? of[0]! : { kind: 'and', of };
+  #joined(kind: 'or' | 'and', part: () => Condition): Condition {
+    const of = [part()];
+    while (this.#take(kind)) of.push(part());
+    return of.length === 1 ? of[0]! : { kind, of };
   }
 
   #term(): Condition {

@@ -1,5 +1,5 @@
 // Rows for which a condition is true, in the worker.
-import type { Column, ColumnValues, Session } from 'biss';
+import type { Column, Session } from 'biss';
 import { type Condition, ConditionError, type Decimal, type Operator, parseCondition } from './condition';
 import { markOf } from './statuses';
 
@@ -17,7 +17,7 @@ function* matching(session: Session, text: string, from: number, step: 1 | -1): 
   while (at >= 0 && at < count) {
     const begin = step > 0 ? at : Math.max(0, at - stretch + 1);
     const end = step > 0 ? Math.min(count, at + stretch) : at + 1;
-    const test = testOf(new Stretch(session, begin, end), condition);
+    const test = testOf({ session, begin, end }, condition);
     for (; at >= begin && at < end; at += step) {
       if (test(at - begin)) yield at;
     }
@@ -38,33 +38,22 @@ export function findRows(session: Session, text: string, most: number): Int32Arr
   return Int32Array.from(found);
 }
 
-class Stretch {
-  #columns = new Map<string, ColumnValues>();
-  #cells: string[][] | undefined;
+/** Rows that are tested together: from `begin` to before `end`. */
+interface Stretch {
+  session: Session;
+  begin: number;
+  end: number;
+}
 
-  constructor(
-    readonly session: Session,
-    readonly begin: number,
-    readonly end: number,
-  ) {}
-
-  column(name: string): ColumnValues {
-    const known = this.#columns.get(name) ?? this.session.column(name, this.begin, this.end);
-    this.#columns.set(name, known);
-    return known;
+// The text of a cell, by its place in the stretch.
+function textsOf({ session, begin, end }: Stretch, { name, kind }: Column): (place: number) => string {
+  if (kind === 'bits') {
+    const index = session.columns.findIndex((column) => column.name === name);
+    const cells = session.cells(begin, end);
+    return (place) => cells[place]?.[index] ?? '';
   }
-
-  /** The text of a cell, for columns without values. */
-  cell(name: string, place: number): string {
-    this.#cells ??= this.session.cells(this.begin, this.end);
-    const index = this.session.columns.findIndex((column) => column.name === name);
-    return this.#cells[place]?.[index] ?? '';
-  }
-
-  text(name: string): (place: number) => string {
-    const { present, values, texts } = this.column(name);
-    return (place) => (present[place] === 0 ? '' : texts[Number(values[place])] ?? '');
-  }
+  const { present, values, texts } = session.column(name, begin, end);
+  return (place) => (present[place] === 0 ? '' : texts[Number(values[place])] ?? '');
 }
 
 function testOf(rows: Stretch, condition: Condition): Test {
@@ -90,7 +79,7 @@ function testOf(rows: Stretch, condition: Condition): Test {
 function errorTest(rows: Stretch): Test {
   const tests = rows.session.columns
     .filter(({ role }) => ['status', 'verdict', 'warnings', 'error_at_0'].includes(role))
-    .map(({ name, role }) => ({ role, text: rows.text(name) }));
+    .map((column) => ({ role: column.role, text: textsOf(rows, column) }));
   return (place) => tests.some(({ role, text }) => markOf(role, text(place)) !== '');
 }
 
@@ -99,19 +88,20 @@ type Comparison = Extract<Condition, { kind: 'compare' }>;
 function comparison(rows: Stretch, condition: Comparison): Test {
   const column = rows.session.columns.find(({ name }) => name === condition.column)!;
   const { kind } = column;
-  if (kind === 'text' || kind === 'bits') return textTest(rows, kind, condition);
+  if (kind === 'text' || kind === 'bits') return textTest(rows, column, condition);
   if (condition.value === undefined) {
     throw new ConditionError(`"${condition.text}" is not a number, and ${condition.column} is one`);
   }
-  const { present, values } = rows.column(condition.column);
+  const { present, values } = rows.session.column(condition.column, rows.begin, rows.end);
+  const holds = comparisons[condition.operator];
   if (kind === 'real') {
     const limit = Number(condition.value.digits) / 10 ** condition.value.places;
-    return (place) => present[place] !== 0 && holds(condition.operator, Number(values[place]), limit);
+    return (place) => present[place] !== 0 && holds(Number(values[place]), limit);
   }
   const scale = 10n ** BigInt(condition.value.places);
   const limit = condition.value.digits * unitOf(column, condition.unit, condition.value);
   return (place) => present[place] !== 0
-    && holds(condition.operator, BigInt(values[place]!) * scale, limit);
+    && holds(BigInt(values[place]!) * scale, limit);
 }
 
 const timeUnits: Record<string, bigint> = {
@@ -133,25 +123,24 @@ function unitOf({ name, kind, valueUnit }: Column, unit: string, value: Decimal)
   return factor;
 }
 
-function holds<T extends bigint | number>(operator: Operator, value: T, limit: T): boolean {
-  switch (operator) {
-    case '=': return value === limit;
-    case '!=': return value !== limit;
-    case '<': return value < limit;
-    case '<=': return value <= limit;
-    case '>': return value > limit;
-    case '>=': return value >= limit;
-  }
-}
+const comparisons: Record<Operator, <T extends bigint | number>(value: T, limit: T) => boolean> = {
+  '=': (value, limit) => value === limit,
+  '!=': (value, limit) => value !== limit,
+  '<': (value, limit) => value < limit,
+  '<=': (value, limit) => value <= limit,
+  '>': (value, limit) => value > limit,
+  '>=': (value, limit) => value >= limit,
+};
 
 // A cell of text may have several words, as `limits` has. Bits are compared as the command writes them.
-function textTest(rows: Stretch, kind: 'text' | 'bits', { column, operator, text }: Comparison): Test {
+function textTest(rows: Stretch, column: Column, { operator, text }: Comparison): Test {
+  const isText = column.kind === 'text';
   if (operator !== '=' && operator !== '!=') {
-    throw new ConditionError(`${column} is ${kind === 'text' ? 'text' : 'a row of bits'}: compare it with = or !=`);
+    throw new ConditionError(`${column.name} is ${isText ? 'text' : 'a row of bits'}: compare it with = or !=`);
   }
-  const cell = rows.text(column);
-  const isEqual = kind === 'text'
+  const cell = textsOf(rows, column);
+  const isEqual = isText
     ? (place: number) => cell(place) === text || cell(place).split(';').includes(text)
-    : (place: number) => rows.cell(column, place).toLowerCase() === text.toLowerCase();
+    : (place: number) => cell(place).toLowerCase() === text.toLowerCase();
   return (place) => isEqual(place) === (operator === '=');
 }
