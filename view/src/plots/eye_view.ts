@@ -40,7 +40,7 @@ export function drawEye({ context, width, height }: Surface, eye: Eye | undefine
 function drawMargin(context: Context, width: number, height: number, colours: Palette): void {
   const middle = gutter + width / 2;
   const half = (marginalShare * width) / 2;
-  context.fillStyle = colours.fill.warn;
+  context.fillStyle = colours['fill-warn'];
   context.fillRect(middle - half, 0, 2 * half, height - foot);
   context.strokeStyle = colours.text;
   context.lineWidth = 1;
@@ -57,7 +57,7 @@ function drawLevels(context: Context, eye: Eye, width: number, height: number, c
   const top = 8;
   const bottom = height - 8;
   const most = Math.max(1, ...eye.rising, ...eye.falling);
-  context.fillStyle = colours.slo;
+  context.fillStyle = colours.accent;
   for (let bin = 0; bin < bins; bin += 1) {
     const x = gutter + Math.round(bin * each);
     const wide = gutter + Math.round((bin + 1) * each) - x;
@@ -83,7 +83,7 @@ function drawCounts(context: Context, eye: Eye, width: number, top: number, bott
   const bins = eye.high.length;
   const counts = eye.rising.map((rising, bin) => rising + (eye.falling[bin] ?? 0));
   const most = Math.max(1, ...counts);
-  context.fillStyle = colours.soft;
+  context.fillStyle = colours.muted;
   counts.forEach((count, bin) => {
     if (count === 0) return;
     const height = Math.max(2, (count / most) * (bottom - top));
@@ -95,7 +95,7 @@ function drawCounts(context: Context, eye: Eye, width: number, top: number, bott
 function drawAxis(context: Context, eye: Eye, width: number, height: number, colours: Palette): void {
   context.font = numberFont;
   context.strokeStyle = colours.grid;
-  context.fillStyle = colours.soft;
+  context.fillStyle = colours.muted;
   for (let quarter = -4; quarter <= 4; quarter += 2) {
     const x = gutter + ((quarter + 4) / 8) * width;
     const time = (quarter / 4) * eye.period;
@@ -107,7 +107,7 @@ function drawAxis(context: Context, eye: Eye, width: number, height: number, col
 }
 
 function drawNames(context: Context, eyeHeight: number, height: number, colours: Palette): void {
-  context.fillStyle = colours.soft;
+  context.fillStyle = colours.muted;
   context.fillText('SLO high', 10, 10);
   context.fillText('SLO low', 10, eyeHeight - 10);
   context.fillText('changes', 10, (eyeHeight + 8 + height - foot) / 2);

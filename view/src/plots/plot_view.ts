@@ -110,7 +110,7 @@ export class PlotView {
     const to = Math.min(scale.width, scale.x(shown.to));
     if (to < from) return;
     const { context } = this.surface;
-    context.fillStyle = colours.select;
+    context.fillStyle = colours.accent;
     context.globalAlpha = 0.14;
     context.fillRect(gutter + from, 0, Math.max(2, to - from), height - foot);
     context.globalAlpha = 1;
@@ -126,7 +126,7 @@ export class PlotView {
 
 function drawEmpty({ context, scale, colours }: Pen, height: number): void {
   context.font = numberFont;
-  context.fillStyle = colours.soft;
+  context.fillStyle = colours.muted;
   context.fillText('no values here', gutter + scale.width / 2 - 45, (height - foot) / 2);
 }
 
@@ -135,7 +135,7 @@ function drawTimes({ context, scale, colours }: Pen, height: number): void {
   context.font = numberFont;
   context.strokeStyle = colours.grid;
   context.lineWidth = 1;
-  context.fillStyle = colours.soft;
+  context.fillStyle = colours.muted;
   if (base !== undefined) {
     const text = fitting(context, [`${base} +`], gutter - 6);
     if (text !== undefined) context.fillText(text, 4, height - foot / 2);
@@ -158,7 +158,7 @@ function drawValues({ context, scale, colours }: Pen, bounds: Extremes, quantity
     context.moveTo(gutter - 4, y);
     context.lineTo(gutter + scale.width, y);
     context.stroke();
-    context.fillStyle = colours.soft;
+    context.fillStyle = colours.muted;
     if (y < 6 || y > height - foot - 4) continue;
     const label = text(value);
     context.fillText(label, Math.max(0, gutter - 8 - textWidth(context, label)), y, gutter - 8);
@@ -206,8 +206,8 @@ function drawEnvelope(pen: Pen, values: Envelope, y: (value: number) => number, 
   const count = values.times.length;
   const length = (values.times[count - 1] ?? 1) - (values.times[0] ?? 0);
   const shown = count * (scale.span / Math.max(1, length));
-  context.strokeStyle = colours.slo;
-  context.fillStyle = colours.slo;
+  context.strokeStyle = colours.accent;
+  context.fillStyle = colours.accent;
   if (dots || shown < scale.width / 5) drawDots(context, values, { x, y });
   if (dots) return;
   if (shown > scale.width / 2) drawBand(context, values, { x, y }, left, scale.width);

@@ -21,7 +21,7 @@ export class Surface {
     readonly canvas: HTMLCanvasElement,
     private readonly draw: (colours: Palette) => void,
     dependsOn: () => unknown,
-    private readonly ground: 'ground' | 'raised' = 'ground',
+    private readonly ground: 'page' | 'surface' = 'page',
   ) {
     const context = canvas.getContext('2d');
     if (context === null) throw new Error('this browser has no canvas');

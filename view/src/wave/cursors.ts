@@ -7,7 +7,7 @@ export const flag = { width: 16, height: 16 };
 
 /** The cursors in the picture, with their places. */
 export function shownCursors({ left, scale, colours }: Pen, { a, b }: Cursors) {
-  const both = [{ name: 'A', time: a, colour: colours.cursorA }, { name: 'B', time: b, colour: colours.cursorB }];
+  const both = [{ name: 'A', time: a, colour: colours['cursor-a'] }, { name: 'B', time: b, colour: colours['cursor-b'] }];
   return both.flatMap(({ name, time, colour }) => {
     const x = time === undefined ? -1 : scale.x(time);
     return x < 0 || x > scale.width ? [] : [{ name, x: left + x, colour }];
@@ -25,7 +25,7 @@ export function drawCursors(pen: Pen, cursors: Cursors, height: number): void {
     context.setLineDash([]);
     context.fillStyle = colour;
     context.fillRect(x - flag.width / 2, 0, flag.width, flag.height);
-    context.fillStyle = colours.ground;
+    context.fillStyle = colours.page;
     context.fillText(name, x - 4.5, flag.height / 2 + 1);
   }
 }

@@ -15,7 +15,7 @@ export function drawAxis({ context, left, scale, colours }: Pen, lane: Lane, bot
   context.strokeStyle = colours.grid;
   context.lineWidth = 1;
   for (const mark of marks) verticalLine(context, left + mark.x, lane.top + lane.height, bottom);
-  context.fillStyle = colours.soft;
+  context.fillStyle = colours.muted;
   const baseText = base === undefined ? '' : `${base} +`;
   const free = left + (base === undefined ? 0 : textWidth(context, baseText) + 8);
   for (const mark of marks) {
@@ -127,7 +127,7 @@ export function drawNames(
   names: ReadonlyMap<string, string>,
   height: number,
 ): void {
-  context.fillStyle = colours.raised;
+  context.fillStyle = colours.surface;
   context.fillRect(0, 0, left - 4, height);
   context.fillStyle = colours.text;
   context.font = `600 ${font}`;

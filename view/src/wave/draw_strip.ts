@@ -44,10 +44,10 @@ export function drawStrips(pen: Pen, lanes: Lanes, strip: Strip): string {
   const sums = byPixel(strip, scale);
   const highest = most(sums.all);
   bars(pen, lanes.cycle, sums.all, highest, colours.good);
-  bars(pen, lanes.frame, sums.failed, highest, colours.bad);
+  bars(pen, lanes.frame, sums.failed, highest, colours.error);
   bars(pen, lanes.cdm, sums.flagged, highest, colours.warn);
   context.font = numberFont;
-  context.fillStyle = colours.soft;
+  context.fillStyle = colours.muted;
   const text = stripText(sums);
   const advice = `${text} in this picture. Zoom in for the fields.`;
   context.fillText(advice, left + 4, lanes.flags.top + lanes.flags.height / 2, scale.width - 8);
@@ -66,8 +66,8 @@ export function drawOverview(pen: Pen, lane: Lane, strip: Strip): void {
   const sums = byPixel(strip, scale);
   const highest = most(sums.all);
   context.globalAlpha = 0.5;
-  bars(pen, lane, sums.all, highest, colours.soft);
+  bars(pen, lane, sums.all, highest, colours.muted);
   context.globalAlpha = 1;
   bars(pen, lane, sums.flagged, highest, colours.warn);
-  bars(pen, lane, sums.failed, highest, colours.bad);
+  bars(pen, lane, sums.failed, highest, colours.error);
 }

@@ -10,10 +10,10 @@ const nameClock = 56;
 
 // The look of a cycle, by its class; without a fill it has a dashed frame.
 const looks = {
-  [rowClass.good]: { sign: '✓', fill: 'crc', text: 'text' },
-  [rowClass.cut]: { sign: '…', fill: undefined, text: 'soft' },
-  [rowClass.flagged]: { sign: '!', fill: 'warn', text: 'warn' },
-  [rowClass.failed]: { sign: '✕', fill: 'wrong', text: 'bad' },
+  [rowClass.good]: { sign: '✓', fill: 'fill-crc', text: 'text' },
+  [rowClass.cut]: { sign: '…', fill: undefined, text: 'muted' },
+  [rowClass.flagged]: { sign: '!', fill: 'fill-warn', text: 'warn' },
+  [rowClass.failed]: { sign: '✕', fill: 'fill-wrong', text: 'error' },
 } as const;
 
 /** An area of the picture, with the text to show if the pointer is in it. */
@@ -49,7 +49,7 @@ export class TrackPainter {
     const { row, number, status, notes, position } = cycle;
     const { sign, fill, text: colour } = looks[cycle.class as keyof typeof looks];
     const failed = cycle.class === rowClass.failed;
-    this.#box(lane, from, to, fill && this.pen.colours.fill[fill], failed, selected);
+    this.#box(lane, from, to, fill && this.pen.colours[fill], failed, selected);
     const head = `${sign} #${number} ${status}`;
     const full = [head, position, notes].filter((text) => text !== '').join('  ');
     this.pen.context.fillStyle = this.pen.colours[colour];
@@ -61,8 +61,9 @@ export class TrackPainter {
     const [from, to] = this.#bounds(part);
     if (to - from < 0.5) return;
     const { context, colours } = this.pen;
-    this.#box(lane, from, to, colours.fill[part.wrong ? 'wrong' : part.kind], part.wrong, false);
-    context.fillStyle = part.wrong ? colours.bad : colours.text;
+    const fill = part.wrong ? 'wrong' : part.kind === 'frame' ? 'line' : part.kind;
+    this.#box(lane, from, to, colours[`fill-${fill}`], part.wrong, false);
+    context.fillStyle = part.wrong ? colours.error : colours.text;
     const texts = part.wrong ? part.texts.flatMap((text) => [`✕ ${text}`, text]) : part.texts;
     this.#text(lane, from, to, texts);
     this.#hit(lane, from, to, partText(part), row);
@@ -72,7 +73,7 @@ export class TrackPainter {
   label(lane: Lane, extent: Range, texts: string[], row: number, bad: boolean): void {
     const [begin, end] = this.#bounds(extent);
     if (end - begin < 0.5) return;
-    this.#box(lane, begin, end, bad ? this.pen.colours.fill.warn : this.pen.colours.fill.frame, false, false);
+    this.#box(lane, begin, end, bad ? this.pen.colours['fill-warn'] : this.pen.colours['fill-line'], false, false);
     this.pen.context.fillStyle = bad ? this.pen.colours.warn : this.pen.colours.text;
     this.#text(lane, begin, end, texts);
     this.#hit(lane, begin, end, texts[0] ?? '', row);
@@ -87,7 +88,7 @@ export class TrackPainter {
       const x = this.#x(sample.at);
       if (x < this.pen.left || x > this.pen.left + this.pen.scale.width) continue;
       const bad = sample.wrong || sample.mends;
-      context.fillStyle = sample.wrong ? colours.bad : sample.mends ? colours.warn : colours.slo;
+      context.fillStyle = sample.wrong ? colours.error : sample.mends ? colours.warn : colours.accent;
       const level = sample.level ?? 0.5;
       const y = slo.top + 1 + (1 - level) * (slo.height - 2);
       context.beginPath();
@@ -107,7 +108,7 @@ export class TrackPainter {
     const marked = bad ? `✕${value}` : value;
     const names = clock >= nameClock ? [`${name}=${marked}`] : [];
     const text = fitting(context, [...names, marked, value], clock - 2) ?? '';
-    context.fillStyle = bad ? colours.bad : colours.text;
+    context.fillStyle = bad ? colours.error : colours.text;
     context.fillText(text, x - textWidth(context, text) / 2, lane.top + lane.height / 2);
   }
 
@@ -121,7 +122,7 @@ export class TrackPainter {
   failures(lane: Lane): void {
     const { context } = this.pen;
     const right = this.pen.left + this.pen.scale.width;
-    context.fillStyle = this.pen.colours.bad;
+    context.fillStyle = this.pen.colours.error;
     context.font = font;
     let written = this.pen.left;
     this.#failures.forEach(({ x, text, row }, i) => {
@@ -152,22 +153,22 @@ export class TrackPainter {
       context.fillStyle = fill;
       context.fillRect(from, lane.top, width, lane.height);
     } else if (width > 3) {
-      context.strokeStyle = colours.soft;
+      context.strokeStyle = colours.muted;
       context.lineWidth = 1;
       context.setLineDash([3, 3]);
       context.strokeRect(from + 0.5, lane.top + 0.5, width - 1, lane.height - 1);
       context.setLineDash([]);
     }
     if (bad) {
-      context.fillStyle = colours.bad;
+      context.fillStyle = colours.error;
       context.fillRect(from, lane.top + lane.height - 3, Math.max(1, width), 3);
-      context.strokeStyle = colours.bad;
+      context.strokeStyle = colours.error;
       context.globalAlpha = 0.25;
       if (width > 14) hatch(context, from, lane.top, width, lane.height - 3);
       context.globalAlpha = 1;
     }
     if (selected) {
-      context.strokeStyle = colours.select;
+      context.strokeStyle = colours.accent;
       context.lineWidth = 2;
       context.strokeRect(from + 1, lane.top + 1, Math.max(1, width - 2), lane.height - 2);
     }

@@ -18,7 +18,7 @@ export class Overview {
       ({ columns }) => ({ ...state.wholeRange.value, columns }), () => this.surface.change());
     this.surface = new Surface(canvas, (colours) => this.#draw(colours), () => [
       state.range.value, state.endTime.value, state.generation.value, state.progress.value.state,
-    ], 'raised');
+    ], 'surface');
   }
 
   get scale(): TimeScale {
@@ -40,11 +40,11 @@ export class Overview {
     }
     const from = scale.x(range.from);
     const length = Math.max(3, scale.x(range.to) - from);
-    context.fillStyle = colours.select;
+    context.fillStyle = colours.accent;
     context.globalAlpha = 0.16;
     context.fillRect(from, 0, length, height);
     context.globalAlpha = 1;
-    context.strokeStyle = colours.select;
+    context.strokeStyle = colours.accent;
     context.lineWidth = 2;
     context.strokeRect(from + 1, 1, Math.max(1, length - 2), height - 2);
   }

@@ -107,7 +107,7 @@ export class WaveView {
     const ma = lineTile(this.#ma);
     const slo = lineTile(this.#slo);
     if (ma !== undefined) drawLine(pen, lanes.ma, ma, colours.ma);
-    if (slo !== undefined) drawLine(pen, lanes.slo, slo, colours.slo);
+    if (slo !== undefined) drawLine(pen, lanes.slo, slo, colours.accent);
     if (far) this.#drawFar(lanes, shown, pen);
     else if (rows !== undefined) this.#drawRows(lanes, rows, range, pen);
     return far;
@@ -125,7 +125,7 @@ export class WaveView {
     if (selected === undefined) return;
     const left = Math.max(gutter, gutter + scale.x(selected.from));
     const right = Math.max(left, gutter + scale.x(selected.to));
-    context.fillStyle = colours.fill.data;
+    context.fillStyle = colours['fill-data'];
     context.globalAlpha = 0.35;
     context.fillRect(left, lanes.axis.height, right - left, bottom);
     context.globalAlpha = 1;
