@@ -76,7 +76,8 @@ export class PartSession implements Session {
   #rows: (number | undefined)[] = [];
   #place: number[] = [];
   #looked = 0;
-  #known: readonly Access[] | undefined;
+  // The accesses are taken from the report: in the part, they are cut if cycles are missing.
+  readonly #accesses: readonly Access[];
   #ends = new Map<number, bigint | undefined>();
 
   /** \param isWhole the settings are the same as in the report */
@@ -84,6 +85,7 @@ export class PartSession implements Session {
     const [names = [], ...cells] = cellsOfCsv(report.rows);
     this.#names = names;
     this.#cells = cells;
+    this.#accesses = isWhole ? objectsOf<Access>(report.verbs['registers']?.out ?? '') : [];
     cells.forEach((_, place) => this.#places.set(picoseconds(this.#text(place, 'time_ns')), place));
   }
 
@@ -115,19 +117,12 @@ export class PartSession implements Session {
     return {
       ...about,
       cycles: this.isWhole ? this.report.cycles : this.rowCount,
-      accesses: this.isWhole ? this.#accesses().length : 0,
+      accesses: this.#accesses.length,
     };
   }
 
-  // The accesses are taken from the report: in the part, they are cut if cycles are missing.
-  #accesses(): readonly Access[] {
-    this.#known ??= objectsOf<Access>(this.report.verbs['registers']?.out ?? '');
-    return this.#known;
-  }
-
   accesses(from: number, to: number): Access[] {
-    if (!this.isWhole) return [];
-    return this.#accesses().filter(({ cycle, cycles }) => cycle < to && cycle + Math.max(1, cycles) > from);
+    return this.#accesses.filter(({ cycle, cycles }) => cycle < to && cycle + Math.max(1, cycles) > from);
   }
 
   get columns() {

@@ -46,49 +46,33 @@ function textOf(cells: Cells | undefined, i: number): string {
   return cells?.texts[cells.numbers[i] ?? NaN] ?? '';
 }
 
-/** The columns that show the result of a row. */
-class Verdicts {
-  readonly #columns: Cells[];
-  readonly #flags: Cells[];
-  readonly #statuses: Float64Array;
-  readonly #classOfStatus: number[];
-
-  constructor(session: Session, from: number, to: number) {
-    this.#columns = session.columns.filter(({ role }) => role !== 'value' && role !== 'check_at_0')
-      .map((column) => {
-        const { numbers, texts } = cellsOf(session, column.name, from, to);
-        return { ...column, numbers, texts, marks: texts.map((text) => markOf(column.role, text)) };
-      });
-    this.#flags = this.#columns.filter(({ role }) => role !== 'status');
-    const { numbers, texts, marks } = this.#columns.find(({ role }) => role === 'status')!;
-    this.#statuses = numbers;
-    this.#classOfStatus = texts.map((text, k) =>
-      (marks[k] !== '' ? rowClass.failed : cutStatuses.has(text) ? rowClass.cut : rowClass.good));
-  }
-
-  classOf(i: number): number {
-    const found = this.#classOfStatus[this.#statuses[i] ?? NaN] ?? rowClass.failed;
-    return found !== rowClass.failed && this.#isFlagged(i) ? rowClass.flagged : found;
-  }
-
-  textOf(wanted: Role, i: number): string {
-    return textOf(this.#columns.find(({ role }) => role === wanted), i);
-  }
-
-  notes(i: number): string {
-    return this.#flags.filter(({ role }) => role !== 'verdict')
-      .flatMap((cells) => causesIn(cells, textOf(cells, i))).join(', ');
-  }
-
-  #isFlagged(i: number): boolean {
-    for (const { numbers, marks } of this.#flags) if (marks[numbers[i] ?? NaN]) return true;
-    return false;
-  }
+// The results of rows, by their place after the first one.
+function verdictsOf(session: Session, from: number, to: number) {
+  const columns = session.columns.filter(({ role }) => role !== 'value' && role !== 'check_at_0')
+    .map((column): Cells => {
+      const { numbers, texts } = cellsOf(session, column.name, from, to);
+      return { ...column, numbers, texts, marks: texts.map((text) => markOf(column.role, text)) };
+    });
+  const flags = columns.filter(({ role }) => role !== 'status');
+  const status = columns.find(({ role }) => role === 'status')!;
+  const classes = status.texts.map((text, k) =>
+    (status.marks[k] !== '' ? rowClass.failed : cutStatuses.has(text) ? rowClass.cut : rowClass.good));
+  return {
+    classOf(i: number): number {
+      const found = classes[status.numbers[i] ?? NaN] ?? rowClass.failed;
+      if (found === rowClass.failed) return found;
+      for (const { numbers, marks } of flags) if (marks[numbers[i] ?? NaN]) return rowClass.flagged;
+      return found;
+    },
+    textOf: (wanted: Role, i: number) => textOf(columns.find(({ role }) => role === wanted), i),
+    notes: (i: number) => flags.filter(({ role }) => role !== 'verdict')
+      .flatMap((cells) => causesIn(cells, textOf(cells, i))).join(', '),
+  };
 }
 
 // How many rows of each block failed and are flagged.
 const blockCounts = keptByBlock((session, first, end) => {
-  const verdicts = new Verdicts(session, first, end);
+  const verdicts = verdictsOf(session, first, end);
   return Array.from({ length: (end - first) / blockRows }, (_, block) => {
     const counts = { failed: 0, flagged: 0 };
     for (let i = block * blockRows; i < (block + 1) * blockRows; i += 1) {
@@ -114,7 +98,7 @@ export function strip(session: Session, { from, to, columns }: Range & { columns
   const columnOf = (offset: number) =>
     Math.max(0, Math.min(columns - 1, Math.floor(offset * perPs)));
   const addRows = (begin: number, stop: number) => {
-    const verdicts = new Verdicts(session, begin, stop);
+    const verdicts = verdictsOf(session, begin, stop);
     const times = timesOf(session, begin, stop);
     for (let i = 0; i < stop - begin; i += 1) {
       add(answer, columnOf(Number((times[i] ?? 0n) - from)), 1, verdicts.classOf(i));
@@ -172,7 +156,7 @@ export function rows(session: Session & Partial<WithGaps>, { from, to, most }: R
   const { first, end } = rowsIn(session, from, to);
   const count = end - first;
   const stop = count > most ? first : end;
-  const verdicts = new Verdicts(session, first, stop);
+  const verdicts = verdictsOf(session, first, stop);
   const position = session.column('position', first, stop);
   const numbers = numbersOf(session.column('cycle', first, stop).values);
   const times = timesOf(session, first, stop + 1);

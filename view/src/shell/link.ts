@@ -16,12 +16,9 @@ export function linkText(): string {
   const { settings, file, range, cursors } = state;
   put('file', file.value?.example === undefined ? file.value?.name : undefined);
   put('simulate', file.value?.example);
-  put('format', settings.value.format);
-  put('ma', settings.value.ma);
-  put('slo', settings.value.slo);
+  const texts = ['format', 'ma', 'slo', 'units', 'further'] as const;
+  for (const name of texts) put(name, settings.value[name], state.defaultSettings[name]);
   put('invert', [settings.value.invertMa && 'ma', settings.value.invertSlo && 'slo'].filter(Boolean).join(','));
-  put('units', settings.value.units, 'counts');
-  put('further', settings.value.further);
   put('from', range.value?.from.toString());
   put('to', range.value?.to.toString());
   put('row', state.selectedRow.value?.toString());

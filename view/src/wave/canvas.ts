@@ -13,6 +13,7 @@ export class Surface {
   readonly context: CanvasRenderingContext2D;
   width = 0;
   height = 0;
+  // The request for the next picture; 0: none.
   #frame = 0;
   readonly #observer: ResizeObserver;
   readonly #stop: () => void;
@@ -49,10 +50,12 @@ export class Surface {
     });
   }
 
+  /** Nothing is drawn afterwards. */
   close(): void {
     this.#stop();
-    cancelAnimationFrame(this.#frame);
     this.#observer.disconnect();
+    cancelAnimationFrame(this.#frame);
+    this.#frame = NaN;
   }
 
   #resize(): void {

@@ -29,7 +29,6 @@ export class WaveView {
   readonly #rows: Tile<'analyse.rows'>;
   readonly #strip: Tile<'analyse.strip'>;
   readonly #cycles = new Cycles(() => this.surface.change());
-  #isClosed = false;
 
   constructor(canvas: HTMLCanvasElement, private readonly onSeen: (text: string) => void) {
     this.#rows = new Tile('analyse.rows', 'wave.rows',
@@ -39,11 +38,6 @@ export class WaveView {
     this.surface = new Surface(canvas, (colours) => this.#draw(colours), () => [
       state.range.value, state.cursors.value, state.selectedRow.value, state.generation.value, state.about.value,
     ]);
-  }
-
-  close(): void {
-    this.#isClosed = true;
-    this.surface.close();
   }
 
   /** The scale of the range shown; its x begins at the right of the names. */
@@ -153,7 +147,7 @@ export class WaveView {
     if (lanes.access !== undefined) drawAccesses(lanes.access, rows, painter);
     painter.failures(lanes.cause);
     this.onSeen(cyclesText(seen));
-    if (!this.#isClosed) this.#cycles.want(wanted);
+    this.#cycles.want(wanted);
     this.hits = painter.hits;
   }
 }

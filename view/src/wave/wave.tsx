@@ -70,7 +70,7 @@ function useWave() {
       stopOverview();
       whole.surface.close();
       input.close();
-      view.close();
+      view.surface.close();
     };
   }, []);
   return { wave, overview };
