@@ -4,17 +4,10 @@ import { Client } from './client';
 
 declare const WORKER_SOURCE: string;
 
-interface Started {
-  client: Client;
-  worker: Worker;
-  /** When the core is ready. */
-  loaded: Promise<void>;
-}
-
 let address: string | undefined;
 
-/** A worker with a core of its own. */
-export function newWorker(): Started {
+/** A worker with a core of its own, which is ready when it is `loaded`. */
+export function newWorker() {
   address ??= URL.createObjectURL(new Blob([WORKER_SOURCE], { type: 'text/javascript' }));
   const worker = new Worker(address);
   const client = new Client(worker);

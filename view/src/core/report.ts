@@ -7,11 +7,8 @@ import type { Causes } from '../plots/causes_of';
 import type { Envelope, EnvelopeAsk } from '../plots/envelope';
 import type { Settings } from '../state';
 
-/** `null`: there is no value. */
-interface Extremes {
-  low: (number | null)[];
-  high: (number | null)[];
-}
+/** For each stretch of rows; `null`: there is no value. */
+type Extremes = Record<'low' | 'high', (number | null)[]>;
 
 export interface Report {
   name: string;

@@ -27,15 +27,7 @@ export interface Eye {
   of: number;
 }
 
-interface Sampled {
-  row: number;
-  time: number;
-  period: number;
-  /** Sampling points, changes of SLO and the levels after them, from the start of the cycle. */
-  points: Float64Array;
-  changes: Float64Array;
-  levels: Uint8Array;
-}
+type Sampled = NonNullable<ReturnType<typeof sampledOf>>;
 
 // A stretch of SLO shorter than a part of this many is one busy entry.
 const viewColumns = 16_384;
@@ -77,7 +69,8 @@ export function eye(session: Session, { from, to, cycles, bins }: Range & { cycl
   return answer;
 }
 
-function sampledOf(session: Session, row: number, cycle: Cycle, from: bigint): Sampled | undefined {
+// Sampling points, changes of SLO and the levels after them, from the start of the cycle.
+function sampledOf(session: Session, row: number, cycle: Cycle, from: bigint) {
   const bits = cycle.bits.filter((bit) => bit.sampledAt !== undefined && bit.name !== '');
   const firstBit = bits[0];
   const lastBit = bits[bits.length - 1];

@@ -35,12 +35,7 @@ export interface Rows {
   accesses: Access[];
 }
 
-/** A column with its values as indexes in `texts`; NaN for an empty cell. */
-interface Cells extends Column {
-  numbers: Float64Array;
-  texts: string[];
-  marks: string[];
-}
+type Cells = Column & ReturnType<typeof cellsOf>;
 
 function textOf(cells: Cells | undefined, i: number): string {
   return cells?.texts[cells.numbers[i] ?? NaN] ?? '';
@@ -49,9 +44,9 @@ function textOf(cells: Cells | undefined, i: number): string {
 // The results of rows, by their place after the first one.
 function verdictsOf(session: Session, from: number, to: number) {
   const columns = session.columns.filter(({ role }) => role !== 'value' && role !== 'check_at_0')
-    .map((column): Cells => {
-      const { numbers, texts } = cellsOf(session, column.name, from, to);
-      return { ...column, numbers, texts, marks: texts.map((text) => markOf(column.role, text)) };
+    .map((column) => {
+      const cells = cellsOf(session, column.name, from, to);
+      return { ...column, ...cells, marks: cells.texts.map((text) => markOf(column.role, text)) };
     });
   const flags = columns.filter(({ role }) => role !== 'status');
   const status = columns.find(({ role }) => role === 'status')!;

@@ -10,12 +10,6 @@ const units: Record<Quantity, Units> = {
   number: [['', 1]],
 };
 
-export interface Ticks {
-  values: number[];
-  /** Writes a value as finely as the marks are. */
-  text: (value: number) => string;
-}
-
 // A single count is exact; at an axis it is short.
 function shortOf(size: number): [string, number] {
   if (size >= 1e10) return ['G', 1e9];
@@ -26,8 +20,8 @@ function grouped(text: string): string {
   return text.replace(/\B(?=(\d{3})+(?!\d|.*\.))/g, '\u202f');
 }
 
-/** At most about `count` marks from `low` to `high`. */
-export function ticksOf(low: number, high: number, count: number, quantity: Quantity): Ticks {
+/** At most about `count` marks from `low` to `high`; `text` writes a value as finely as the marks are. */
+export function ticksOf(low: number, high: number, count: number, quantity: Quantity) {
   const step = roundStep(Math.max((high - low) / Math.max(1, count), Number.MIN_VALUE));
   const size = Math.max(Math.abs(low), Math.abs(high));
   const [unit, factor] = quantity === 'number' ? shortOf(size) : unitOf(size, units[quantity]);

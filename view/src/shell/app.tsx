@@ -2,11 +2,12 @@
 import { signal, type Signal } from '@preact/signals';
 import * as state from '../state';
 import { Wave } from '../wave/wave';
+import { isCarried } from './carried';
 import { chooseFiles, openUserFiles } from './files';
 import { Header } from './header';
 import { Help } from './help';
 import { Panels } from './panels';
-import { isPrinted, PrintPage } from './print';
+import { PrintPage } from './print';
 import { exampleActions, SimulatePanel } from './simulate';
 import { MessageBar, StatusBar } from './status_bar';
 import { Table } from './table';
@@ -31,7 +32,7 @@ function onDrop(event: DragEvent): void {
 }
 
 export function App() {
-  const kind = ['app', isOver.value && 'over', isPrinted && 'printed'].filter(Boolean).join(' ');
+  const kind = ['app', isOver.value && 'over', isCarried && 'printed'].filter(Boolean).join(' ');
   return (
     <>
     <div class={kind} onDragEnter={onDrag} onDragOver={onDrag} onDragLeave={onDrag} onDrop={onDrop}>
@@ -46,7 +47,8 @@ export function App() {
       <Help />
       <div class="sr" role="status" aria-live="polite">{state.announcement.value}</div>
     </div>
-    {isPrinted && <PrintPage />}
+    {/* Pages that show a file of the user do not read all of it for paper. */}
+    {isCarried && <PrintPage />}
     </>
   );
 }

@@ -43,14 +43,9 @@ function Check({ check, bits }: { check: CycleCheck; bits: CycleBit[] }) {
   );
 }
 
-interface Field {
-  name: string;
-  bits: string;
-}
-
 // pos25, pos24, … are one field; the number of a channel follows a point.
-function fieldsOf(bits: readonly CycleBit[]): Field[] {
-  const fields: Field[] = [];
+function fieldsOf(bits: readonly CycleBit[]) {
+  const fields: { name: string; bits: string }[] = [];
   for (const bit of bits) {
     if (bit.payloadBit === undefined) continue;
     const name = bit.name.replace(/\d+(\.\d+)?$/, '$1');

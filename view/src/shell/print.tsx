@@ -7,21 +7,14 @@ import { extremes, type Envelope } from '../plots/envelope';
 import { columnPlots } from '../plots/plot_list';
 import type { PlotSpec } from '../plots/plot_view';
 import * as state from '../state';
-import { isCarried } from './carried';
 import { identifyArguments, textOf, useVerb, verbArguments } from './verb';
 
 const mostFailed = 200;
 const points = 600;
 
-interface Content {
-  summary: string;
-  causes: Causes;
-  plots: { plot: PlotSpec; values: Envelope }[];
-  failed: number;
-  rows: string[][];
-}
+type Content = Awaited<ReturnType<typeof contentOf>>;
 
-async function contentOf(): Promise<Content> {
+async function contentOf() {
   const range = state.wholeRange.value;
   const plots = columnPlots(state.columns.value);
   const [summary, causes, rows, ...values] = await Promise.all([
@@ -164,6 +157,3 @@ function Plot({ plot, values }: { plot: PlotSpec; values: Envelope }) {
     </figure>
   );
 }
-
-/** Pages that show a file of the user do not read all of it for paper. */
-export const isPrinted = isCarried;

@@ -13,15 +13,9 @@ export const found = signal<{ count: number | undefined; error: string }>({ coun
 
 const most = 1_000_000;
 
-interface Search {
-  direction: 'next' | 'previous' | 'first' | 'last' | undefined;
-  condition: string;
-}
-
-function parse(text: string): Search {
-  const [, word, rest] = /^\s*(?:(next|previous|prev|first|last)\b)?\s*(.*?)\s*$/i.exec(text) ?? [];
-  const direction = word?.toLowerCase().replace(/^prev$/, 'previous') as Search['direction'];
-  return { direction, condition: rest ?? '' };
+function parse(text: string) {
+  const [, word = '', condition = ''] = /^\s*(?:(next|prev(?:ious)?|first|last)\b)?\s*(.*?)\s*$/i.exec(text) ?? [];
+  return { direction: word.toLowerCase(), condition };
 }
 
 /** The condition of the search field alone. */
@@ -33,7 +27,7 @@ export function searchedCondition(): string {
 export async function searchOn(step: 1 | -1, text = state.search.value): Promise<void> {
   const { direction, condition } = parse(text);
   if (condition === '' || state.rowCount.value === 0) return;
-  const back = direction === 'previous' || direction === 'last' ? -1 : 1;
+  const back = direction.startsWith('prev') || direction === 'last' ? -1 : 1;
   const forward = (step * back) as 1 | -1;
   const start = forward > 0 ? -1 : state.rowCount.value;
   const fromEdge = direction === 'first' || direction === 'last';

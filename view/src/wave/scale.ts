@@ -106,28 +106,16 @@ export function roundStep(least: number): number {
   return step * power;
 }
 
-/** A mark of the axis: `x` in pixels. */
-export interface Mark {
-  x: number;
-  text: string;
-}
-
-export interface TimeMarks {
-  marks: Mark[];
-  /** The time from which the texts of marks count; absent if they are times of the capture. */
-  base?: string;
-}
-
 /**
  * Marks at round times, at least `room` pixels from one another. If the times have many digits in common, the
- * marks count from a base.
+ * marks count from the time `base`. `x` is in pixels.
  */
-export function timeMarks(scale: TimeScale, room: number): TimeMarks {
+export function timeMarks(scale: TimeScale, room: number) {
   const step = BigInt(Math.max(1, Math.round(roundStep((room / scale.width) * scale.span))));
   const end = scale.time(scale.width);
   let first = (scale.from / step) * step;
   if (first < scale.from) first += step;
-  const marks: Mark[] = [];
+  const marks: { x: number; text: string }[] = [];
   const size = Math.max(Math.abs(Number(end)), Math.abs(Number(scale.from)));
   const far = size / Number(step) >= 1e5;
   const [name, factor] = unitOf(far ? scale.span : Math.max(size, Number(step)));
@@ -137,5 +125,5 @@ export function timeMarks(scale: TimeScale, room: number): TimeMarks {
     const text = `${far ? '+' : ''}${value.toFixed(places)} ${name}`;
     marks.push({ x: scale.x(time), text });
   }
-  return far ? { marks, base: exactTimeText(first) } : { marks };
+  return { marks, base: far ? exactTimeText(first) : undefined };
 }
