@@ -1,5 +1,5 @@
 // The core from the page's side: a typed request to the worker, a promise for its answer.
-import type { Answer, AnswerMessage, Ask, ReadingMessage, RequestMessage, RequestName } from './protocol';
+import type { Answer, AnswerMessage, Ask, Reading, ReadingMessage, RequestMessage, RequestName } from './protocol';
 
 /** An answer that failed, with the message of the command. */
 export class CoreError extends Error {
@@ -48,7 +48,7 @@ export class Client {
   // Lanes with a request under way, and the newest request that waits for its end.
   #lanes = new Map<string, RequestMessage | undefined>();
   /** Called while the worker reads. */
-  onReading: (reading: ReadingMessage['reading']) => void = () => {};
+  onReading: (reading: Reading) => void = () => {};
 
   constructor(worker: Worker) {
     this.#worker = worker;

@@ -1,5 +1,6 @@
 // The messages between the page and the worker. An answer has the number of its request.
-import type { About, Column } from 'biss';
+import type { Column } from 'biss';
+import type { Reader } from './reader';
 import type { Handlers } from './worker';
 
 export type RequestName = keyof Handlers;
@@ -13,7 +14,7 @@ export interface Opened {
   columns: readonly Column[];
   messages: string;
   /** Only for a capture that has been read to its end. */
-  reading?: ReadingMessage['reading'];
+  reading?: Reading;
 }
 
 export interface RequestMessage {
@@ -32,18 +33,9 @@ export interface AnswerMessage {
   isClosed?: boolean;
 }
 
+export type Reading = ReturnType<Reader['reading']>;
+
 /** Sent by the worker without a request while it reads. */
 export interface ReadingMessage {
-  reading: {
-    generation: number;
-    about: About;
-    columns: readonly Column[];
-    rowCount: number;
-    more: boolean;
-    messages: string;
-    /** The part of the file that has been read, 0 to 1. */
-    done: number;
-    /** Empty, or why reading ended, such as memory. */
-    error: string;
-  };
+  reading: Reading;
 }

@@ -1,6 +1,6 @@
 // Reads a capture in slices, between which the worker answers.
 import type { Session } from 'biss';
-import type { ReadingMessage } from './protocol';
+import type { Reading, ReadingMessage } from './protocol';
 import type { MeasuredSource } from './source';
 import { messageOf } from './texts';
 
@@ -18,14 +18,14 @@ export class Reader {
   #generation: number;
   #sources: MeasuredSource[];
   #report: ((message: ReadingMessage) => void) | undefined;
-  #ended: (reading: ReadingMessage['reading'] | undefined) => void = () => {};
+  #ended: (reading: Reading | undefined) => void = () => {};
   /** The result at the end of the capture; undefined if the reader is closed before. */
-  readonly ended = new Promise<ReadingMessage['reading'] | undefined>((resolve) => { this.#ended = resolve; });
+  readonly ended = new Promise<Reading | undefined>((resolve) => { this.#ended = resolve; });
   #channel = new MessageChannel();
   #reported = 0;
   #messages = '';
   #closed = false;
-  #reading = true;
+  #isReading = true;
   #saved = mostSavedMilliseconds;
   #analyses: (() => void)[] = [];
 
@@ -65,7 +65,7 @@ export class Reader {
   }
 
   #analyse(): void {
-    while (this.#analyses.length > 0 && (this.#saved > 0 || !this.#reading || this.#closed)) {
+    while (this.#analyses.length > 0 && (this.#saved > 0 || !this.#isReading || this.#closed)) {
       const began = performance.now();
       this.#analyses.shift()?.();
       this.#saved -= performance.now() - began;
@@ -91,7 +91,7 @@ export class Reader {
     }
     const now = performance.now();
     this.#saved = Math.min(mostSavedMilliseconds, this.#saved + (now - began) * analysesShare);
-    this.#reading = more;
+    this.#isReading = more;
     if (!more || now - this.#reported >= reportMilliseconds) {
       this.#reported = now;
       this.#tell(more, error);
@@ -101,7 +101,17 @@ export class Reader {
   }
 
   #tell(more: boolean, error: string): void {
-    const reading = {
+    const reading = this.reading(more, error);
+    this.#report?.({ reading });
+    if (!more) this.#ended(reading);
+  }
+
+  /**
+   * The capture as far as it has been read; `done` is the part of the file, 0 to 1.
+   * \param error empty, or why reading ended, such as memory
+   */
+  reading(more: boolean, error: string) {
+    return {
       generation: this.#generation,
       about: this.session.about(),
       columns: this.session.columns,
@@ -111,8 +121,6 @@ export class Reader {
       done: more ? this.#done() : 1,
       error,
     };
-    this.#report?.({ reading });
-    if (!more) this.#ended(reading);
   }
 
   #done(): number {

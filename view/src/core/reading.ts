@@ -3,7 +3,7 @@ import { batch } from '@preact/signals';
 import * as state from '../state';
 import { decodeArguments } from './arguments';
 import { core, startCore } from './core';
-import type { Opened, ReadingMessage } from './protocol';
+import type { Opened, Reading } from './protocol';
 import type { Report } from './report';
 import { sizeOf, type ServedFile } from './source';
 import { messageOf } from './texts';
@@ -194,14 +194,15 @@ function withWarning(opened: Opened | undefined, warning: string): Opened | unde
   return opened && { ...opened, messages: `${warning}${opened.messages}` };
 }
 
-function fail(message: string): void {
+/** Shows why there is no capture. */
+export function fail(message: string): void {
   batch(() => {
     state.messages.value = message;
     state.progress.value = { state: 'failed', done: 0 };
   });
 }
 
-function take(reading: ReadingMessage['reading']): void {
+function take(reading: Reading): void {
   if (reading.generation !== state.generation.value) return;
   batch(() => {
     state.about.value = reading.about;

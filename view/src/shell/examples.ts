@@ -1,7 +1,7 @@
 // Captures that the page simulates: examples, and the requests of the dialog.
 import { splitArguments } from '../core/arguments';
-import { CoreError } from '../core/client';
-import { openFiles } from '../core/reading';
+import { fail, openFiles } from '../core/reading';
+import { messageOf } from '../core/texts';
 import { makeCapture, runToFile, runVerb, writeFile } from '../core/verbs';
 import * as state from '../state';
 
@@ -117,8 +117,7 @@ export async function openSimulated(args: string, format: string): Promise<void>
     await openFiles([{ name: fileName, content: bytes }], args);
   } catch (error) {
     if (own !== newest) return;
-    state.messages.value = error instanceof CoreError ? error.message : String(error);
-    state.progress.value = { state: 'failed', done: 0 };
+    fail(messageOf(error));
   }
 }
 
