@@ -2,8 +2,6 @@
 #include <pybind11/stl.h>
 
 #include <cstdint>
-#include <functional>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string_view>
@@ -32,37 +30,6 @@ template <class T>
 using Values = std::vector<T, capture::Unfilled<T>>;
 using StoredColumn = report::StoredColumn<Values>;
 
-// The output of a verb.
-struct VerbResult {
-  verbs::ExitStatus status = verbs::ExitStatus::done;
-  // The command's standard output; empty if `columns` has the rows.
-  std::string output;
-  std::string summary;
-  std::vector<std::string> messages;
-  std::vector<StoredColumn> columns;
-};
-
-// How a verb runs.
-struct VerbSetup {
-  // In place of files of these names.
-  std::map<std::string, verbs::GivenCapture> captures;
-  // The rows go to VerbResult::columns if the verb reads captures to a table.
-  bool keep_columns = false;
-  // As in MemoryHost::set_go_on(). After it has returned false, the result has no meaning.
-  std::function<bool()> go_on = [] { return true; };
-};
-
-// The edges of MA and SLO in a capture, as in EdgeArrays; an element for each edge.
-struct CaptureEdges {
-  VerbResult result;
-  std::string ma_name;
-  std::string slo_name;
-  Picoseconds sample_period{};
-  Values<std::int64_t> times;
-  Values<std::uint8_t> ma;
-  Values<std::uint8_t> slo;
-};
-
 class KeptRows final : public report::RowStore<Values> {
  public:
   KeptRows(std::span<const report::Column> columns, std::vector<StoredColumn>& into)
@@ -76,110 +43,6 @@ class KeptRows final : public report::RowStore<Values> {
  private:
   std::vector<StoredColumn>& into_;
 };
-
-// Keeps the input and output of a verb in memory, and its rows on request.
-class VerbHost final : public verbs::MemoryHost {
- public:
-  VerbHost(const VerbSetup& setup, VerbResult& result)
-      : keeps_columns_(setup.keep_columns), result_(result) {
-    set_go_on(setup.go_on);
-    for (const auto& [name, capture] : setup.captures) give(name, capture);
-  }
-
-  std::unique_ptr<report::TableWriter> keep_rows(std::span<const report::Column> columns) override {
-    if (!keeps_columns_) return nullptr;
-    return std::make_unique<KeptRows>(columns, result_.columns);
-  }
-
-  void end(verbs::ExitStatus status) {
-    result_.status = status;
-    result_.output = output_text();
-    result_.summary = summary();
-    result_.messages = lines();
-  }
-
- private:
-  bool keeps_columns_;
-  VerbResult& result_;
-};
-
-// The levels of both lines, once both are known.
-class EdgeCollector {
- public:
-  EdgeCollector(const decode::Lines& lines, CaptureEdges& into) : lines_(lines), into_(into) {}
-
-  // False at a level that is neither 0 nor 1.
-  bool take(const wire::Edge& edge) {
-    if (edge.line != lines_.ma && edge.line != lines_.slo) return true;
-    if (edge.level == wire::Level::unknown) return false;
-    const bool is_ma = edge.line == lines_.ma;
-    const bool inverted = is_ma ? lines_.ma_inverted : lines_.slo_inverted;
-    (is_ma ? ma_ : slo_) = (edge.level == wire::Level::high) != inverted;
-    if (!ma_ || !slo_) return true;
-    into_.times.push_back(edge.time.count);
-    into_.ma.push_back(*ma_ ? 1 : 0);
-    into_.slo.push_back(*slo_ ? 1 : 0);
-    return true;
-  }
-
- private:
-  decode::Lines lines_;
-  CaptureEdges& into_;
-  std::optional<bool> ma_;
-  std::optional<bool> slo_;
-};
-
-verbs::ExitStatus collect_edges(const verbs::DecodeOptions& options, CaptureEdges& edges,
-                                verbs::Host& host) {
-  verbs::CaptureArguments arguments = options.capture;
-  arguments.identify = false;
-  verbs::DecodedCapture capture(host);
-  const verbs::ExitStatus opened = capture.open(arguments);
-  if (opened != verbs::ExitStatus::done) return opened;
-  if (capture.several()) return host.fail(verbs::ExitStatus::usage, "one capture at a time");
-  if (!capture.next()) return capture.status();
-  edges.ma_name = capture.ma_name();
-  edges.slo_name = capture.slo_name();
-  edges.sample_period = capture.input().sample_period();
-  EdgeCollector collector(capture.lines().lines, edges);
-  bool known = true;
-  const bool read = capture.read_edges([&](std::span<const wire::Edge> block) {
-    for (const wire::Edge& edge : block) known = known && collector.take(edge);
-    return known;
-  });
-  if (!known) {
-    return host.fail(verbs::ExitStatus::data_failed,
-                     capture.input().name() + ": MA or SLO has a level that is neither 0 nor 1");
-  }
-  return read ? verbs::ExitStatus::done : host.fail(verbs::ExitStatus::io, capture.input().error());
-}
-
-// Runs a verb; `view` is not available. \param words,options see verbs::Command::run()
-VerbResult run_verb(const std::vector<std::string>& words, const verbs::GivenOptions& options,
-                    const VerbSetup& setup) {
-  VerbResult result;
-  VerbHost host(setup, result);
-  verbs::Command command(host);
-  verbs::add_verbs(command, words.empty() ? "" : words.front());
-  host.end(command.run(words, options));
-  return result;
-}
-
-// Reads the capture that the words name as for `biss decode`, and finds MA and SLO in it. A line that
-// is inverted is inverted back. Also fails with `data_failed` if a level is neither 0 nor 1.
-CaptureEdges read_edges(const std::vector<std::string>& words, const verbs::GivenOptions& given,
-                        const VerbSetup& setup) {
-  CaptureEdges edges;
-  VerbHost host(setup, edges.result);
-  verbs::Command command(host);
-  verbs::DecodeOptions options;
-  const verbs::Verb verb = command.add_verb(verbs::decode_text(), [&](verbs::Host& of_run) {
-    return collect_edges(options, edges, of_run);
-  });
-  verbs::add_decode_options(verb, options);
-  host.end(command.run(words, given));
-  return edges;
-}
 
 verbs::GivenCapture samples_capture(const py::array& array, std::uint32_t rate) {
   check_shape(array, "samples");
@@ -264,69 +127,129 @@ py::tuple tuple_of(StoredColumn& stored) {
       stored.column.bits, report::role_names[static_cast<std::size_t>(stored.column.role)]);
 }
 
-// Whether to continue: Python may have received a signal.
-bool goes_on() {
-  const py::gil_scoped_acquire acquired;
-  return PyErr_CheckSignals() == 0;
-}
-
-py::list messages_of(const VerbResult& result) {
-  py::list messages;
-  for (const std::string& message : result.messages) {
-    // The text that the command prints: a terminal may show it in an exception.
-    std::string printable;
-    report::append_printable(printable, message);
-    messages.append(text_object(printable));
+// Keeps the input and output of a verb in memory, and its rows on request.
+class VerbHost final : public verbs::MemoryHost {
+ public:
+  // \param captures in place of files of these names
+  explicit VerbHost(const py::dict& captures) {
+    for (const auto& [name, parts] : captures) {
+      give(name.cast<std::string>(), capture_of(parts.cast<py::tuple>()));
+    }
   }
-  return messages;
-}
 
-VerbSetup setup_of(const py::dict& captures, bool keep_columns) {
-  VerbSetup setup;
-  setup.keep_columns = keep_columns;
-  for (const auto& [name, parts] : captures) {
-    setup.captures.emplace(name.cast<std::string>(), capture_of(parts.cast<py::tuple>()));
+  std::unique_ptr<report::TableWriter> keep_rows(std::span<const report::Column> of_rows) override {
+    if (!keep_columns) return nullptr;
+    return std::make_unique<KeptRows>(of_rows, columns);
   }
-  return setup;
-}
 
-// Runs the work without the lock of Python. An exception of Python, for example from a signal,
-// belongs to the thread and is raised there when the work has ended.
-template <class Work>
-auto without_lock(VerbSetup setup, Work work) {
-  bool interrupted = false;
-  setup.go_on = [&interrupted] {
-    if (!interrupted) interrupted = !goes_on();
-    return !interrupted;
-  };
-  auto result = [&] {
-    const py::gil_scoped_release unlocked;
-    return work(setup);
-  }();
-  if (interrupted) throw py::error_already_set();
-  return result;
-}
+  // Runs a command without the lock of Python. An exception of Python, for example from a signal,
+  // belongs to the thread and is raised there when the command has ended.
+  // \param words,options see verbs::Command::run()
+  int run(verbs::Command& command, const std::vector<std::string>& words,
+          const verbs::GivenOptions& options) {
+    bool interrupted = false;
+    set_go_on([&interrupted] {
+      const py::gil_scoped_acquire locked;
+      interrupted = interrupted || PyErr_CheckSignals() != 0;
+      return !interrupted;
+    });
+    const verbs::ExitStatus status = [&] {
+      const py::gil_scoped_release unlocked;
+      return command.run(words, options);
+    }();
+    if (interrupted) throw py::error_already_set();
+    return static_cast<int>(status);
+  }
 
+  // The lines as the command prints them: a terminal may show them in an exception.
+  py::list messages() const {
+    py::list messages;
+    for (const std::string& line : lines()) {
+      std::string printable;
+      report::append_printable(printable, line);
+      messages.append(text_object(printable));
+    }
+    return messages;
+  }
+
+  // The rows go to `columns` if the verb reads captures to a table.
+  bool keep_columns = false;
+  std::vector<StoredColumn> columns;
+};
+
+// Runs a verb; `view` is not available. The output is empty if the columns have the rows.
 py::tuple run(const std::vector<std::string>& words, const verbs::GivenOptions& options,
               const py::dict& captures, bool keep_columns) {
-  VerbResult result = without_lock(setup_of(captures, keep_columns), [&](const VerbSetup& setup) {
-    return run_verb(words, options, setup);
-  });
+  VerbHost host(captures);
+  host.keep_columns = keep_columns;
+  verbs::Command command(host);
+  verbs::add_verbs(command, words.empty() ? "" : words.front());
+  const int status = host.run(command, words, options);
   py::list columns;
-  for (StoredColumn& stored : result.columns) columns.append(tuple_of(stored));
-  return py::make_tuple(static_cast<int>(result.status), py::bytes(result.output),
-                        text_object(result.summary), messages_of(result), columns);
+  for (StoredColumn& stored : host.columns) columns.append(tuple_of(stored));
+  return py::make_tuple(status, py::bytes(host.output_text()), text_object(host.summary()),
+                        host.messages(), columns);
 }
 
-py::tuple edges(const std::vector<std::string>& words, const verbs::GivenOptions& options,
-                const py::dict& captures) {
-  CaptureEdges found = without_lock(setup_of(captures, false), [&](const VerbSetup& setup) {
-    return read_edges(words, options, setup);
+// The edges of MA and SLO in a capture, as in EdgeArrays; an element for each edge.
+struct CaptureEdges {
+  Picoseconds sample_period{};
+  Values<std::int64_t> times;
+  Values<std::uint8_t> ma;
+  Values<std::uint8_t> slo;
+};
+
+// A line that is inverted is inverted back. Also fails if a level is neither 0 nor 1.
+verbs::ExitStatus collect_edges(const verbs::CaptureArguments& arguments, CaptureEdges& edges,
+                                verbs::Host& host) {
+  verbs::DecodedCapture capture(host);
+  const verbs::ExitStatus opened = capture.open(arguments);
+  if (opened != verbs::ExitStatus::done) return opened;
+  if (capture.several()) return host.fail(verbs::ExitStatus::usage, "one capture at a time");
+  if (!capture.next()) return capture.status();
+  edges.sample_period = capture.input().sample_period();
+  const decode::Lines& lines = capture.lines().lines;
+  std::optional<bool> ma;
+  std::optional<bool> slo;
+  bool known = true;
+  const bool read = capture.read_edges([&](std::span<const wire::Edge> block) {
+    for (const wire::Edge& edge : block) {
+      if (edge.line != lines.ma && edge.line != lines.slo) continue;
+      known = edge.level != wire::Level::unknown;
+      if (!known) break;
+      const bool is_ma = edge.line == lines.ma;
+      const bool inverted = is_ma ? lines.ma_inverted : lines.slo_inverted;
+      (is_ma ? ma : slo) = (edge.level == wire::Level::high) != inverted;
+      if (!ma || !slo) continue;
+      edges.times.push_back(edge.time.count);
+      edges.ma.push_back(*ma ? 1 : 0);
+      edges.slo.push_back(*slo ? 1 : 0);
+    }
+    return known;
   });
-  return py::make_tuple(static_cast<int>(found.result.status), messages_of(found.result),
-                        text_object(found.ma_name), text_object(found.slo_name),
-                        found.sample_period.count, array_of(std::move(found.times)),
-                        array_of(std::move(found.ma)), array_of(std::move(found.slo)));
+  if (!known) {
+    return host.fail(verbs::ExitStatus::data_failed,
+                     capture.input().name() + ": MA or SLO has a level that is neither 0 nor 1");
+  }
+  return read ? verbs::ExitStatus::done : host.fail(verbs::ExitStatus::io, capture.input().error());
+}
+
+// Reads the capture that the words name as for `biss decode`, and finds MA and SLO in it.
+py::tuple edges(const std::vector<std::string>& words, const verbs::GivenOptions& given,
+                const py::dict& captures) {
+  VerbHost host(captures);
+  verbs::Command command(host);
+  verbs::DecodeOptions options;
+  CaptureEdges found;
+  const verbs::Verb verb = command.add_verb(verbs::decode_text(), [&](verbs::Host& of_run) {
+    options.capture.identify = false;
+    return collect_edges(options.capture, found, of_run);
+  });
+  verbs::add_decode_options(verb, options);
+  const int status = host.run(command, words, given);
+  return py::make_tuple(status, host.messages(), found.sample_period.count,
+                        array_of(std::move(found.times)), array_of(std::move(found.ma)),
+                        array_of(std::move(found.slo)));
 }
 
 }  // namespace

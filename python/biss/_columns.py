@@ -67,8 +67,7 @@ class Columns(Mapping[str, MaskedArray]):
     * texts (``status``): str
     """
 
-    def __init__(self, parts: list[tuple[Any, ...]], *, format: str | None = None,
-                 summary: str = "", messages: list[str] | None = None) -> None:
+    def __init__(self, parts: list[tuple[Any, ...]], summary: str, messages: list[str]) -> None:
         self._parts = {part[0]: part for part in parts}
         for name, kind, *_, counts, _, _ in parts:
             if kind == "bits":
@@ -78,13 +77,9 @@ class Columns(Mapping[str, MaskedArray]):
         #: The text that the command prints after its rows.
         self.summary: str = summary
         #: Lines that the command prints on stderr, each without ``biss:``.
-        self.messages: list[str] = messages if messages is not None else []
-        self._rows: int = len(parts[0][3]) if parts else 0
-
-    @property
-    def rows(self) -> int:
-        """The number of rows; len() is the number of columns."""
-        return self._rows
+        self.messages: list[str] = messages
+        #: The number of rows; len() is the number of columns.
+        self.rows: int = len(parts[0][3]) if parts else 0
 
     @property
     def units(self) -> dict[str, str]:
@@ -125,7 +120,7 @@ class Columns(Mapping[str, MaskedArray]):
 
         table: dict[str, Any] = {}
         for name, (_, kind, _, values, absent, *_) in self._parts.items():
-            mask = np.zeros(self._rows, bool) if absent is None else absent.astype(bool)
+            mask = np.zeros(self.rows, bool) if absent is None else absent.astype(bool)
             if kind in ("time", "real"):
                 table[name] = np.asarray(self[name])
             elif kind == "text":
@@ -153,7 +148,7 @@ class Columns(Mapping[str, MaskedArray]):
         return len(self._parts)
 
     def __repr__(self) -> str:
-        return f"<biss.Columns: {self._rows} rows of {', '.join(self._parts)}>"
+        return f"<biss.Columns: {self.rows} rows of {', '.join(self._parts)}>"
 
     @staticmethod
     def _make(part: tuple[Any, ...]) -> MaskedArray:

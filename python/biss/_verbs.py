@@ -71,7 +71,7 @@ class Capture:
         look like MA and SLO.
         """
         words, given = _sources((capture, *more), sample_rate)
-        status, messages, _, _, period, *arrays = _core.edges(
+        status, messages, period, *arrays = _core.edges(
             ["decode", *words], given_of(options), given)
         if status != 0:
             raise error_of(status, messages)
@@ -205,7 +205,7 @@ def decode(capture: Source, *more: Source, format: str | None = None,
     result, parts = _run("decode", words, given, {"format": format, **options}, keep=True)
     if result.status == 1:
         raise error_of(1, result.messages)
-    return Columns(parts, summary=result.summary, messages=result.messages)
+    return Columns(parts, result.summary, result.messages)
 
 
 def identify(capture: Source, *more: Source, **options: Any) -> list[dict[str, Any]]:
