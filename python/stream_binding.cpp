@@ -3,12 +3,12 @@
 #include <pybind11/stl.h>
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <limits>
 #include <mutex>
 #include <optional>
 #include <utility>
-#include <variant>
 
 #include "biss/frame/format_text.hpp"
 #include "capture/samples.hpp"
@@ -19,7 +19,7 @@
 #include "python/arrays.hpp"
 #include "python/module.hpp"
 #include "python/numpy_arrays.hpp"
-#include "report/text.hpp"
+#include "report/row_store.hpp"
 #include "verbs/common/host.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/decode/decode_run.hpp"
@@ -30,9 +30,10 @@ namespace {
 constexpr std::int64_t no_time = std::numeric_limits<std::int64_t>::min();
 constexpr std::size_t few_edges = 512;
 
-// A cell that owns its text; bits are a text as the command writes them.
-using StreamValue =
-    std::variant<std::monostate, std::uint64_t, std::int64_t, double, Picoseconds, std::string>;
+// The rows of `biss decode`, until Python takes them.
+template <class T>
+using Vector = std::vector<T>;
+using Rows = report::RowStore<Vector>;
 
 // A stretch of the line, and the name of its track.
 struct StreamField {
@@ -40,12 +41,11 @@ struct StreamField {
   std::string track;
 };
 
-// A row of `biss decode`.
+// The place of a row in time.
 struct StreamRow {
   // The first edge of MA and the last one.
   Picoseconds begin{};
   Picoseconds end{};
-  std::vector<StreamValue> values{};
   // In the order of time; of all tracks.
   std::vector<StreamField> fields{};
 };
@@ -55,29 +55,26 @@ constexpr const char* capture_name = "edges";
 
 std::string drawn_time(Picoseconds time) { return biss::text_of(time, 3); }
 
-StreamValue value_of(const report::Cell& cell) {
+// Bits are a text as the command writes them.
+py::object object_of(const Rows::Stored& stored, std::size_t row) {
   using report::Kind;
-  switch (cell.kind()) {
-    case Kind::unsigned_integer:
-    case Kind::flag:
-      return cell.unsigned_value();
-    case Kind::signed_integer:
-      return cell.signed_value();
-    case Kind::nanoseconds:
-      return cell.time();
-    case Kind::real:
-      return cell.real_value();
-    case Kind::text:
-      return std::string(cell.text());
-    case Kind::bits: {
-      std::string text;
-      report::append_hex(text, cell.bits());
-      return text;
+  if (stored.is_absent(row)) return py::none();
+  const Kind kind = stored.column.kind;
+  if (kind == Kind::bits) {
+    std::string digits;
+    for (std::size_t lane = 0; lane < stored.lanes; ++lane) {
+      digits += fmt::format("{:016X}", stored.numbers[row * stored.lanes + lane]);
     }
-    case Kind::absent:
-      break;
+    const std::size_t count = (stored.bit_counts[row] + 3U) / 4;
+    return py::str(count == 0 ? "" : "0x" + digits.substr(digits.size() - count));
   }
-  return {};
+  const std::uint64_t number = stored.number(row);
+  const auto with_sign = static_cast<std::int64_t>(number);
+  if (kind == Kind::text) return text_object(stored.texts[number]);
+  if (kind == Kind::signed_integer) return py::int_(with_sign);
+  if (kind == Kind::nanoseconds) return py::float_(static_cast<double>(with_sign) / 1000.0);
+  if (kind == Kind::real) return py::float_(std::bit_cast<double>(number));
+  return py::int_(number);
 }
 
 // Fields of all tracks in the order of time.
@@ -97,35 +94,6 @@ std::vector<StreamField> fields_of(const decode::CycleEdges& edges,
   return fields;
 }
 
-// Takes the cells of a row that `biss decode` writes.
-class CellKeeper final : public report::TableWriter {
- public:
-  bool row(std::span<const report::Cell> cells) override {
-    values.clear();
-    for (const report::Cell& cell : cells) values.push_back(value_of(cell));
-    written = true;
-    return true;
-  }
-  bool finish() override { return true; }
-
-  std::vector<StreamValue> values;
-  bool written = false;
-};
-
-py::object object_of(const StreamValue& value) {
-  struct Convert {
-    py::object operator()(std::monostate) const { return py::none(); }
-    py::object operator()(std::uint64_t number) const { return py::int_(number); }
-    py::object operator()(std::int64_t number) const { return py::int_(number); }
-    py::object operator()(double number) const { return py::float_(number); }
-    py::object operator()(Picoseconds time) const {
-      return py::float_(static_cast<double>(time.count) / 1000.0);
-    }
-    py::object operator()(const std::string& text) const { return text_object(text); }
-  };
-  return std::visit(Convert(), value);
-}
-
 py::object optional_of(const std::optional<std::uint64_t>& value) {
   if (!value) return py::none();
   return py::int_(*value);
@@ -143,18 +111,8 @@ py::tuple tuple_of(const StreamField& field) {
 // is in it; see in_turn().
 class StreamObject {
  public:
-  // While a thread has it, the others wait. Other threads of Python run while it waits.
-  class Turn {
-   public:
-    explicit Turn(StreamObject& stream) : lock_(stream.mutex_, std::try_to_lock) {
-      if (lock_.owns_lock()) return;
-      const py::gil_scoped_release released;
-      lock_.lock();
-    }
-
-   private:
-    std::unique_lock<std::mutex> lock_;
-  };
+  // Held by the call that uses the decoder.
+  std::mutex mutex;
 
   StreamObject(const verbs::GivenOptions& options, std::uint32_t sample_rate, bool fields,
                std::size_t beginning)
@@ -192,15 +150,7 @@ class StreamObject {
     const auto times = elements_of<std::int64_t>(times_array, "times");
     const auto [ma, slo] = levels(ma_array, slo_array, times.size());
     check_open();
-    std::int64_t last = last_time_;
-    for (std::size_t i = 0; i < times.size(); ++i) {
-      if (times[i] < last) throw UsageError(backwards(i));
-      last = times[i];
-    }
-    for (std::size_t i = 0; i < times.size(); ++i) {
-      push(picoseconds(times[i]), ma[i] != 0, slo[i] != 0);
-    }
-    return decoded();
+    return take_edges(times, ma, slo);
   }
 
   py::list changes(const py::array& numbers_array, const py::array& ma_array,
@@ -214,12 +164,13 @@ class StreamObject {
       last = numbers[i];
     }
     check_sample(last);
-    if (!numbers.empty()) check_time(time_of(numbers[0]));
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-      push(time_of(numbers[i]), ma[i] != 0, slo[i] != 0);
+    std::vector<std::int64_t> times;
+    for (const std::int64_t number : numbers) {
+      times.push_back(clock_->time_of(static_cast<std::uint64_t>(number)).count);
     }
+    py::list rows = take_edges(times, ma, slo);
     next_sample_ = static_cast<std::uint64_t>(last + 1);
-    return decoded();
+    return rows;
   }
 
   py::list samples(const py::array& array, unsigned ma_bit, unsigned slo_bit) {
@@ -236,29 +187,35 @@ class StreamObject {
     return take_samples(elements_of<std::uint8_t>(array, "samples"), ma_bit, slo_bit);
   }
 
-  py::list rows() {
-    unlocked([this] { decode(true); });
-    return take();
-  }
+  // Few edges wait for more, except here.
+  py::list rows() { return decoded(0); }
 
+  // The capture ends at this time, or at its last edge if that is later.
   py::list finish(std::optional<std::int64_t> end, std::optional<std::uint64_t> end_sample) {
     if (end_sample) {
       if (!clock_) throw UsageError("end_sample: the decoder has no sample_rate");
       if (*end_sample > clock_->last_index()) throw UsageError("end_sample: beyond 106 days");
       end = clock_->time_of(*end_sample).count;
     }
+    if (ended_) return py::list();
     const std::int64_t time = std::max(end.value_or(no_time), last_time_);
-    unlocked([&] { end_at(picoseconds(time == no_time ? 0 : time)); });
+    queue_.set_end(picoseconds(time == no_time ? 0 : time));
+    {
+      const py::gil_scoped_release released;
+      read();
+      ended_ = true;
+      if (!failure_) close();
+    }
     return take();
   }
 
   // Why nothing can be read: wrong usage, or the capture has no data that can be decoded.
-  py::object failure() const {
+  py::object failure() {
     if (!failure_) return py::none();
     return py::make_tuple(static_cast<int>(failure_->status), failure_->text);
   }
   // Empty before the beginning has been read.
-  py::list columns() const {
+  py::list columns() {
     py::list columns;
     for (const report::Column& column : columns_) {
       const bool time = column.kind == report::Kind::nanoseconds;
@@ -267,11 +224,10 @@ class StreamObject {
     return columns;
   }
   // Empty if it is not known.
-  std::string format() const { return format_; }
-  std::string summary() const { return host_.summary(); }
-  std::vector<std::string> messages() const { return host_.lines(); }
-  int status() const { return static_cast<int>(status_); }
-  bool ended() const { return ended_; }
+  std::string format() { return format_; }
+  std::string summary() { return host_.summary(); }
+  std::vector<std::string> messages() { return host_.lines(); }
+  int status() { return static_cast<int>(status_); }
 
  private:
   void fail_unless_done(verbs::ExitStatus status) {
@@ -284,6 +240,7 @@ class StreamObject {
     verbs::ExitStatus status = run_->next();
     if (status != verbs::ExitStatus::done) return status;
     columns_ = run_->columns();
+    kept_.emplace(columns_);
     status = run_->begin_rows();
     if (status != verbs::ExitStatus::done) return status;
     verbs::DecodedCapture& capture = run_->capture();
@@ -304,34 +261,16 @@ class StreamObject {
     return verbs::ExitStatus::done;
   }
 
-  void begin() {
-    begun_ = true;
-    fail_unless_done(open());
-  }
-
   void put_row(std::uint64_t number, const decode::Cycle& cycle) {
-    keeper_.written = false;
-    run_->take(number, cycle, keeper_);
-    if (!keeper_.written) return;
-    rows_.push_back({.begin = cycle.time,
-                     .end = cycle.time + cycle.clocked,
-                     .values = std::move(keeper_.values),
-                     .fields = {}});
+    const std::size_t before = kept_->rows();
+    run_->take(number, cycle, *kept_);
+    if (kept_->rows() == before) return;
+    rows_.push_back({.begin = cycle.time, .end = cycle.time + cycle.clocked});
   }
 
-  // decode() has nothing to do.
-  bool waits() const {
-    return failure_ || ended_ || queue_.size() < (begun_ ? few_edges : beginning_);
-  }
-
-  // Decodes what was pushed, unless it may belong to the beginning; few edges wait for more.
-  void decode(bool few = false) {
-    if (waits() && !(few && begun_ && !failure_ && !ended_)) return;
-    if (!begun_) begin();
-    read();
-  }
-
+  // Decodes the edges that were pushed.
   void read() {
+    if (!failure_ && !std::exchange(begun_, true)) fail_unless_done(open());
     if (failure_) return;
     verbs::DecodedCapture& capture = run_->capture();
     if (edges_) {
@@ -344,14 +283,7 @@ class StreamObject {
     }
   }
 
-  // The capture ends here, or at its last edge if that is later.
-  void end_at(Picoseconds time) {
-    if (ended_) return;
-    queue_.set_end(time);
-    if (!failure_ && !begun_) begin();
-    read();
-    ended_ = true;
-    if (failure_) return;
+  void close() {
     verbs::RunMessages closing;
     verbs::DecodedCapture& capture = run_->capture();
     if (edges_) edges_->finish(capture.input().end_time());
@@ -378,10 +310,6 @@ class StreamObject {
   void check_open() const {
     if (ended_) throw UsageError("the decoder is finished");
   }
-  // Checks the time of the first edge or sample of a call.
-  void check_time(Picoseconds time) const {
-    if (time.count < last_time_) throw UsageError(backwards(0));
-  }
   void check_clock() const {
     check_open();
     if (!clock_) throw UsageError("the decoder has no sample_rate");
@@ -392,8 +320,17 @@ class StreamObject {
     }
   }
 
-  Picoseconds time_of(std::int64_t number) const {
-    return clock_->time_of(static_cast<std::uint64_t>(number));
+  py::list take_edges(std::span<const std::int64_t> times, std::span<const std::uint8_t> ma,
+                      std::span<const std::uint8_t> slo) {
+    std::int64_t last = last_time_;
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      if (times[i] < last) throw UsageError(backwards(i));
+      last = times[i];
+    }
+    for (std::size_t i = 0; i < times.size(); ++i) {
+      push(picoseconds(times[i]), ma[i] != 0, slo[i] != 0);
+    }
+    return decoded();
   }
 
   void push(Picoseconds time, bool ma, bool slo) {
@@ -410,7 +347,7 @@ class StreamObject {
     }
     if (samples.empty()) return decoded();
     check_sample(static_cast<std::int64_t>(next_sample_ + samples.size() - 1));
-    check_time(clock_->time_of(next_sample_));
+    if (clock_->time_of(next_sample_).count < last_time_) throw UsageError(backwards(0));
     for (std::size_t i = 0; i < samples.size(); ++i) {
       const auto sample = static_cast<std::uint64_t>(samples[i]);
       const auto both =
@@ -423,32 +360,32 @@ class StreamObject {
     return decoded();
   }
 
-  py::list decoded() {
-    if (waits()) return py::list();
-    unlocked([this] { decode(); });
+  // Decodes the edges that were pushed, unless they may belong to the beginning, or are fewer.
+  py::list decoded(std::size_t fewer = few_edges) {
+    if (failure_ || ended_ || queue_.size() < (begun_ ? fewer : beginning_)) return py::list();
+    {
+      const py::gil_scoped_release released;
+      read();
+    }
     return take();
   }
 
-  // While other threads of Python run.
-  template <class Work>
-  static void unlocked(Work work) {
-    const py::gil_scoped_release released;
-    work();
-  }
-
   py::list take() {
+    if (rows_.empty()) return py::list();
+    const std::vector<Rows::Stored> columns = kept_->take_columns();
+    kept_.emplace(columns_);
     py::list rows;
-    for (const StreamRow& row : std::exchange(rows_, {})) {
-      py::tuple values(row.values.size());
-      for (std::size_t i = 0; i < row.values.size(); ++i) values[i] = object_of(row.values[i]);
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      py::tuple values(columns.size());
+      for (std::size_t k = 0; k < columns.size(); ++k) values[k] = object_of(columns[k], i);
       py::list fields;
-      for (const StreamField& field : row.fields) fields.append(tuple_of(field));
-      rows.append(py::make_tuple(values, row.begin.count, row.end.count, fields));
+      for (const StreamField& field : rows_[i].fields) fields.append(tuple_of(field));
+      rows.append(py::make_tuple(values, rows_[i].begin.count, rows_[i].end.count, fields));
     }
+    rows_.clear();
     return rows;
   }
 
-  std::mutex mutex_;
   // Rows have fields.
   bool fields_;
   // As InputArguments::beginning.
@@ -459,8 +396,9 @@ class StreamObject {
   std::optional<verbs::DecodeRun> run_;
   // With fields: reads the cycles in place of the capture's own decoder.
   std::optional<decode::CycleEdgeReader> edges_;
-  CellKeeper keeper_;
+  std::optional<Rows> kept_;
   std::vector<report::Column> columns_;
+  // For each row in `kept_`.
   std::vector<StreamRow> rows_;
   bool begun_ = false;
   bool ended_ = false;
@@ -473,20 +411,17 @@ class StreamObject {
   std::int64_t last_time_ = no_time;
 };
 
-// Calls the method of a StreamObject when the calls of other threads have ended.
+// Calls the method of a StreamObject when the calls of other threads have ended. Other threads of
+// Python run while it waits.
 template <class Result, class... Arguments>
 auto in_turn(Result (StreamObject::*method)(Arguments...)) {
   return [method](StreamObject& stream, Arguments... arguments) {
-    const StreamObject::Turn turn(stream);
+    std::unique_lock<std::mutex> turn(stream.mutex, std::try_to_lock);
+    if (!turn.owns_lock()) {
+      const py::gil_scoped_release released;
+      turn.lock();
+    }
     return (stream.*method)(arguments...);
-  };
-}
-
-template <class Result>
-auto in_turn(Result (StreamObject::*method)() const) {
-  return [method](StreamObject& stream) {
-    const StreamObject::Turn turn(stream);
-    return (stream.*method)();
   };
 }
 
@@ -505,8 +440,7 @@ void add_stream(py::module_& module) {
       .def_property_readonly("format", in_turn(&StreamObject::format))
       .def_property_readonly("summary", in_turn(&StreamObject::summary))
       .def_property_readonly("messages", in_turn(&StreamObject::messages))
-      .def_property_readonly("status", in_turn(&StreamObject::status))
-      .def_property_readonly("ended", in_turn(&StreamObject::ended));
+      .def_property_readonly("status", in_turn(&StreamObject::status));
 }
 
 }  // namespace biss::python
