@@ -121,24 +121,15 @@ class Format:
     def __setstate__(self, texts: tuple[str, ...]) -> None:
         self._texts = texts
         self._format = _core.Format(*texts)
+        #: The format in its usual form.
+        self.text: str = self._format.text
+        #: Bits of all channels with their checksums, without START, CDS and STOP.
+        self.payload_bits: int = self._format.payload_bits
+        #: Widths and flags of each channel.
+        self.channels: list[dict[str, Any]] = self._format.channels
         self._missing = {
             "no_error_flag": any(one["position_bits"] and not one["error"] for one in self.channels),
             "unchecked": any(not one["crc_bits"] for one in self.channels)}
-
-    @property
-    def text(self) -> str:
-        """The format in its usual form."""
-        return self._format.text
-
-    @property
-    def payload_bits(self) -> int:
-        """Bits of all channels with their checksums, without START, CDS and STOP."""
-        return self._format.payload_bits
-
-    @property
-    def channels(self) -> list[dict[str, Any]]:
-        """Widths and flags of each channel."""
-        return self._format.channels
 
     def __repr__(self) -> str:
         return f"biss.Format({self.text!r})"
@@ -214,16 +205,10 @@ class SpiReader:
                               bits_of(line_delay_max_ps, "line_delay_max_ps", 63),
                               bits_of(first_bit, "first_bit", 16), ignore_tail, no_error_flag,
                               unchecked)
-
-    @property
-    def clocks(self) -> int:
-        """The number of clocks of MA that this takes."""
-        return self._spi.clocks
-
-    @property
-    def transfer_bytes(self) -> int:
-        """How many bytes to transfer, for the longest line delay and ACK."""
-        return self._spi.transfer_bytes
+        #: How many bytes to transfer, for the longest line delay and ACK.
+        self.transfer_bytes: int = self._spi.transfer_bytes
+        #: The number of clocks of MA that this takes.
+        self.clocks: int = self._spi.clocks
 
     def read(self, buffer: Any, clocks: int | None = None) -> Frame:
         """The frame in a buffer: bytes, an array of them, or a sequence of their numbers, such as

@@ -30,11 +30,11 @@ def text_of(value: Any) -> str:
     """A value of an option as the command reads it."""
     if isinstance(value, (str, os.PathLike)):
         return os.fspath(value)
-    if isinstance(value, bool) or not isinstance(value, (int, float)):
-        if hasattr(value, "__index__") and not isinstance(value, bool):
-            return str(value.__index__())
+    if isinstance(value, float):
+        return repr(value)
+    if isinstance(value, bool) or not hasattr(value, "__index__"):
         raise TypeError(f"an option is a text or a number, not {type(value).__name__}")
-    return repr(value)
+    return str(value.__index__())
 
 
 def given_of(options: dict[str, Option]) -> list[tuple[str, list[str]]]:
