@@ -131,7 +131,6 @@ class Decoder(srd.Decoder):
         self.has_control = False
         self.names = []
         self.classes = {}
-        self.step = 0
         self.begins = array.array('q')
         self.end = 0
 
@@ -246,11 +245,8 @@ class Decoder(srd.Decoder):
         if self.samplerate > COUNTED_RATE:
             self.tell(f'{self.samplerate} samples per second take long; of a VCD file, '
                       '-I vcd:downsample=1000 reads one in 1000')
-        options = self.further_options()
+        self.further = self.further_options()
         self.format = colons(self.options['format'].strip().replace(' ', ',')) or None
-        # The sample period in picoseconds; 0 if it is not a whole number.
-        self.step = 0 if PICOSECONDS % self.samplerate else PICOSECONDS // self.samplerate
-        self.further = options
         self.reader = self.new_reader()
 
     def new_reader(self):
@@ -335,8 +331,6 @@ class Decoder(srd.Decoder):
     # Rows
 
     def sample_of(self, time_ps):
-        if self.step:
-            return (time_ps + self.step // 2) // self.step
         return (time_ps * self.samplerate + PICOSECONDS // 2) // PICOSECONDS
 
     def show(self, rows):
