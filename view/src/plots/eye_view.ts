@@ -3,10 +3,8 @@ import { numberFont, type Surface, textWidth, verticalLine } from '../wave/canva
 import type { Palette } from '../wave/palette';
 import { timeText } from '../wave/scale';
 import type { Eye } from './eye_of';
+import { foot, gutter, rightEdge } from './plot_view';
 
-const gutter = 84;
-const rightEdge = 10;
-const foot = 20;
 // Changes within this share of a period of a sampling point are marginal, see docs/status.md.
 const marginalShare = 0.05;
 

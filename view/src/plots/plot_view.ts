@@ -22,8 +22,8 @@ export interface PlotSpec {
 export type Source = (shown: state.Range, width: number) => Envelope | undefined;
 
 export const gutter = 84;
-const foot = 20;
-const rightEdge = 10;
+export const foot = 20;
+export const rightEdge = 10;
 
 export class PlotView {
   readonly surface: Surface;

@@ -8,24 +8,10 @@ export interface Lane {
   farName: string;
 }
 
-export interface Lanes {
-  axis: Lane;
-  ma: Lane;
-  slo: Lane;
-  bits: Lane;
-  cycle: Lane;
-  frame: Lane;
-  cdm: Lane;
-  /** Only if there are accesses. */
-  access?: Lane;
-  cause: Lane;
-  flags: Lane;
-}
-
 /** Width of the names at the left. */
 export const gutter = 84;
 
-const plan: { key: keyof Lanes; height: number; gap: number; name: string; farName: string }[] = [
+const plan = [
   { key: 'axis', height: 24, gap: 6, name: '', farName: '' },
   { key: 'ma', height: 0, gap: 12, name: 'MA', farName: 'MA' },
   { key: 'slo', height: 0, gap: 6, name: 'SLO', farName: 'SLO' },
@@ -36,7 +22,10 @@ const plan: { key: keyof Lanes; height: number; gap: number; name: string; farNa
   { key: 'access', height: 20, gap: 3, name: 'registers', farName: '' },
   { key: 'cause', height: 20, gap: 3, name: 'failure', farName: '' },
   { key: 'flags', height: 20, gap: 4, name: 'flags', farName: '' },
-];
+] as const;
+
+/** The lane of accesses is there only if there are accesses. */
+export type Lanes = Record<Exclude<(typeof plan)[number]['key'], 'access'>, Lane> & { access?: Lane };
 
 const waveHeight = { least: 18, most: 110 };
 
