@@ -1,8 +1,13 @@
-#include "viewers/saleae/analyzer.hpp"
-
+// The low-level analyzer of BiSS C for Saleae Logic 2.
+#include <Analyzer.h>
 #include <AnalyzerChannelData.h>
 
-#include <algorithm>
+#include <memory>
+#include <optional>
+
+#include "viewers/saleae/results.hpp"
+#include "viewers/saleae/settings.hpp"
+#include "viewers/saleae/simulated_line.hpp"
 
 namespace logic {
 
@@ -57,56 +62,58 @@ class Follower {
   U64 rest_;
 };
 
-}  // namespace
-
-BissAnalyzer::BissAnalyzer() {
-  SetAnalyzerSettings(&settings_);
-  UseFrameV2();
-}
-
-BissAnalyzer::~BissAnalyzer() { KillThread(); }
-
-void BissAnalyzer::SetupResults() {
-  results_ = std::make_unique<Results>(settings_);
-  SetAnalyzerResults(results_.get());
-  results_->AddChannelBubblesWillAppearOn(settings_.slo());
-}
-
-void BissAnalyzer::WorkerThread() {
-  const U32 rate = GetSampleRate();
-  if (rate == 0) return;
-  RowReader* reader_of_rows = nullptr;
-  RowReader reader(settings_.rows(), biss::hertz(rate), [&](const Row& row) {
-    results_->add(row, reader_of_rows->columns());
-    ReportProgress(row.last_sample);
-  });
-  reader_of_rows = &reader;
-  Follower follower(*GetAnalyzerChannelData(settings_.ma()),
-                    *GetAnalyzerChannelData(settings_.slo()), reader, rate);
-  // Logic ends this thread from within a call.
-  for (;;) {
-    follower.next();
-    CheckIfThreadShouldExit();
+class BissAnalyzer final : public Analyzer2 {
+ public:
+  BissAnalyzer() {
+    SetAnalyzerSettings(&settings_);
+    UseFrameV2();
   }
-}
+  ~BissAnalyzer() override { KillThread(); }
 
-U32 BissAnalyzer::GenerateSimulationData(U64 newest_sample, U32 rate,
-                                         SimulationChannelDescriptor** lines) {
-  if (!simulated_) simulated_ = std::make_unique<SimulatedLine>(settings_, rate);
-  return simulated_->run_until(newest_sample, lines);
-}
+  void SetupResults() override {
+    results_ = std::make_unique<Results>(settings_);
+    SetAnalyzerResults(results_.get());
+    results_->AddChannelBubblesWillAppearOn(settings_.slo());
+  }
 
-// Clocks begin at 80 kHz; four samples a clock are the least that can be read.
-U32 BissAnalyzer::GetMinimumSampleRateHz() { return 320'000; }
+  void WorkerThread() override {
+    const U32 rate = GetSampleRate();
+    if (rate == 0) return;
+    RowReader reader(settings_.rows(), biss::hertz(rate), [&](const Row& row) {
+      results_->add(row);
+      ReportProgress(row.last_sample);
+    });
+    Follower follower(*GetAnalyzerChannelData(settings_.ma()),
+                      *GetAnalyzerChannelData(settings_.slo()), reader, rate);
+    // Logic ends this thread from within a call.
+    for (;;) {
+      follower.next();
+      CheckIfThreadShouldExit();
+    }
+  }
 
-const char* BissAnalyzer::GetAnalyzerName() const { return analyzer_name; }
+  U32 GenerateSimulationData(U64 newest_sample, U32 rate,
+                             SimulationChannelDescriptor** lines) override {
+    if (!simulated_) simulated_.emplace(settings_, rate);
+    return simulated_->run_until(newest_sample, lines);
+  }
 
-bool BissAnalyzer::NeedsRerun() { return false; }
+  // Clocks begin at 80 kHz; four samples a clock are the least that can be read.
+  U32 GetMinimumSampleRateHz() override { return 320'000; }
+  const char* GetAnalyzerName() const override { return analyzer_name; }
+  bool NeedsRerun() override { return false; }
 
+ private:
+  Settings settings_;
+  std::unique_ptr<Results> results_;
+  std::optional<SimulatedLine> simulated_;
+};
+
+}  // namespace
 }  // namespace logic
 
-const char* __cdecl GetAnalyzerName() { return logic::analyzer_name; }
-
-Analyzer* __cdecl CreateAnalyzer() { return new logic::BissAnalyzer; }
-
-void __cdecl DestroyAnalyzer(Analyzer* analyzer) { delete analyzer; }
+extern "C" {
+ANALYZER_EXPORT const char* __cdecl GetAnalyzerName() { return logic::analyzer_name; }
+ANALYZER_EXPORT Analyzer* __cdecl CreateAnalyzer() { return new logic::BissAnalyzer; }
+ANALYZER_EXPORT void __cdecl DestroyAnalyzer(Analyzer* analyzer) { delete analyzer; }
+}

@@ -5,6 +5,7 @@
 //
 // FILE has samples of a byte each: bit 0 is MA, bit 1 SLO. Without it, the analyzer reads its own
 // simulation. Prints an object of JSON for each row, and the bubbles; EXPORT is the file exported.
+#include <Analyzer.h>
 #include <AnalyzerChannelData.h>
 
 #include <cstdio>
@@ -15,7 +16,10 @@
 #include <memory>
 #include <string>
 
-#include "viewers/saleae/analyzer.hpp"
+extern "C" {
+Analyzer* __cdecl CreateAnalyzer();
+void __cdecl DestroyAnalyzer(Analyzer* analyzer);
+}
 
 namespace {
 
@@ -33,7 +37,7 @@ struct Samples {
 Samples read_samples(const char* name) {
   std::ifstream in(name, std::ios::binary);
   const std::vector<char> bytes{std::istreambuf_iterator<char>(in), {}};
-  if (bytes.empty()) throw std::pair("no samples", U64{0});
+  if (bytes.empty()) throw std::string("no samples");
   Samples samples;
   samples.count = bytes.size();
   unsigned bit = 0;
@@ -51,7 +55,7 @@ Samples simulated(Analyzer& analyzer) {
   constexpr U64 count = 50'000;
   SimulationChannelDescriptor* channels = nullptr;
   if (analyzer.GenerateSimulationData(count, analyzer.sample_rate, &channels) != 2) {
-    throw std::pair("the simulation does not have two channels", U64{0});
+    throw std::string("the simulation does not have two channels");
   }
   const auto line = [](const SimulationChannelDescriptor& channel) {
     return Line{channel.initial == BIT_HIGH, channel.changes};
@@ -82,10 +86,10 @@ void print(AnalyzerResults& results, const char* exported) {
   for (const auto& row : results.table) std::cout << row.dump() << '\n';
   S64 end = -1;
   for (const Frame& frame : results.frames) {
-    if (frame.mStartingSampleInclusive <= end) throw std::pair("frames overlap", U64{0});
+    if (frame.mStartingSampleInclusive <= end) throw std::string("frames overlap");
     end = frame.mEndingSampleInclusive;
   }
-  if (results.delivered != results.table.size()) throw std::pair("not delivered", U64{0});
+  if (results.delivered != results.table.size()) throw std::string("not delivered");
   Channel slo(0, 1, DIGITAL_CHANNEL);
   for (U64 i = 0; i < results.GetNumFrames(); ++i) {
     results.GenerateBubbleText(i, slo, Decimal);
@@ -119,9 +123,6 @@ int main(int count, char** words) {
     run(count, words);
   } catch (const std::string& error) {
     std::fprintf(stderr, "drive: %s\n", error.c_str());
-    return 1;
-  } catch (const std::pair<const char*, U64>& error) {
-    std::fprintf(stderr, "drive: %s: %llu\n", error.first, error.second);
     return 1;
   }
   return 0;

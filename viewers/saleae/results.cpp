@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <fstream>
 #include <limits>
-#include <sstream>
+
+#include "report/writers.hpp"
 
 namespace logic {
 
@@ -52,27 +53,24 @@ bool is_shown(const Column& column, const Cell& cell) {
 
 }  // namespace
 
-void Results::add(const biss::saleae::Row& row, const std::vector<Column>& columns) {
+void Results::add(const biss::saleae::Row& row) {
   Texts texts;
   texts.brief = name_of(row.status);
   texts.full = texts.brief;
   std::string heading;
-  if (!writer_) {
-    writer_ = biss::report::make_table_writer(biss::report::Format::csv, columns, csv_);
-    writer_->finish();
-    heading = csv_.take();
-  }
-  writer_->row(row.cells);
-  writer_->finish();
-  texts.csv = csv_.take();
-  // No cell has a comma.
-  std::istringstream cells(texts.csv.substr(0, texts.csv.size() - 1));
   FrameV2 table_row;
-  for (std::size_t i = 0; i < columns.size(); ++i) {
+  for (std::size_t i = 0; i < row.columns.size(); ++i) {
+    const Column& column = row.columns[i];
+    const Cell& cell = row.cells[i];
     std::string text;
-    std::getline(cells, text, ',');
-    add_field(table_row, columns[i], row.cells[i], text);
-    if (is_shown(columns[i], row.cells[i])) texts.full += ' ' + columns[i].name + '=' + text;
+    if (cell.kind() == Kind::text) text = cell.text();
+    biss::report::append_plain(text, cell);
+    add_field(table_row, column, cell, text);
+    if (is_shown(column, cell)) texts.full += ' ' + column.name + '=' + text;
+    // No cell has a comma.
+    const char end = i + 1 == row.columns.size() ? '\n' : ',';
+    texts.csv += text + end;
+    heading += column.name + end;
   }
   Frame frame;
   // Frames may not overlap.
@@ -86,7 +84,7 @@ void Results::add(const biss::saleae::Row& row, const std::vector<Column>& colum
   frame.mFlags = static_cast<U8>(is_good(row.status) ? 0 : DISPLAY_AS_ERROR_FLAG);
   {
     const std::lock_guard lock(mutex_);
-    if (!heading.empty()) heading_ = std::move(heading);
+    heading_ = std::move(heading);
     rows_.push_back(std::move(texts));
   }
   AddFrame(frame);

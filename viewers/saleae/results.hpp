@@ -20,7 +20,7 @@ class Results final : public AnalyzerResults {
   explicit Results(Settings& settings) : settings_(settings) {}
 
   /// Adds a row as a frame of Logic, which shows it at once.
-  void add(const biss::saleae::Row& row, const std::vector<biss::report::Column>& columns);
+  void add(const biss::saleae::Row& row);
 
   void GenerateBubbleText(U64 frame_index, Channel& channel, DisplayBase base) override;
   void GenerateExportFile(const char* file, DisplayBase base, U32 export_type) override;
@@ -43,8 +43,6 @@ class Results final : public AnalyzerResults {
   std::string heading_ = "\n";
   std::deque<Texts> rows_;
   std::uint64_t end_ = 0;
-  biss::report::StringSink csv_;
-  std::unique_ptr<biss::report::TableWriter> writer_;
 };
 
 }  // namespace logic

@@ -17,15 +17,21 @@ decode::MarginSetup margin_of(Hertz rate) {
 
 }  // namespace
 
-tl::expected<RowSetup, std::string> setup_of(std::string_view format) {
-  if (format.empty() || format == "none") return RowSetup{};
+tl::expected<void, std::string> set_format(RowSetup& setup, std::string_view format) {
+  if (format.empty() || format == "none") {
+    setup.format.reset();
+    setup.timing = {};
+    return {};
+  }
   const auto device = read_device(format);
   if (!device.ok()) {
     return tl::make_unexpected("Frame format, character " +
                                std::to_string(device.error().item.at + 1) + ": " +
                                std::string(biss::text_of(device.error())));
   }
-  return RowSetup{.format = device->format, .timing = device->timing};
+  setup.format = device->format;
+  setup.timing = device->timing;
+  return {};
 }
 
 RowReader::RowReader(const RowSetup& setup, Hertz rate, OnRow on_row)
@@ -71,12 +77,11 @@ void RowReader::rest_until(std::uint64_t sample) {
 }
 
 void RowReader::deliver(const decode::Cycle& cycle) {
-  const decode::LimitSet exceeded = limits_.judge(cycle);
-  const Picoseconds last = cycle.time + cycle.clocked;
   on_row_({.status = cycle.status,
-           .cells = table_.cells(number_++, cycle, std::nullopt, exceeded),
+           .columns = table_.columns(),
+           .cells = table_.cells(number_++, cycle, std::nullopt, limits_.judge(cycle)),
            .first_sample = clock_.first_at_or_after(cycle.time),
-           .last_sample = clock_.first_at_or_after(last)});
+           .last_sample = clock_.first_at_or_after(cycle.time + cycle.clocked)});
 }
 
 }  // namespace biss::saleae

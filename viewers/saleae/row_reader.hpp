@@ -30,13 +30,14 @@ struct RowSetup {
   bool slo_inverted = false;
 };
 
-/// The setup for a format: items in line order, the name of an encoder or of a safety configuration,
-/// or `none`. The error is one line.
-tl::expected<RowSetup, std::string> setup_of(std::string_view format);
+/// Sets format and timing: items in line order, the name of an encoder or of a safety configuration,
+/// or `none`. The error is one line; the setup is then as before.
+tl::expected<void, std::string> set_format(RowSetup& setup, std::string_view format);
 
 /// A row and the samples of its first and last edge of MA.
 struct Row {
   CycleStatus status{};
+  const std::vector<report::Column>& columns;
   /// Valid during the call that delivers the row.
   const std::vector<report::Cell>& cells;
   std::uint64_t first_sample = 0;
@@ -50,8 +51,6 @@ class RowReader {
 
   /// \pre rate is not 0 Hz
   RowReader(const RowSetup& setup, Hertz rate, OnRow on_row);
-
-  const std::vector<report::Column>& columns() const { return table_.columns(); }
 
   /// Changes in the order of time; the first one of a line gives its level at the beginning.
   /// Changes after the last sample that has a time are ignored.

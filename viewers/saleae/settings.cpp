@@ -45,15 +45,9 @@ void Settings::announce_channels() {
 }
 
 bool Settings::apply_format() {
-  auto rows = biss::saleae::setup_of(format_);
-  if (!rows) {
-    SetErrorText(rows.error().c_str());
-    return false;
-  }
-  rows->ma_inverted = rows_.ma_inverted;
-  rows->slo_inverted = rows_.slo_inverted;
-  rows_ = *rows;
-  return true;
+  const auto applied = biss::saleae::set_format(rows_, format_);
+  if (!applied) SetErrorText(applied.error().c_str());
+  return applied.has_value();
 }
 
 bool Settings::SetSettingsFromInterfaces() {

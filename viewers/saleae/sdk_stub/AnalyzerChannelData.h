@@ -4,6 +4,7 @@
 #include <LogicPublicTypes.h>
 
 #include <algorithm>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -25,7 +26,7 @@ class AnalyzerChannelData {
   }
   U32 AdvanceToAbsPosition(U64 sample) {
     need(sample);
-    if (sample < now_) throw std::pair("the channel is asked to go back", sample);
+    if (sample < now_) throw std::string("the channel is asked to go back");
     U32 count = 0;
     for (; next_ < changes_.size() && changes_[next_] <= sample; ++next_) {
       level_ = !level_;

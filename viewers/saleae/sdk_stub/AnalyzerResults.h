@@ -44,7 +44,7 @@ class AnalyzerResults {
   }
   void AddFrameV2(const FrameV2& frame, const char*, U64 first, U64 last) {
     table.push_back(frame.values);
-    if (first > last) throw std::pair("a frame ends before it begins", first);
+    if (first > last) throw std::string("a frame ends before it begins");
   }
   void CommitResults() { delivered = frames.size(); }
   void AddChannelBubblesWillAppearOn(const Channel&) {}
