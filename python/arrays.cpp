@@ -18,13 +18,12 @@ using wire::Level;
 
 // Enough changes to give a thread a piece of its own.
 constexpr std::size_t elements_in_piece = 32'768;
+constexpr std::size_t elements_in_block = 4'096;
 
 const std::vector<std::string>& line_names() {
   static const std::vector<std::string> names{"MA", "SLO"};
   return names;
 }
-
-Level level_of(bool high) { return high ? Level::high : Level::low; }
 
 CaptureError backwards_at(std::size_t element) {
   return {.cause = CaptureCause::time_backwards, .part = "element", .part_number = element + 1};
@@ -131,22 +130,19 @@ class ArraySource final : public capture::EdgeSource {
 
   const std::vector<std::string>& lines() const override { return line_names(); }
   Result<std::span<const wire::Edge>, CaptureError> next_block() override {
-    block_.grow();
-    block_.prepare(line_names().size());
-    while (at_ < arrays_.times.size() && !block_.full()) {
-      const Picoseconds time{arrays_.times[at_]};
-      if (at_ != 0 && time < end_) {
-        if (!block_.empty()) break;
-        return failure(backwards_at(at_));
-      }
-      end_ = time;
-      put(time, slo_line, level_of(arrays_.slo[at_] != 0), slo_);
-      put(time, ma_line, level_of(arrays_.ma[at_] != 0), ma_);
-      ++at_;
+    block_ = {};
+    while (block_.empty() && at_ < arrays_.times.size()) {
+      piece_.set(at_, std::min(arrays_.times.size(), at_ + elements_in_block));
+      piece_.expand();
+      if (piece_.read() == at_) return failure(backwards_at(at_));
+      at_ = piece_.read();
+      changes_.put(piece_.ma, piece_.slo, [this](auto edges) { block_ = edges; });
     }
-    return block_.edges();
+    return block_;
   }
-  Picoseconds end_time() const override { return end_; }
+  Picoseconds end_time() const override {
+    return at_ == 0 ? Picoseconds{} : Picoseconds{arrays_.times[at_ - 1]};
+  }
   Picoseconds sample_period() const override { return arrays_.sample_period; }
   std::unique_ptr<PairSource> pairs(wire::LineIndex ma, wire::LineIndex slo) override {
     // With the lines exchanged, edges are good enough.
@@ -155,16 +151,11 @@ class ArraySource final : public capture::EdgeSource {
   }
 
  private:
-  void put(Picoseconds time, wire::LineIndex line, Level level, Level& last) {
-    if (std::exchange(last, level) != level) block_.push({time, line, level});
-  }
-
   EdgeArrays arrays_;
-  capture::EdgeBlock block_;
+  ArrayPiece piece_{arrays_};
+  capture::ChangeEdges changes_{ma_line, slo_line};
   std::size_t at_ = 0;
-  Level ma_ = Level::unknown;
-  Level slo_ = Level::unknown;
-  Picoseconds end_{};
+  std::span<const wire::Edge> block_;
 };
 
 class PushedPiece final : public PairPiece {
@@ -238,7 +229,7 @@ void EdgeQueue::push(Picoseconds time, bool ma, bool slo) {
 }
 
 void EdgeQueue::put(Picoseconds time, wire::LineIndex line, bool high, Level& last) {
-  const Level level = level_of(high);
+  const Level level = high ? Level::high : Level::low;
   if (std::exchange(last, level) != level) edges_.push_back({time, line, level});
 }
 
