@@ -8,9 +8,9 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-// HOST stands for the name of the server with its PORT, PATH for /TOKEN/.
+// HOST stands for the name of the server with its PORT, PATH for /TOKEN/, PART for a part of TOKEN.
 struct Hostile {
-  const char* situation;
+  std::string situation;
   std::string request;
   // The status of each answer, and the length of 200 and 206. Then the server ends the connection.
   std::string answers;
@@ -19,164 +19,172 @@ struct Hostile {
 std::string with_target(const std::string& target) {
   return "GET " + target + " HTTP/1.1\r\nHost: HOST\r\n\r\n";
 }
+std::string with_method(const std::string& method) {
+  return method + " PATHcapture HTTP/1.1\r\nHost: HOST\r\n\r\n";
+}
 std::string with_headers(const std::string& headers, const std::string& body = {}) {
   return "GET PATHcapture HTTP/1.1\r\n" + headers + "\r\n" + body;
 }
+std::string with_host(const std::string& host) { return with_headers("Host: " + host + "\r\n"); }
 std::string with(const std::string& header, const std::string& body = {}) {
   return with_headers("Host: HOST\r\n" + header + "\r\n", body);
 }
+std::string with_header(const std::string& header) { return with(header); }
+std::string alone(const std::string& request) { return request; }
 const std::string capture_too = with_headers("Host: HOST\r\n");
 const std::string size_too = "GET PATHsize HTTP/1.1\r\nHost: HOST\r\n\r\n";
+std::string with_size_too(const std::string& header) { return with(header, size_too); }
 
-std::vector<Hostile> targets() {
+using Tables = std::vector<std::vector<Hostile>>;
+
+// Requests with the same answer, made of these parts.
+std::vector<Hostile> each(const std::string& answers, std::string (*request)(const std::string&),
+                          const std::vector<std::string>& parts) {
+  std::vector<Hostile> table;
+  for (const std::string& part : parts) table.push_back({part, request(part), answers});
+  return table;
+}
+
+Tables first_lines() {
   return {
-      {"nothing", "", ""},
-      {"token twice", with_target("PATHTOKEN/capture"), "404"},
-      {"longer token", with_target("/TOKEN0/capture"), "403"},
-      {"token in the query", with_target("/?TOKEN"), "403"},
-      {"token in the second part", with_target("/x/TOKEN/capture"), "403"},
-      {"token and parameter", with_target("/TOKEN;/capture"), "403"},
-      {"token and fragment", with_target("/TOKEN#/capture"), "403"},
-      {"token and NUL, encoded", with_target("/TOKEN%00/capture"), "403"},
-      {"token after a dot segment", with_target("/x/../TOKEN/capture"), "403"},
-      {"token in headers", "GET /capture HTTP/1.1\r\nHost: HOST\r\nCookie: TOKEN\r\n\r\n", "403"},
-      {"token without a slash", with_target("/TOKEN"), "404"},
-      {"absolute form", with_target("http://HOSTPATHcapture"), "403"},
-      {"authority form", "CONNECT HOST HTTP/1.1\r\nHost: HOST\r\n\r\n", "403"},
-      {"asterisk form", "OPTIONS * HTTP/1.1\r\nHost: HOST\r\n\r\n", "403"},
-      {"asterisk", with_target("*"), "403"},
-      {"double encoding", with_target("PATH%252e%252e/secret"), "404"},
-      {"encoded slash", with_target("PATH..%2fsecret"), "404"},
-      {"backslash", with_target("PATH..\\secret"), "404"},
-      {"encoded backslash", with_target("PATH..%5csecret"), "404"},
-      {"overlong UTF-8", with_target("PATH\xc0\xae\xc0\xae/secret"), "404"},
-      {"file of the system", with_target("PATH/etc/passwd"), "404"},
-      {"dot segment", with_target("PATH./capture"), "404"},
-      {"encoded letter", with_target("PATH%63apture"), "404"},
-      {"fragment", with_target("PATHcapture#x"), "404"},
-      {"NUL", with_target(std::string("PATHcapture\0", 12)), "400"},
-      {"DEL", with_target("PATHcapture\x7f"), "400"},
-      {"blank", with_target("PATH capture"), "400"},
-      {"TAB", with_target("PATH\tcapture"), "400"},
-      {"no target", with_target(""), "400"},
-      {"long target", with_target("PATH" + std::string(8000, 'a')), "404"},
-      {"target without end", "GET PATH" + std::string(17'000, 'a'), "400"},
-      {"method in small letters", "get PATHcapture HTTP/1.1\r\nHost: HOST\r\n\r\n", "405"},
-      {"long method", std::string(8000, 'A') + " PATH HTTP/1.1\r\nHost: HOST\r\n\r\n", "405"},
-      {"method without end", std::string(17'000, 'A'), "400"},
-      {"no method", " PATHcapture HTTP/1.1\r\nHost: HOST\r\n\r\n", "400"},
-      {"TRACE", "TRACE PATH HTTP/1.1\r\nHost: HOST\r\n\r\n", "405"},
-      {"HTTP/1.0", "GET PATHcapture HTTP/1.0\r\nHost: HOST\r\n\r\n", "200/38"},
-      {"HTTP/1.0 without Host", "GET PATHcapture HTTP/1.0\r\n\r\n", "403"},
-      {"HTTP/0.9", "GET PATHcapture\r\n", "400"},
-      {"HTTP/2.0", "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", "400"},
-      {"HTTP/1.2", "GET PATHcapture HTTP/1.2\r\nHost: HOST\r\n\r\n", "400"},
-      {"http", "GET PATHcapture http/1.1\r\nHost: HOST\r\n\r\n", "400"},
-      {"blank after the version", "GET PATHcapture HTTP/1.1 \r\nHost: HOST\r\n\r\n", "400"},
+      each("403", with_target,
+           {"/", "/capture", "/00000000000000000000000000000000/capture", "/PART/", "/.PATHcapture",
+            "/PATH", "/TOKEN0/capture", "/?TOKEN", "/x/TOKEN/capture", "/TOKEN;/capture",
+            "/TOKEN#/capture", "/TOKEN%00/capture", "/x/../TOKEN/capture", "http://HOSTPATHcapture",
+            "TOKEN/", "*"}),
+      each("404", with_target,
+           {"/TOKEN",
+            "PATHTOKEN/capture",
+            "PATHsecret",
+            "PATH../secret",
+            "PATH..",
+            "PATH%2e%2e/secret",
+            "PATH%252e%252e/secret",
+            "PATH..%2fsecret",
+            "PATH..\\secret",
+            "PATH..%5csecret",
+            "PATH\xc0\xae\xc0\xae/secret",
+            "PATH/etc/passwd",
+            "PATHbiss.html",
+            "PATHcapture/",
+            "PATHcapture/../capture",
+            "PATH./capture",
+            "PATH%63apture",
+            "PATHCapture",
+            "PATHcapture?x",
+            "PATHcapture#x",
+            "PATHcapture%00",
+            "PATH" + std::string(8000, 'a')}),
+      each("400", with_target,
+           {std::string("PATHcapture\0", 12), "PATHcapture\x7f", "PATH capture", "PATH\tcapture",
+            "", "/" + std::string(100'000, 'a')}),
+      each("405", with_method,
+           {"POST", "PUT", "DELETE", "OPTIONS", "TRACE", "BREW", "get", std::string(8000, 'A')}),
+      each("400", with_method, {"", std::string(17'000, 'A')}),
+      each("400", alone,
+           {"\r\n\r\n", "nonsense\r\n\r\n", std::string(100, '\0'), "GET\r\n\r\n",
+            std::string("\x16\x03\x01\x02\x00\x01\x00\x01", 8) + "\r\n\r\n",
+            "GET PATH" + std::string(17'000, 'a'), std::string(17'000, 'A')}),
+      {{"nothing", "", ""},
+       {"token in headers", "GET /capture HTTP/1.1\r\nHost: HOST\r\nCookie: TOKEN\r\n\r\n", "403"},
+       {"authority form", "CONNECT HOST HTTP/1.1\r\nHost: HOST\r\n\r\n", "403"},
+       {"asterisk form", "OPTIONS * HTTP/1.1\r\nHost: HOST\r\n\r\n", "403"},
+       {"HTTP/1.0", "GET PATHcapture HTTP/1.0\r\nHost: HOST\r\n\r\n", "200/38"},
+       {"HTTP/1.0 without Host", "GET PATHcapture HTTP/1.0\r\n\r\n", "403"},
+       {"HTTP/0.9", "GET PATHcapture\r\n", "400"},
+       {"HTTP/2.0", "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", "400"},
+       {"HTTP/1.2", "GET PATHcapture HTTP/1.2\r\nHost: HOST\r\n\r\n", "400"},
+       {"HTTP/9.9", "GET / HTTP/9.9\r\n\r\n", "400"},
+       {"http", "GET PATHcapture http/1.1\r\nHost: HOST\r\n\r\n", "400"},
+       {"blank after the version", "GET PATHcapture HTTP/1.1 \r\nHost: HOST\r\n\r\n", "400"}},
   };
 }
 
-std::vector<Hostile> hosts() {
+Tables hosts() {
   return {
-      {"empty", with_headers("Host:\r\n"), "403"},
-      {"other port", with_headers("Host: 127.0.0.1:1\r\n"), "403"},
-      {"longer port", with_headers("Host: HOST0\r\n"), "403"},
-      {"port with a zero", with_headers("Host: 127.0.0.1:0PORT\r\n"), "403"},
-      {"IPv6", with_headers("Host: [::1]:PORT\r\n"), "403"},
-      {"IPv4 in IPv6", with_headers("Host: [::ffff:127.0.0.1]:PORT\r\n"), "403"},
-      {"any address", with_headers("Host: 0.0.0.0:PORT\r\n"), "403"},
-      {"short address", with_headers("Host: 127.1:PORT\r\n"), "403"},
-      {"address as a number", with_headers("Host: 2130706433:PORT\r\n"), "403"},
-      {"name of another for this address", with_headers("Host: 127.0.0.1.evil:PORT\r\n"), "403"},
-      {"name below localhost", with_headers("Host: evil.localhost:PORT\r\n"), "403"},
-      {"dot at the end", with_headers("Host: localhost.:PORT\r\n"), "403"},
-      {"user", with_headers("Host: evil@HOST\r\n"), "403"},
-      {"two names", with_headers("Host: HOST, evil\r\n"), "403"},
-      {"twice", with_headers("Host: HOST\r\nhost: evil\r\n"), "403"},
-      {"other header", with_headers("Host: evil\r\nX-Forwarded-Host: HOST\r\n"), "403"},
-      {"blank before the colon", with_headers("Host : HOST\r\n"), "400"},
-      {"NUL", with_headers(std::string("Host: HOST\0\r\n", 13)), "400"},
-      {"folded", with_headers("Host:\r\n\tHOST \t\r\n"), "200/38"},
+      each("200/38", with_host, {"localhost:PORT", "\r\n\tHOST \t"}),
+      each("403", with_host,
+           {"",
+            "evil.example",
+            "evil.example:PORT",
+            "127.0.0.1",
+            "127.0.0.1:1",
+            "HOST0",
+            "127.0.0.1:0PORT",
+            "[::1]:PORT",
+            "[::ffff:127.0.0.1]:PORT",
+            "0.0.0.0:PORT",
+            "127.1:PORT",
+            "2130706433:PORT",
+            "127.0.0.1.evil:PORT",
+            "evil.localhost:PORT",
+            "localhost.:PORT",
+            "evil@HOST",
+            "HOST, evil",
+            "HOST\r\nHost: HOST",
+            "HOST\r\nhost: evil",
+            "evil\r\nX-Forwarded-Host: HOST"}),
+      each("400", with_host, {std::string("HOST\0", 5)}),
+      {{"none", with_headers(""), "403"},
+       {"blank before the colon", with_headers("Host : HOST\r\n"), "400"},
+       {"no colon", with_headers("Host\r\n"), "400"}},
   };
 }
 
-std::vector<Hostile> headers() {
+Tables headers() {
   std::string thousands;
   for (int i = 0; i < 3000; ++i) thousands += "A: 1\r\n";
   return {
-      {"LF alone", "GET PATHcapture HTTP/1.1\nHost: HOST\n\n", "400"},
-      {"CR alone", "GET PATHcapture HTTP/1.1\rHost: HOST\r\r", "400"},
-      {"LF in a header", with("X: a\nY: b"), "400"},
-      {"CR in a header", with("X: a\rY: b"), "400"},
-      {"no end of the headers", "GET PATHcapture HTTP/1.1\r\nHost: HOST\r\n", ""},
-      {"line before the request", "\r\n" + capture_too, "400"},
-      {"no colon", with("Range"), "400"},
-      {"no name", with(": x"), "400"},
-      {"blank in a name", with("X Y: a"), "400"},
-      {"control character in a name", with("X\x01: a"), "400"},
-      {"NUL in a value", with(std::string("X: \0", 4)), "400"},
-      {"letters of other sets", with("X: \xe4\xff"), "200/38"},
-      {"folded", with("X: a\r\n b"), "200/38"},
-      {"folded first", with_headers(" X: a\r\nHost: HOST\r\n"), "400"},
-      {"large", with("X: " + std::string(15'000, 'x')), "200/38"},
-      {"too large", with("X: " + std::string(17'000, 'x')), "400"},
-      {"long name", with(std::string(17'000, 'X') + ": a"), "400"},
-      {"hundreds of fields", with(thousands.substr(0, 5998)), "200/38"},
-      {"thousands of fields", with(thousands + "B: 1"), "400"},
-      {"wrong Connection", with("Connection: ,;,"), "400"},
-      {"Expect", with("Expect: 100-continue"), "200/38"},
-      {"Upgrade", with("Connection: Upgrade\r\nUpgrade: h2c"), "200/38"},
-      {"Range without a value", with("Range:"), "200/38"},
-      {"Range without a number", with("Range: bytes="), "200/38"},
-      {"Range with a sign", with("Range: bytes=+1-2"), "200/38"},
-      {"Range with blanks", with("Range: bytes= 1-2"), "200/38"},
-      {"Range in base 16", with("Range: bytes=0x1-2"), "200/38"},
-      {"Range of three numbers", with("Range: bytes=1-2-3"), "200/38"},
-      {"Range in other units", with("Range: lines=1-2"), "200/38"},
-      {"ranges that overlap", with("Range: bytes=0-5,3-9"), "200/38"},
-      {"hundreds of ranges", with("Range: bytes=0-0" + std::string(900, ',')), "200/38"},
-      {"Range twice", with("Range: bytes=0-0\r\nRange: bytes=1-1"), "200/38"},
-      {"Range if unchanged", with("Range: bytes=0-0\r\nIf-Range: \"1\""), "200/38"},
+      each("400", with_header,
+           {"X: a\nY: b", "X: a\rY: b", "Range", ": x", "X Y: a", "X\x01: a",
+            std::string("X: \0", 4), "X: " + std::string(17'000, 'x'),
+            "X: " + std::string(100'000, 'x'), std::string(17'000, 'X') + ": a", thousands + "B: 1",
+            "Connection: ,;,", "Content-Length: -1"}),
+      each(
+          "200/38", with_header,
+          {"X: \xe4\xff", "X: a\r\n b", "X: " + std::string(15'000, 'x'), thousands.substr(0, 5998),
+           "Expect: 100-continue", "Connection: Upgrade\r\nUpgrade: h2c"}),
+      // A text that is not a range means the whole file.
+      each("200/38", with_header,
+           {"Range:", "Range: bytes=", "Range: bytes=+1-2", "Range: bytes= 1-2",
+            "Range: bytes=0x1-2", "Range: bytes=1-2-3", "Range: lines=1-2", "Range: bytes=0-5,3-9",
+            "Range: bytes=0-1,3-4", "Range: bytes=7-5", "Range: bytes=a-b", "Range: bytes=--1",
+            "Range: bytes=99999999999999999999-", "Range: bytes=-",
+            "Range: bytes=0-0" + std::string(900, ','), "Range: bytes=0-0\r\nRange: bytes=1-1",
+            "Range: bytes=0-0\r\nIf-Range: \"1\""}),
+      {{"LF alone", "GET PATHcapture HTTP/1.1\nHost: HOST\n\n", "400"},
+       {"CR alone", "GET PATHcapture HTTP/1.1\rHost: HOST\r\r", "400"},
+       {"no end of the headers", "GET PATHcapture HTTP/1.1\r\nHost: HOST\r\n", ""},
+       {"line before the request", "\r\n" + capture_too, "400"},
+       {"folded first", with_headers(" X: a\r\nHost: HOST\r\n"), "400"}},
   };
 }
 
 // Bytes after the header are a body, which the server ignores, or the next request.
-std::vector<Hostile> bodies() {
+Tables bodies() {
   std::string hundreds;
   std::string answers;
   for (int i = 0; i < 300; ++i, answers += "206/1 ") hundreds += with("Range: bytes=0-0");
   return {
-      {"pipelined", with("Range: bytes=3-4") + size_too + capture_too, "206/2 200/2 200/38"},
-      {"empty body", with("Content-Length: 0", size_too), "200/38 200/2"},
-      {"empty body twice", with("Content-Length: 0, 0", size_too), "200/38 200/2"},
-      {"body", with("Content-Length: 90", size_too), "200/38"},
-      {"body that ends early", with("Content-Length: 900", size_too), "200/38"},
-      {"body of POST", "POST" + with("Content-Length: 90", size_too).substr(3), "405"},
-      {"huge body", with("Content-Length: 9999999999", size_too), "400"},
-      {"length in base 16", with("Content-Length: 0x0", size_too), "400"},
-      {"length with a sign", with("Content-Length: +0", size_too), "400"},
-      {"length beyond 64 bits", with("Content-Length: 18446744073709551616", size_too), "400"},
-      {"two lengths", with("Content-Length: 0\r\nContent-Length: 90", size_too), "400"},
-      {"list of lengths", with("Content-Length: 0, 90", size_too), "400"},
-      {"chunks", with("Transfer-Encoding: chunked", "0\r\n\r\n" + size_too), "200/38"},
-      {"wrong chunks", with("Transfer-Encoding: chunked", "-1\r\n" + size_too), "200/38"},
-      {"chunks and length",
-       with("Transfer-Encoding: chunked\r\nContent-Length: 0", "0\r\n\r\n" + size_too), "400"},
-      {"length and chunks", with("Content-Length: 0\r\nTransfer-Encoding: chunked", size_too),
-       "400"},
-      {"coding that is not chunked", with("Transfer-Encoding: gzip", size_too), "400"},
-      {"chunked, but not at last", with("Transfer-Encoding: chunked, gzip", size_too), "400"},
-      {"chunked after a VT",
-       with("Transfer-Encoding:\x0b"
-            "chunked",
-            size_too),
-       "400"},
-      {"chunked as a part", with("Transfer-Encoding: xchunked", size_too), "400"},
-      {"request after the last one", with("Connection: close") + size_too, "200/38"},
-      {"request after a refused one", with_target("/") + size_too, "403"},
-      {"noise after a request", capture_too + "\x16\x03\x01 " + size_too, "200/38 400"},
-      {"HEAD, pipelined", "HEAD" + capture_too.substr(3) + size_too, "200/38 200/2"},
-      {"hundreds, pipelined", hundreds + "x\r\n", answers + "400"},
+      each("200/38 200/2", with_size_too, {"Content-Length: 0", "Content-Length: 0, 0"}),
+      each("200/38", with_size_too, {"Content-Length: 90", "Content-Length: 900"}),
+      each("400", with_size_too,
+           {"Content-Length: 9999999999", "Content-Length: 0x0", "Content-Length: +0",
+            "Content-Length: 18446744073709551616", "Content-Length: 0\r\nContent-Length: 90",
+            "Content-Length: 0, 90", "Content-Length: 0\r\nTransfer-Encoding: chunked",
+            "Transfer-Encoding: gzip", "Transfer-Encoding: chunked, gzip",
+            "Transfer-Encoding: xchunked", "Transfer-Encoding:\vchunked"}),
+      {{"pipelined", with("Range: bytes=3-4") + size_too + capture_too, "206/2 200/2 200/38"},
+       {"body of POST", "POST" + with("Content-Length: 90", size_too).substr(3), "405"},
+       {"chunks", with("Transfer-Encoding: chunked", "0\r\n\r\n" + size_too), "200/38"},
+       {"wrong chunks", with("Transfer-Encoding: chunked", "-1\r\n" + size_too), "200/38"},
+       {"chunks and length",
+        with("Transfer-Encoding: chunked\r\nContent-Length: 0", "0\r\n\r\n" + size_too), "400"},
+       {"request after the last one", with("Connection: close") + size_too, "200/38"},
+       {"request after a refused one", with_target("/") + size_too, "403"},
+       {"noise after a request", capture_too + "\x16\x03\x01 " + size_too, "200/38 400"},
+       {"HEAD, pipelined", "HEAD" + capture_too.substr(3) + size_too, "200/38 200/2"},
+       {"hundreds, pipelined", hundreds + "x\r\n", answers + "400"}},
   };
 }
 
@@ -199,6 +207,7 @@ std::string filled_in(const Server& server, std::string text) {
   const std::string token = server.path().substr(1, server.path().size() - 2);
   for (const auto& [name, value] :
        {std::pair{std::string("PATH"), server.path()}, std::pair{std::string("TOKEN"), token},
+        std::pair{std::string("PART"), token.substr(0, 19)},
         std::pair{std::string("HOST"), server.host()},
         std::pair{std::string("PORT"), fmt::format("{}", server.port())}}) {
     for (std::size_t at = 0; (at = text.find(name, at)) != std::string::npos; at += value.size()) {
@@ -211,18 +220,23 @@ std::string filled_in(const Server& server, std::string text) {
 TEST_F(HostileView, EachRequest_HasItsAnswerAndTheNextOneToo) {
   folder.file("secret", "secret");
   const Server server(folder, {folder.file("a.csv", capture_text)});
-  for (const auto& table : {targets(), hosts(), headers(), bodies()}) {
-    for (const Hostile& hostile : table) {
-      const Client client(server.port());
-      client.send(filled_in(server, hostile.request));
-      client.send_no_more();
-      const std::string received = client.receive();
-      EXPECT_EQ(answers_in(received), hostile.answers) << hostile.situation;
-      EXPECT_THAT(received, Not(HasSubstr("secret"))) << hostile.situation;
-      if (hostile.answers.find("200/38") == std::string::npos) {
-        EXPECT_THAT(received, Not(HasSubstr("time"))) << hostile.situation;
+  for (const Tables& tables : {first_lines(), hosts(), headers(), bodies()}) {
+    for (const auto& table : tables) {
+      for (const Hostile& hostile : table) {
+        const Client client(server.port());
+        client.send(filled_in(server, hostile.request));
+        client.send_no_more();
+        const std::string received = client.receive();
+        EXPECT_EQ(answers_in(received), hostile.answers) << hostile.situation;
+        EXPECT_THAT(received, Not(HasSubstr("secret"))) << hostile.situation;
+        if (hostile.answers.find("200/38") == std::string::npos) {
+          EXPECT_THAT(received, Not(HasSubstr("time"))) << hostile.situation;
+        }
+        if (hostile.answers == "405") {
+          EXPECT_THAT(received, HasSubstr("Allow: GET, HEAD\r\n")) << hostile.situation;
+        }
+        EXPECT_EQ(body_of(server.get("capture")), capture_text) << hostile.situation;
       }
-      EXPECT_EQ(body_of(server.get("capture")), capture_text) << hostile.situation;
     }
   }
 }

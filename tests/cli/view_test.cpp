@@ -44,31 +44,6 @@ TEST_F(ViewVerb, EveryAnswer_HasTheHeadersThatProtectIt) {
   }
 }
 
-TEST_F(ViewVerb, WithoutTheTokenOrWithAnotherHost_NothingIsGiven) {
-  const Server server(folder, {folder.file("a.csv", capture_text)});
-  const std::string host = "Host: " + server.host() + "\r\n";
-  std::string wrong = server.path();
-  wrong[1] = wrong[1] == '0' ? '1' : '0';
-  for (const std::string& target :
-       {std::string("/"), std::string("/capture"), wrong, wrong + "capture",
-        server.path().substr(0, 20) + "/", server.path().substr(1),
-        "/." + server.path() + "capture", "//" + server.path().substr(1)}) {
-    const std::string answer = server.ask("GET " + target, host);
-    EXPECT_THAT(answer, testing::AnyOf(StartsWith("HTTP/1.1 403 "), StartsWith("HTTP/1.1 400 ")))
-        << target;
-    EXPECT_THAT(answer, Not(HasSubstr("MA"))) << target;
-  }
-  for (const std::string& other :
-       {std::string("Host: evil.example\r\n"),
-        fmt::format("Host: evil.example:{}\r\n", server.port()), std::string("Host: 127.0.0.1\r\n"),
-        std::string(), host + host}) {
-    EXPECT_THAT(server.ask("GET " + server.path() + "capture", other), StartsWith("HTTP/1.1 403 "))
-        << other;
-  }
-  const std::string local = fmt::format("Host: localhost:{}\r\n", server.port());
-  EXPECT_THAT(server.ask("GET " + server.path() + "capture", local), StartsWith("HTTP/1.1 200 "));
-}
-
 TEST_F(ViewVerb, Range_IsGivenToTheByte) {
   const Server server(folder, {folder.file("a.csv", capture_text)});
   const auto expect = [&](const std::string& range, std::size_t from, std::size_t count) {
@@ -91,51 +66,6 @@ TEST_F(ViewVerb, Range_IsGivenToTheByte) {
     EXPECT_THAT(answer, StartsWith("HTTP/1.1 416 ")) << beyond;
     EXPECT_THAT(answer, HasSubstr("Content-Range: bytes */38\r\n"));
   }
-  // A text that is not a range means the whole file.
-  for (const char* const wrong : {"7-5", "a-b", "--1", "0-1,3-4", "99999999999999999999-", "-"}) {
-    EXPECT_EQ(body_of(server.get("capture", fmt::format("Range: bytes={}\r\n", wrong))),
-              capture_text)
-        << wrong;
-  }
-}
-
-TEST_F(ViewVerb, OtherPathsAndMethods_AreRefused) {
-  folder.file("secret", "secret");
-  const Server server(folder, {folder.file("a.csv", capture_text)});
-  for (const char* const below :
-       {"secret", "../secret", "..", "%2e%2e/secret", "capture/", "capture/../capture", "capture?x",
-        "Capture", "biss.html", "capture%00"}) {
-    const std::string answer = server.get(below);
-    EXPECT_THAT(answer, StartsWith("HTTP/1.1 404 ")) << below;
-    EXPECT_THAT(body_of(answer), Not(HasSubstr("secret"))) << below;
-  }
-  const std::string host = "Host: " + server.host() + "\r\n";
-  for (const char* const method : {"POST", "PUT", "DELETE", "OPTIONS", "TRACE", "BREW"}) {
-    const std::string answer = server.ask(fmt::format("{} {}capture", method, server.path()),
-                                          host + "Content-Length: 0\r\n");
-    EXPECT_THAT(answer, StartsWith("HTTP/1.1 405 ")) << method;
-    EXPECT_THAT(answer, HasSubstr("Allow: GET, HEAD\r\n"));
-  }
-}
-
-TEST_F(ViewVerb, HostileRequests_AreEndedAndTheNextOneIsAnswered) {
-  const Server server(folder, {folder.file("a.csv", capture_text)});
-  const std::string get = "GET " + server.path() + "capture HTTP/1.1\r\n";
-  for (const std::string& text :
-       {std::string("\r\n\r\n"), std::string("nonsense\r\n\r\n"), std::string(100, '\0'),
-        std::string("GET\r\n\r\n"), std::string("\x16\x03\x01\x02\x00\x01\x00\x01", 8) + "\r\n\r\n",
-        "GET /" + std::string(100'000, 'a') + " HTTP/1.1\r\n\r\n",
-        get + "X: " + std::string(100'000, 'a') + "\r\n\r\n", get + "Host\r\n\r\n",
-        get + "Content-Length: -1\r\n\r\n", get + "Content-Length: 1\r\nContent-Length: 2\r\n\r\n",
-        std::string("GET / HTTP/9.9\r\n\r\n")}) {
-    const Client client(server.port());
-    client.send(text);
-    ::usleep(1000);
-    const std::string answer = client.receive();
-    EXPECT_THAT(answer, testing::AnyOf(testing::IsEmpty(), StartsWith("HTTP/1.1 4")))
-        << text.substr(0, 40);
-  }
-  EXPECT_EQ(body_of(server.get("size")), "38");
 }
 
 TEST_F(ViewVerb, SlowClients_DoNotBlockAnother) {
