@@ -38,59 +38,53 @@ struct DeviceSource {
 };
 
 struct Device {
-  explicit Device(bool chained)
-      : slave(Codec(format),
-              {.ready = chained ? Picoseconds{} : microseconds(3),
-               .timeout = {TimeoutRule::fixed, nanoseconds(chained ? 12'500 : 15'000)},
-               .chained = chained},
-              DeviceSource{}) {}
-
   TestRegisters registers;
   bool channels = true;
   RegisterServer<DeviceOwner> server{DeviceOwner{{&registers}, &channels}};
-  Slave<Codec, DeviceSource, 128> slave;
-  StepOutput out;
 };
+
+using DeviceSlave = Slave<Codec, DeviceSource, 128>;
+
+DeviceSlave slave_at(std::size_t place) {
+  const bool chained = place != 0;
+  return {Codec(format),
+          {.ready = chained ? Picoseconds{} : microseconds(3),
+           .timeout = {TimeoutRule::fixed, nanoseconds(chained ? 12'500 : 15'000)},
+           .chained = chained},
+          DeviceSource{}};
+}
 
 template <std::size_t Count>
 class ChainLine {
  public:
-  ChainLine() : devices_(make(std::make_index_sequence<Count>{})) {
-    for (std::size_t k = 0; k < Count; ++k) {
-      devices_[k].server.owner().slaves = &devices_[k].registers;
-      devices_[k].server.owner().channels = &devices_[k].channels;
-      devices_[k].slave.source() = {&devices_[k].server, 3 * k + 1};
-    }
-  }
+  ChainLine() : ChainLine(std::make_index_sequence<Count>{}) {}
   ChainLine(const ChainLine&) = delete;
   ChainLine& operator=(const ChainLine&) = delete;
 
   Device& device(std::size_t k) { return devices_[k]; }
   unsigned channels_on() const {
     unsigned count = 0;
-    for (const Device& device : devices_) count += device.slave.channels_active() ? 1U : 0U;
+    for (const DeviceSlave& each : chain.slave) count += each.channels_active() ? 1U : 0U;
     return count;
   }
 
   /// One request of `clocks` clocks (0: a complete frame); then CDM and the timeouts.
   void frame(unsigned clocks = 0) {
-    bits.clear();
+    chain.bits.clear();
     if (clocks == 0) clocks = 8 + static_cast<unsigned>(Count) + channel_bits * channels_on();
-    for (unsigned i = 0; i < clocks; ++i) {
-      put(false);
-      put(true);
-      bits.append(devices_[Count - 1].out.level);
-    }
-    const std::size_t ack = bits.view().find(false, 0);
-    const std::size_t start = bits.view().find(true, ack);
+    chain.clock(clocks);
+    const BitView bits = chain.bits.view();
+    const std::size_t start = bits.find(true, bits.find(false, 0));
     CdsBit cds = CdsBit::missing;
-    if (start + 1 < clocks) cds = bits.view()[start + 1] ? CdsBit::one : CdsBit::zero;
-    const bool cdm = session.step(now, cds);
-    if (cdm) put(false);
-    wait(microseconds(16));
-    BISS_EXPECT(devices_[Count - 1].slave.state() == SlaveState::idle);
-    put(true);
-    for (Device& device : devices_) device.slave.set_channels_active(device.channels);
+    if (start + 1 < clocks) cds = bits[start + 1] ? CdsBit::one : CdsBit::zero;
+    if (session.step(chain.now, cds)) chain.put(false);
+    chain.wait(microseconds(16));
+    BISS_EXPECT(chain.slave[Count - 1].state() == SlaveState::idle);
+    chain.put(true);
+    chain.wait(half);
+    for (std::size_t k = 0; k < Count; ++k) {
+      chain.slave[k].set_channels_active(devices_[k].channels);
+    }
   }
   bool run(unsigned clocks = 0) {
     for (int i = 0; i < 1200 && !session.done(); ++i) frame(clocks);
@@ -98,39 +92,15 @@ class ChainLine {
   }
 
   ControlSession session;
-  test::LineBits bits;
-  Picoseconds now = microseconds(5);
+  SlaveChain<DeviceSlave, Count> chain;
 
  private:
   template <std::size_t... K>
-  static std::array<Device, Count> make(std::index_sequence<K...>) {
-    return {Device(K != 0)...};
-  }
-  void settle() {
-    bool sli = false;
-    for (Device& device : devices_) {
-      device.out = device.slave.step(now, ma_, sli);
-      sli = device.out.level;
-    }
-  }
-  void put(bool ma) {
-    ma_ = ma;
-    settle();
-    wait(half);
-  }
-  void wait(Picoseconds time) {
-    const Picoseconds end = now + time;
-    while (true) {
-      Picoseconds next = end;
-      for (const Device& device : devices_) next = std::min(next, device.out.deadline);
-      now = next;
-      settle();
-      if (next == end) return;
-    }
+  explicit ChainLine(std::index_sequence<K...>) : chain{{slave_at(K)...}} {
+    ((chain.slave[K].source() = {&devices_[K].server, 3 * K + 1}), ...);
   }
 
-  std::array<Device, Count> devices_;
-  bool ma_ = true;
+  std::array<Device, Count> devices_{};
 };
 
 template <std::size_t Count>
@@ -166,7 +136,7 @@ BISS_TEST(ControlChain, CommandsSwitchChannels_AndShortFramesDoTheSame) {
   BISS_EXPECT_EQ(line.channels_on(), 0);
   // LAT, ACK and, as slave 0 needs no time without a position, START after three clocks.
   line.frame(9);
-  BISS_EXPECT_EQ(line.bits.view().word(0, 9), 0b100010000U);
+  BISS_EXPECT_EQ(line.chain.bits.view().word(0, 9), 0b100010000U);
   std::array<std::uint8_t, 2> bytes{0xA5, 0x5A};
   line.session.write(1, 0x10, bytes);
   BISS_ASSERT(line.run(7));
@@ -179,7 +149,7 @@ BISS_TEST(ControlChain, CommandsSwitchChannels_AndShortFramesDoTheSame) {
   BISS_ASSERT(line.run(7));
   BISS_EXPECT_EQ(line.channels_on(), 1);
   line.frame();
-  const auto frame = decode_frame(line.bits.view(), Codec(format), FrameBounds{});
+  const auto frame = decode_frame(line.chain.bits.view(), Codec(format), FrameBounds{});
   BISS_ASSERT(frame.ok());
   BISS_EXPECT_EQ(frame->channel_list[0].position, 7);
   line.session.command(0b011, ControlCommand::channels);
@@ -212,7 +182,7 @@ BISS_TEST(ControlChain, FrameCutBehindCds_IsEnough) {
   BISS_EXPECT_EQ(byte[0], 0x62);
   line.frame();
   const FrameCodec<CrcFast, 2> both(format_of("pos5,nE,nW,crc6+pos5,nE,nW,crc6"));
-  const auto frame = decode_frame(line.bits.view(), both, FrameBounds{});
+  const auto frame = decode_frame(line.chain.bits.view(), both, FrameBounds{});
   BISS_ASSERT(frame.ok());
   BISS_EXPECT(frame->channel_list[0].position == 4 && frame->channel_list[1].position == 1);
 }

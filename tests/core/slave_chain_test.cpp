@@ -7,44 +7,8 @@
 
 namespace biss::test::slave_chain_test {
 
-template <std::size_t Count>
-struct Chain {
-  std::array<Log, Count> log{};
-  std::array<TestSlave, Count> slave;
-  std::array<StepOutput, Count> out{};
-  Picoseconds now = microseconds(5);
-  bool ma = true;
-  LineBits bits;
-
-  void settle() {
-    bool sli = false;
-    for (std::size_t k = 0; k < Count; ++k) {
-      out[k] = slave[k].step(now, ma, sli);
-      sli = out[k].level;
-    }
-  }
-  void wait(Picoseconds time) {
-    const Picoseconds end = now + time;
-    while (true) {
-      Picoseconds next = end;
-      for (const StepOutput& each : out) next = std::min(next, each.deadline);
-      now = next;
-      settle();
-      if (next == end) return;
-    }
-  }
-  void put(bool level) {
-    ma = level;
-    settle();
-    wait(half);
-  }
-  void clock(unsigned count) {
-    for (unsigned i = 0; i < count; ++i) {
-      put(false);
-      put(true);
-      bits.append(out[Count - 1].level);
-    }
-  }
+struct Chain : SlaveChain<TestSlave, 3> {
+  std::array<Log, 3> log{};
 };
 
 constexpr SlaveTiming chained(SlaveTiming timing) {
@@ -55,14 +19,13 @@ constexpr SlaveTiming chained(SlaveTiming timing) {
 constexpr Timeout short_timeout{TimeoutRule::fixed, nanoseconds(12'500)};
 constexpr Timeout long_timeout{TimeoutRule::fixed, microseconds(30)};
 
-Chain<3> chain_of(const SlaveTiming& first, const SlaveTiming& second, const SlaveTiming& third) {
+Chain chain_of(const SlaveTiming& first, const SlaveTiming& second, const SlaveTiming& third) {
   const TestCodec codec(format_of("pos5,nE,nW,crc6"));
-  return {.slave = {TestSlave(codec, first, {}), TestSlave(codec, chained(second), {}),
-                    TestSlave(codec, chained(third), {})},
-          .bits = {}};
+  return {{{TestSlave(codec, first, {}), TestSlave(codec, chained(second), {}),
+            TestSlave(codec, chained(third), {})}}};
 }
 
-void own(Chain<3>& chain) {
+void own(Chain& chain) {
   for (std::size_t k = 0; k < 3; ++k) {
     chain.slave[k].source().log = &chain.log[k];
     chain.log[k].position = 9 + k;
@@ -70,7 +33,7 @@ void own(Chain<3>& chain) {
 }
 
 /// The three channels as the master sees them, last slave first.
-void expect_chain(const Chain<3>& chain, unsigned ack_clocks) {
+void expect_chain(const Chain& chain, unsigned ack_clocks) {
   const FrameCodec<CrcFast, 3> codec(format_of("pos5,nE,nW,crc6+pos5,nE,nW,crc6+pos5,nE,nW,crc6"));
   const auto frame = decode_frame(chain.bits.view(), codec, FrameBounds{});
   BISS_ASSERT(frame.ok()) << static_cast<int>(frame.error().cause);
@@ -81,7 +44,7 @@ void expect_chain(const Chain<3>& chain, unsigned ack_clocks) {
 }
 
 BISS_TEST(SlaveChain, Three_HandStartOnAndSendLastFirst) {
-  Chain<3> chain =
+  Chain chain =
       chain_of({.timeout = long_timeout}, {.timeout = short_timeout}, {.timeout = short_timeout});
   own(chain);
   chain.log[0].cds = true;
@@ -93,8 +56,8 @@ BISS_TEST(SlaveChain, Three_HandStartOnAndSendLastFirst) {
 
 BISS_TEST(SlaveChain, LateFurtherSlave_KeepsItsPredecessorsBits) {
   for (const int clocks : {1, 4, 17, 80}) {
-    Chain<3> chain = chain_of({.timeout = long_timeout}, {.timeout = long_timeout},
-                              {.ready = period * clocks, .timeout = long_timeout});
+    Chain chain = chain_of({.timeout = long_timeout}, {.timeout = long_timeout},
+                           {.ready = period * clocks, .timeout = long_timeout});
     own(chain);
     chain.clock(5 + 2 + 3 * 13 + 90);
     expect_chain(chain, static_cast<unsigned>(std::max(clocks, 3)));
@@ -103,7 +66,7 @@ BISS_TEST(SlaveChain, LateFurtherSlave_KeepsItsPredecessorsBits) {
 
 BISS_TEST(SlaveChain, SlaveWithoutChannels_LeavesNoGap) {
   for (std::size_t off = 0; off < 3; ++off) {
-    Chain<3> chain =
+    Chain chain =
         chain_of({.timeout = long_timeout}, {.timeout = short_timeout}, {.timeout = short_timeout});
     own(chain);
     chain.slave[off].set_channels_active(false);
@@ -139,7 +102,7 @@ BISS_TEST(SlaveChain, CdsOfThePredecessor_IsTheOwnersToPassOn) {
 }
 
 BISS_TEST(SlaveChain, LastSlave_IsIdleOnlyBehindItsPredecessors) {
-  Chain<3> chain =
+  Chain chain =
       chain_of({.timeout = long_timeout}, {.timeout = short_timeout}, {.timeout = short_timeout});
   own(chain);
   chain.clock(5 + 2 + 3 * 13 + 3);
@@ -158,7 +121,7 @@ BISS_TEST(SlaveChain, LastSlave_IsIdleOnlyBehindItsPredecessors) {
 }
 
 BISS_TEST(SlaveChain, RequestWhilePredecessorIsBusy_IsEarly) {
-  Chain<3> chain =
+  Chain chain =
       chain_of({.timeout = long_timeout}, {.timeout = short_timeout}, {.timeout = short_timeout});
   own(chain);
   chain.clock(5 + 2 + 3 * 13 + 3);

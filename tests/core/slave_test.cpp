@@ -13,42 +13,18 @@ using Codec = TestCodec;
 constexpr FrameFormat format = format_of("pos26,nE,nW,crc6");
 constexpr unsigned frame_clocks = 5 + 34;
 
-/// One slave on a clock of 1 MHz; `bits` is SLO half a period after each rising edge.
-struct Bench {
+/// One slave and its log.
+struct Bench : SlaveChain<TestSlave, 1> {
   constexpr explicit Bench(const SlaveTiming& timing, const FrameFormat& frame_format = format)
-      : slave(Codec(frame_format), timing, {&log}) {}
+      : SlaveChain{{TestSlave(Codec(frame_format), timing, {&log})}} {}
 
-  constexpr bool put(bool ma) { return (out = slave.step(now, ma, false)).level; }
-  constexpr void wait(Picoseconds time) {
-    const Picoseconds end = now + time;
-    while (out.deadline <= end) {
-      now = out.deadline;
-      put(slave_ma);
-    }
-    now = end;
-  }
-  /// From MA high: falling, rising, and half a period more.
-  constexpr void clock(unsigned count) {
-    for (unsigned i = 0; i < count; ++i) {
-      put(slave_ma = false);
-      wait(half);
-      put(slave_ma = true);
-      wait(half);
-      bits.append(out.level);
-    }
-  }
   constexpr Picoseconds time_to_idle() {
     const Picoseconds begin = now;
-    for (int i = 0; i < 4 && out.has_deadline(); ++i) wait(out.deadline - now);
+    for (int i = 0; i < 4 && out[0].has_deadline(); ++i) wait(out[0].deadline - now);
     return now - begin + half;
   }
 
-  Log log;
-  TestSlave slave;
-  Picoseconds now = microseconds(5);
-  bool slave_ma = true;
-  StepOutput out;
-  LineBits bits;
+  Log log{};
 };
 
 constexpr Result<Codec::Frame, FrameFault> read(const Bench& bench, const FrameFormat& f = format) {
@@ -60,7 +36,7 @@ BISS_TEST(Slave, WholeRequest_IsTheEncodedFrame) {
   bench.log.position = 0x1234567;
   bench.log.cds = true;
   bench.clock(frame_clocks);
-  BISS_EXPECT(bench.slave.state() == SlaveState::stop);
+  BISS_EXPECT(bench.slave[0].state() == SlaveState::stop);
   const auto frame = read(bench);
   BISS_ASSERT(frame.ok());
   BISS_EXPECT_EQ(frame->channel_list[0].position, 0x1234567);
@@ -156,10 +132,10 @@ BISS_TEST(Slave, ClockStoppedAnywhere_IsIdleAfterTheTimeoutAndAnswersTheNext) {
     Bench bench({.timeout = {TimeoutRule::fixed, microseconds(20)}});
     bench.clock(clocks);
     bench.wait(microseconds(20) - half - picoseconds(1));
-    BISS_EXPECT(bench.slave.state() != SlaveState::idle) << clocks;
+    BISS_EXPECT(bench.slave[0].state() != SlaveState::idle) << clocks;
     bench.wait(picoseconds(1));
-    BISS_EXPECT(bench.slave.state() == SlaveState::idle) << clocks;
-    BISS_EXPECT(bench.out.level);
+    BISS_EXPECT(bench.slave[0].state() == SlaveState::idle) << clocks;
+    BISS_EXPECT(bench.out[0].level);
     BISS_EXPECT_EQ(bench.log.cdm_count, clocks < 2 ? 0 : 1) << clocks;
     bench.bits.clear();
     bench.log.position = 0x2AAAAAA;
@@ -176,13 +152,13 @@ BISS_TEST(Slave, Cdm_IsTheInverseOfMaAtTheEnd) {
   bench.wait(microseconds(30));
   BISS_EXPECT(!bench.log.cdm);
   bench.clock(frame_clocks);
-  bench.put(bench.slave_ma = false);
+  bench.put(false);
   bench.wait(microseconds(20));
   BISS_EXPECT_EQ(bench.log.cdm_count, 2);
   BISS_EXPECT(bench.log.cdm);
-  BISS_EXPECT(bench.out.level);
+  BISS_EXPECT(bench.out[0].level);
   // A held CDM: MA rises just before the next request.
-  bench.put(bench.slave_ma = true);
+  bench.put(true);
   bench.wait(nanoseconds(100));
   bench.bits.clear();
   bench.clock(frame_clocks);
@@ -196,26 +172,26 @@ BISS_TEST(Slave, CdmOfACutFrame_IsToldToo) {
       Bench bench({.timeout = {TimeoutRule::fixed, microseconds(20)}});
       bench.log.cdm = !bit;
       bench.clock(clocks);
-      bench.put(bench.slave_ma = !bit);
+      bench.put(!bit);
       bench.wait(microseconds(20) - (bit ? picoseconds(1) : half + picoseconds(1)));
       BISS_EXPECT_EQ(bench.log.cdm_count, 0) << clocks;
       bench.wait(picoseconds(1));
       BISS_EXPECT_EQ(bench.log.cdm_count, 1) << clocks;
       BISS_EXPECT_EQ(bench.log.cdm, bit) << clocks;
-      BISS_EXPECT(bench.slave.state() == SlaveState::idle);
+      BISS_EXPECT(bench.slave[0].state() == SlaveState::idle);
     }
   }
 }
 
 BISS_TEST(Slave, WithoutChannels_SendsFiveBits) {
   Bench bench({.sampling = period * 9, .start_min = period * 9, .ready = period * 20});
-  bench.slave.set_channels_active(false);
-  BISS_EXPECT(!bench.slave.channels_active());
+  bench.slave[0].set_channels_active(false);
+  BISS_EXPECT(!bench.slave[0].channels_active());
   bench.log.position = 0x1234567;
   bench.log.cds = true;
   bench.clock(8);
   BISS_EXPECT_EQ(bench.bits.bytes()[0], 0b1011'0000);
-  BISS_EXPECT(bench.slave.state() == SlaveState::stop);
+  BISS_EXPECT(bench.slave[0].state() == SlaveState::stop);
   BISS_EXPECT_EQ(bench.log.samples, 0);
   bench.wait(microseconds(41));
   BISS_EXPECT_EQ(bench.log.cdm_count, 1);
@@ -223,14 +199,14 @@ BISS_TEST(Slave, WithoutChannels_SendsFiveBits) {
   // No sampling in the middle of a frame.
   bench.bits.clear();
   bench.clock(2);
-  bench.slave.set_channels_active(true);
+  bench.slave[0].set_channels_active(true);
   bench.clock(3);
   BISS_EXPECT_EQ(bench.bits.bytes()[0], 0b1011'0000);
-  BISS_EXPECT(bench.slave.state() == SlaveState::stop);
+  BISS_EXPECT(bench.slave[0].state() == SlaveState::stop);
   bench.wait(microseconds(41));
   bench.bits.clear();
   bench.clock(10);
-  bench.slave.set_channels_active(false);
+  bench.slave[0].set_channels_active(false);
   bench.clock(frame_clocks + 20);
   const auto frame = read(bench);
   BISS_ASSERT(frame.ok());
@@ -239,11 +215,11 @@ BISS_TEST(Slave, WithoutChannels_SendsFiveBits) {
 
 BISS_TEST(Slave, WithoutChannels_KeepsTheClocksItAlwaysTakes) {
   Bench fixed({.ack_clocks = 4});
-  fixed.slave.set_channels_active(false);
+  fixed.slave[0].set_channels_active(false);
   fixed.clock(8);
   BISS_EXPECT_EQ(fixed.bits.bytes()[0], 0b1000'0100);
   Bench late({.busy_s_clocks = 2});
-  late.slave.set_channels_active(false);
+  late.slave[0].set_channels_active(false);
   late.clock(8);
   BISS_EXPECT_EQ(late.bits.bytes()[0], 0b1000'1000);
 }
@@ -255,7 +231,7 @@ BISS_TEST(Slave, ExtraClocks_AreZeros) {
   for (std::size_t i = frame_clocks - 1; i < bits.size_bits(); ++i) {
     BISS_EXPECT(!bits[i]) << i;
   }
-  BISS_EXPECT(bench.slave.state() == SlaveState::stop);
+  BISS_EXPECT(bench.slave[0].state() == SlaveState::stop);
 }
 
 BISS_TEST(Slave, EarlyRequest_IsNotAnsweredUntilAWholeTimeout) {
@@ -266,7 +242,7 @@ BISS_TEST(Slave, EarlyRequest_IsNotAnsweredUntilAWholeTimeout) {
     const Picoseconds begin = bench.now;
     bench.bits.clear();
     bench.clock(frame_clocks);
-    BISS_EXPECT(bench.slave.state() == SlaveState::early_request);
+    BISS_EXPECT(bench.slave[0].state() == SlaveState::early_request);
     BISS_EXPECT_EQ(bench.bits.view().find(true, 0), frame_clocks);
     BISS_EXPECT_EQ(bench.log.samples, 1);
     bench.time_to_idle();
@@ -281,31 +257,31 @@ BISS_TEST(Slave, EarlyRequest_IsNotAnsweredUntilAWholeTimeout) {
 
 BISS_TEST(Slave, GlitchOnMa_EndsAtTheStaticTimeout) {
   Bench bench({.timeout = {TimeoutRule::adaptive, {}}, .static_timeout = microseconds(15)});
-  bench.put(bench.slave_ma = false);
+  bench.put(false);
   bench.wait(nanoseconds(5));
-  bench.put(bench.slave_ma = true);
-  BISS_EXPECT(bench.slave.state() == SlaveState::latched);
-  BISS_EXPECT_EQ((bench.out.deadline - bench.now).count, microseconds(15).count);
+  bench.put(true);
+  BISS_EXPECT(bench.slave[0].state() == SlaveState::latched);
+  BISS_EXPECT_EQ((bench.out[0].deadline - bench.now).count, microseconds(15).count);
   bench.wait(microseconds(15));
-  BISS_EXPECT(bench.slave.state() == SlaveState::idle);
+  BISS_EXPECT(bench.slave[0].state() == SlaveState::idle);
   BISS_EXPECT_EQ(bench.log.cdm_count, 0);
 }
 
 BISS_TEST(Slave, StepsBetweenTheEdges_ChangeNothing) {
   Bench bench({.sampling = nanoseconds(3'250), .timeout = {TimeoutRule::adaptive, {}}});
   Bench other = bench;
-  other.slave.source().log = &other.log;
+  other.slave[0].source().log = &other.log;
   bench.log.position = other.log.position = 0x155'5555;
   bench.clock(frame_clocks + 5);
   for (unsigned i = 0; i < frame_clocks + 5; ++i) {
     for (const bool ma : {false, true}) {
-      other.put(other.slave_ma = ma);
+      other.put(ma);
       for (int part = 0; part < 5; ++part) {
         other.wait(half / 5);
         other.put(ma);
       }
     }
-    other.bits.append(other.out.level);
+    other.bits.append(other.out[0].level);
   }
   BISS_EXPECT(std::ranges::equal(bench.bits.bytes(), other.bits.bytes()));
   BISS_EXPECT_EQ(bench.log.samples, other.log.samples);
