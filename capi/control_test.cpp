@@ -12,8 +12,7 @@
 #include "biss/eds/common_part.hpp"
 #include "capi/biss_c_control.h"
 #include "capi/biss_c_frame.h"
-#include "capi/biss_c_sim.h"
-#include "capi/handles.hpp"
+#include "capi/test_handles.hpp"
 
 namespace biss::capi {
 namespace control_test {
@@ -21,43 +20,23 @@ namespace control_test {
 constexpr const char* format = "mt12,st20,nE,nW,crc6";
 constexpr std::uint32_t clock_hz = 5'000'000;
 constexpr std::int64_t period = 200'000;
-constexpr std::int64_t interval = 100'000'000;
+constexpr std::int64_t interval = LineReader::interval;
 
-struct ControlCloser {
-  void operator()(biss_control* control) const { biss_control_close(control); }
-};
-using ControlHandle = std::unique_ptr<biss_control, ControlCloser>;
-
-struct LineCloser {
-  void operator()(biss_line* line) const { biss_line_close(line); }
-};
-using LineHandle = std::unique_ptr<biss_line, LineCloser>;
+using ControlHandle = Handle<biss_control, biss_control_close>;
 
 ControlHandle open_control(std::uint32_t retries = 0) {
   biss_control_setup setup = biss_control_defaults();
   setup.retries = retries;
-  biss_control* control = nullptr;
-  EXPECT_EQ(biss_control_open(&setup, &control), BISS_OK);
-  return ControlHandle(control);
+  return opened<biss_control_close, const biss_control_setup*>(biss_control_open, &setup);
 }
 
 // An encoder with registers, a master with a session.
 class Link {
  public:
   explicit Link(const char* faults = nullptr, std::uint32_t retries = 0)
-      : control_(open_control(retries)) {
-    biss_line_setup setup = biss_line_defaults(format, clock_hz);
-    setup.interval_ps = interval;
-    setup.ma_delay_ps = setup.slo_delay_ps = 100'000;
-    setup.registers = true;
-    setup.faults = faults;
-    biss_line* line = nullptr;
-    EXPECT_EQ(biss_line_open(&setup, &line), BISS_OK);
-    line_.reset(line);
-    biss_master_setup master = biss_master_defaults(format, period);
-    master.control = control_.get();
-    master_ = open_master(master);
-  }
+      : control_(open_control(retries)),
+        line_(open_line(line_setup(faults))),
+        reader_(line_.get(), master_setup(control_.get())) {}
 
   biss_control* control() const { return control_.get(); }
   biss_line* line() const { return line_.get(); }
@@ -91,32 +70,29 @@ class Link {
     return bytes;
   }
   biss_reading request() {
-    const std::int64_t begin = static_cast<std::int64_t>(++requests_) * interval;
-    while (out_.deadline_ps < begin) step(out_.deadline_ps);
-    EXPECT_EQ(biss_master_begin(master_.get(), begin, out_.slo, false, &ma_), BISS_OK);
-    step(begin);
-    while (!biss_master_done(master_.get())) {
-      const std::int64_t now = std::min(ma_.deadline_ps, out_.deadline_ps);
-      step(now);
-      EXPECT_EQ(biss_master_step(master_.get(), now, out_.slo, &ma_), BISS_OK);
-      step(now);
-    }
-    biss_reading reading{};
-    EXPECT_EQ(biss_master_reading(master_.get(), &reading), BISS_OK);
+    const biss_reading reading = reader_.request();
+    EXPECT_EQ(reader_.worst(), BISS_OK);
     return reading;
   }
 
  private:
-  void step(std::int64_t now) {
-    EXPECT_EQ(biss_line_step(line_.get(), now, ma_.level, true, &out_), BISS_OK);
+  static biss_line_setup line_setup(const char* faults) {
+    biss_line_setup setup = biss_line_defaults(format, clock_hz);
+    setup.interval_ps = interval;
+    setup.ma_delay_ps = setup.slo_delay_ps = 100'000;
+    setup.registers = true;
+    setup.faults = faults;
+    return setup;
+  }
+  static biss_master_setup master_setup(biss_control* control) {
+    biss_master_setup setup = biss_master_defaults(format, period);
+    setup.control = control;
+    return setup;
   }
 
   ControlHandle control_;
   LineHandle line_;
-  MasterHandle master_;
-  biss_output ma_{true, BISS_NEVER};
-  biss_line_output out_{true, true, BISS_NEVER};
-  unsigned requests_ = 0;
+  LineReader reader_;
 };
 
 TEST(CControl, Registers_AreReadWhilePositionsComeIn) {

@@ -10,18 +10,15 @@
 #include <string>
 #include <vector>
 
+#include "capi/test_handles.hpp"
+
 namespace biss::capi {
 namespace frame_test {
 
-struct FormatCloser {
-  void operator()(biss_format* format) const { biss_format_close(format); }
-};
-using FormatHandle = std::unique_ptr<biss_format, FormatCloser>;
+using FormatHandle = Handle<biss_format, biss_format_close>;
 
 FormatHandle open_format(const char* text) {
-  biss_format* format = nullptr;
-  EXPECT_EQ(biss_format_open(text, &format), BISS_OK) << text;
-  return FormatHandle(format);
+  return opened<biss_format_close>(biss_format_open, text);
 }
 
 using Bytes = std::vector<std::uint8_t>;
@@ -226,15 +223,10 @@ TEST(CFrame, BoundsOutOfRange_AreRefused) {
 
 // ---- SPI
 
-struct SpiCloser {
-  void operator()(biss_spi* spi) const { biss_spi_close(spi); }
-};
-using SpiHandle = std::unique_ptr<biss_spi, SpiCloser>;
+using SpiHandle = Handle<biss_spi, biss_spi_close>;
 
 SpiHandle open_spi(const biss_spi_setup& setup) {
-  biss_spi* spi = nullptr;
-  EXPECT_EQ(biss_spi_open(&setup, &spi), BISS_OK);
-  return SpiHandle(spi);
+  return opened<biss_spi_close>(biss_spi_open, &setup);
 }
 
 // The example of docs/spi.md.

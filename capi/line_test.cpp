@@ -7,8 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "capi/biss_c_sim.h"
-#include "capi/handles.hpp"
+#include "capi/test_handles.hpp"
 
 namespace biss::capi {
 namespace line_test {
@@ -16,18 +15,9 @@ namespace line_test {
 constexpr const char* format = "pos26,nE,nW,crc6";
 constexpr std::uint32_t clock_hz = 5'000'000;
 constexpr std::int64_t period = 200'000;
-constexpr std::int64_t interval = 100'000'000;
+constexpr std::int64_t interval = LineReader::interval;
 
-struct LineCloser {
-  void operator()(biss_line* line) const { biss_line_close(line); }
-};
-using LineHandle = std::unique_ptr<biss_line, LineCloser>;
-
-LineHandle open_line(const biss_line_setup& setup) {
-  biss_line* line = nullptr;
-  EXPECT_EQ(biss_line_open(&setup, &line), BISS_OK);
-  return LineHandle(line);
-}
+const biss_master_setup master_setup = biss_master_defaults(format, period);
 
 biss_line_setup line_setup() {
   biss_line_setup setup = biss_line_defaults(format, clock_hz);
@@ -39,63 +29,9 @@ biss_line_setup line_setup() {
   return setup;
 }
 
-// A master at the line; requests in the same interval.
-class Reader {
- public:
-  explicit Reader(biss_line* line) : line_(line), master_(open_master(setup())) {}
-
-  biss_reading request(bool cdm = false) {
-    const std::int64_t begin = static_cast<std::int64_t>(requests_++) * interval;
-    rest(begin);
-    biss_output ma{true, BISS_NEVER};
-    biss_reading reading{};
-    const biss_status begun = biss_master_begin(master_.get(), begin, out_.slo, cdm, &ma);
-    if (begun == BISS_OK) {
-      step(begin, ma.level);
-      while (!biss_master_done(master_.get())) {
-        const std::int64_t now = std::min(ma.deadline_ps, out_.deadline_ps);
-        step(now, ma.level);
-        EXPECT_EQ(biss_master_step(master_.get(), now, out_.slo, &ma), BISS_OK);
-        step(now, ma.level);
-      }
-    }
-    level_ = ma.level;
-    EXPECT_EQ(biss_master_reading(master_.get(), &reading), BISS_OK);
-    return reading;
-  }
-
-  // Of the last request.
-  biss_line_request truth() const {
-    biss_line_request request{};
-    EXPECT_EQ(biss_line_request_of(line_, &request), BISS_OK);
-    return request;
-  }
-  biss_status worst() const { return worst_; }
-
- private:
-  static biss_master_setup setup() {
-    biss_master_setup setup = biss_master_defaults(format, period);
-    return setup;
-  }
-  void rest(std::int64_t until) {
-    while (out_.deadline_ps < until) step(out_.deadline_ps, level_);
-  }
-  void step(std::int64_t now, bool ma) {
-    const biss_status status = biss_line_step(line_, now, ma, true, &out_);
-    if (status != BISS_OK) worst_ = status;
-  }
-
-  biss_line* line_;
-  MasterHandle master_;
-  biss_line_output out_{true, true, BISS_NEVER};
-  bool level_ = true;
-  unsigned requests_ = 1;
-  biss_status worst_ = BISS_OK;
-};
-
 TEST(CLine, PositionsThatWereSent_AreRead) {
   const LineHandle line = open_line(line_setup());
-  Reader reader(line.get());
+  LineReader reader(line.get(), master_setup);
   std::set<std::uint64_t> positions;
   for (unsigned i = 0; i < 20; ++i) {
     const biss_reading reading = reader.request();
@@ -125,7 +61,7 @@ TEST(CLine, EachKindOfFault_IsInjectedByName) {
     biss_line_setup setup = line_setup();
     setup.faults = rule.c_str();
     const LineHandle line = open_line(setup);
-    Reader reader(line.get());
+    LineReader reader(line.get(), master_setup);
     for (unsigned i = 0; i < 3; ++i) {
       ASSERT_EQ(reader.request().cause, BISS_CAUSE_OK) << rule;
       ASSERT_EQ(reader.truth().faults, 0U) << rule;
@@ -144,7 +80,7 @@ TEST(CLine, FlippedBit_IsReportedWithItsPlace) {
   biss_line_setup setup = line_setup();
   setup.faults = "flip@1,bit=7 nW@2";
   const LineHandle line = open_line(setup);
-  Reader reader(line.get());
+  LineReader reader(line.get(), master_setup);
   EXPECT_EQ(reader.request().cause, BISS_CAUSE_OK);
   EXPECT_EQ(reader.request().cause, BISS_CAUSE_CRC);
   const biss_line_request truth = reader.truth();
@@ -162,7 +98,7 @@ TEST(CLine, AckAndFilter_ShowInTheReading) {
   setup.ready_max_ps = 6'000'000;
   setup.ma_filter_ps = 25'000;
   const LineHandle line = open_line(setup);
-  Reader reader(line.get());
+  LineReader reader(line.get(), master_setup);
   std::set<std::uint32_t> acks;
   for (int i = 0; i < 40; ++i) {
     const biss_reading reading = reader.request();
@@ -179,7 +115,7 @@ TEST(CLine, PositionOfTheCaller_IsSentOrRefused) {
   setup.user = &position;
   setup.position = [](void* user, std::int64_t) { return *static_cast<std::uint64_t*>(user); };
   const LineHandle line = open_line(setup);
-  Reader reader(line.get());
+  LineReader reader(line.get(), master_setup);
   EXPECT_EQ(reader.request().channels[0].position, 4711U);
   EXPECT_EQ(biss_line_set_flags(line.get(), true, false), BISS_OK);
   EXPECT_FALSE(reader.request().channels[0].nW);
@@ -332,7 +268,7 @@ TEST(CLine, StepFromItsOwnCallback_IsRefused) {
   };
   const LineHandle line = open_line(setup);
   caller.line = line.get();
-  Reader reader(line.get());
+  LineReader reader(line.get(), master_setup);
   EXPECT_EQ(reader.request().cause, BISS_CAUSE_OK);
   EXPECT_EQ(caller.status, BISS_REENTERED);
 }

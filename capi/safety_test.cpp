@@ -9,20 +9,14 @@
 #include <string>
 #include <vector>
 
+#include "capi/test_handles.hpp"
+
 namespace biss::capi {
 namespace safety_test {
 
 constexpr const char* configuration = "fs-36-28";
 constexpr const char* format_text = "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0";
 constexpr std::int64_t cycle = 62'500'000;
-
-struct SafetyCloser {
-  void operator()(biss_safety* safety) const { biss_safety_close(safety); }
-};
-using SafetyHandle = std::unique_ptr<biss_safety, SafetyCloser>;
-struct FormatCloser {
-  void operator()(biss_format* format) const { biss_format_close(format); }
-};
 
 biss_safety_setup setup_of(const char* name = configuration) {
   biss_safety_setup setup;
@@ -33,14 +27,8 @@ biss_safety_setup setup_of(const char* name = configuration) {
 // A monitor and the frames of its encoder.
 class Bench {
  public:
-  explicit Bench(const biss_safety_setup& setup) {
-    biss_safety* safety = nullptr;
-    EXPECT_EQ(biss_safety_open(&setup, &safety), BISS_OK);
-    safety_.reset(safety);
-    biss_format* format = nullptr;
-    EXPECT_EQ(biss_format_open(format_text, &format), BISS_OK);
-    format_.reset(format);
-  }
+  explicit Bench(const biss_safety_setup& setup)
+      : safety_(opened<biss_safety_close>(biss_safety_open, &setup)) {}
 
   biss_safety* get() const { return safety_.get(); }
 
@@ -80,8 +68,9 @@ class Bench {
   std::int64_t now() const { return now_; }
 
  private:
-  SafetyHandle safety_;
-  std::unique_ptr<biss_format, FormatCloser> format_;
+  Handle<biss_safety, biss_safety_close> safety_;
+  Handle<biss_format, biss_format_close> format_ =
+      opened<biss_format_close>(biss_format_open, format_text);
   std::uint32_t counter_ = 0;
   std::int64_t now_ = 0;
 };
