@@ -58,7 +58,8 @@ inline std::vector<wire::Edge> plain_edges(const RawLayout& layout, std::string_
   });
   const SampleClock clock(layout.rate);
   std::string_view before;
-  for (std::size_t i = 0; (i + 1) * layout.unit_bytes <= bytes.size(); ++i) {
+  const std::size_t samples = bytes.size() / layout.unit_bytes;
+  for (std::size_t i = 0; i < samples && i <= clock.last_index(); ++i) {
     const std::string_view sample = bytes.substr(i * layout.unit_bytes, layout.unit_bytes);
     if (std::exchange(before, sample) == sample) continue;
     for (const std::size_t line : by_bit) {

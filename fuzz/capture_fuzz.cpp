@@ -12,6 +12,7 @@
 #include "capture/sampled_csv.hpp"
 #include "capture/test_capture.hpp"
 #include "capture/test_pairs.hpp"
+#include "capture/test_samples.hpp"
 #include "fuzz/capture_check.hpp"
 #include "fuzz/capture_seeds.hpp"
 #include "fuzz/fst_mutator.hpp"
@@ -332,34 +333,6 @@ bool can_be(const capture::RawLayout& layout) {
   }
   return layout.rate.count != 0 && layout.unit_bytes >= 1 && layout.unit_bytes <= 8 &&
          !layout.lines.empty();
-}
-
-bool is_high(std::string_view sample, unsigned bit) {
-  return (static_cast<unsigned char>(sample[bit / 8]) >> (bit % 8) & 1) != 0;
-}
-
-// Reads sample by sample and bit by bit. Edges at the same time are in the order of the bits.
-std::vector<wire::Edge> plain_edges(const capture::RawLayout& layout, std::string_view bytes) {
-  using wire::Level;
-  const capture::SampleClock clock(layout.rate);
-  std::vector<std::pair<unsigned, wire::LineIndex>> bits;
-  for (std::size_t i = 0; i < layout.lines.size(); ++i) {
-    bits.emplace_back(layout.lines[i].bit, static_cast<wire::LineIndex>(i));
-  }
-  std::sort(bits.begin(), bits.end());
-  std::vector<wire::Edge> edges;
-  std::string_view last;
-  for (std::size_t i = 0; i < bytes.size() / layout.unit_bytes && i <= clock.last_index(); ++i) {
-    const std::string_view sample = bytes.substr(i * layout.unit_bytes, layout.unit_bytes);
-    if (sample == last) continue;
-    for (const auto& [bit, line] : bits) {
-      const bool high = is_high(sample, bit);
-      if (!last.empty() && high == is_high(last, bit)) continue;
-      edges.push_back({clock.time_of(i), line, high ? Level::high : Level::low});
-    }
-    last = sample;
-  }
-  return edges;
 }
 
 void check_raw(std::string_view input) {
