@@ -77,7 +77,7 @@ class Sigrok : public testing::TestWithParam<std::size_t> {
   void SetUp() override {
     if (!runs("sigrok-cli --version")) GTEST_SKIP() << no_sigrok;
     lines_ = bursts(GetParam());
-    save(folder_.path("ours.sr"), written<SrWriter>(lines_, lines_.names, rate));
+    folder_.file("ours.sr", written<SrWriter>(lines_, lines_.names, rate));
   }
 
   // The session converted by sigrok-cli to that format.
@@ -118,7 +118,7 @@ TEST(SigrokCsv, CsvItWroteFromOurSession_HasTheSameEdges) {
   if (!runs("sigrok-cli --version")) GTEST_SKIP() << no_sigrok;
   const Folder folder;
   const Lines lines = bursts(3, 100);
-  save(folder.path("ours.sr"), written<SrWriter>(lines, lines.names, rate));
+  folder.file("ours.sr", written<SrWriter>(lines, lines.names, rate));
   for (const std::string format :
        {"csv", "csv:label=channel", "csv:time=true", "csv:time=true:label=channel:dedup=true"}) {
     SCOPED_TRACE(format);
@@ -165,7 +165,7 @@ TEST(Gtkwave, OurVcd_BecomesAnFstWithTheSameEdges) {
   const Folder folder;
   Lines lines = bursts(3);
   lines.edges.insert(lines.edges.begin() + 50, {lines.edges[49].time, 2, wire::Level::unknown});
-  save(folder.path("ours.vcd"), written<VcdWriter>(lines, lines.names));
+  folder.file("ours.vcd", written<VcdWriter>(lines, lines.names));
   ASSERT_TRUE(runs("vcd2fst " + folder.path("ours.vcd") + " " + folder.path("theirs.fst")));
   ASSERT_TRUE(runs("fst2vcd -f " + folder.path("theirs.fst") + " -o " + folder.path("back.vcd")));
   const Read ours = read_all(open_capture(folder.path("ours.vcd")));
@@ -182,7 +182,7 @@ TEST_P(Vcd2fst, OurVcd_BecomesAnFstThatWeReadTheSame) {
   const Folder folder;
   Lines lines = bursts(5);
   lines.edges.insert(lines.edges.begin() + 50, {lines.edges[49].time, 2, wire::Level::unknown});
-  save(folder.path("ours.vcd"), written<VcdWriter>(lines, lines.names));
+  folder.file("ours.vcd", written<VcdWriter>(lines, lines.names));
   ASSERT_TRUE(runs("vcd2fst " + std::string(GetParam()) + " " + folder.path("ours.vcd") + " " +
                    folder.path("theirs.fst")));
   const Read ours = read_all(open_capture(folder.path("ours.vcd")));
@@ -224,7 +224,7 @@ endmodule
 TEST(Icarus, FstOfARun_HasTheEdgesOfItsVcd) {
   if (!runs("iverilog -V")) GTEST_SKIP() << "no iverilog: scripts/install-packages test";
   const Folder folder;
-  save(folder.path("tb.v"), verilog);
+  folder.file("tb.v", verilog);
   const std::string run = "cd " + folder.path(".") + " && vvp tb -";
   ASSERT_TRUE(runs("iverilog -g2012 -o " + folder.path("tb") + " " + folder.path("tb.v")));
   ASSERT_TRUE(runs(run + "vcd"));
@@ -291,7 +291,7 @@ end;
 TEST(Ghdl, FstOfARun_HasTheEdgesOfItsVcd) {
   if (!runs("ghdl --version")) GTEST_SKIP() << "no ghdl: scripts/install-packages test";
   const Folder folder;
-  save(folder.path("tb.vhdl"), vhdl);
+  folder.file("tb.vhdl", vhdl);
   const std::string in_folder = "cd " + folder.path(".") + " && ghdl -";
   ASSERT_TRUE(runs(in_folder + "a --std=08 tb.vhdl"));
   ASSERT_TRUE(runs(in_folder + "r --std=08 tb --vcd=a.vcd --fst=a.fst"));

@@ -6,9 +6,6 @@
 
 #include <cstdint>
 #include <cstdlib>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <map>
 #include <string>
 #include <utility>
@@ -16,6 +13,7 @@
 
 #include "capture/open.hpp"
 #include "capture/test_capture.hpp"
+#include "capture/test_folder.hpp"
 
 namespace biss::capture {
 
@@ -23,31 +21,8 @@ inline bool runs(const std::string& command) {
   return std::system((command + " >/dev/null 2>&1").c_str()) == 0;
 }
 
-inline std::string content_of(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-class Folder {
- public:
-  Folder() {
-    std::string name = testing::TempDir() + "biss-peers-XXXXXX";
-    if (mkdtemp(name.data()) == nullptr) std::abort();
-    folder_ = name;
-  }
-  ~Folder() {
-    std::error_code ignored;
-    std::filesystem::remove_all(folder_, ignored);
-  }
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-
- private:
-  std::filesystem::path folder_;
-};
-
-inline void save(const std::string& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary) << bytes;
-}
+using test::content_of;
+using test::Folder;
 
 // The changes of each line, by its name below `tb`.
 using Changes = std::map<std::string, std::vector<std::pair<std::int64_t, wire::Level>>>;

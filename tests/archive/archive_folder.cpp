@@ -1,21 +1,9 @@
 #include "tests/archive/archive_folder.hpp"
 
-#include <fcntl.h>
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-#include <signal.h>
-#include <spawn.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
-#include <array>
-#include <chrono>
-#include <filesystem>
-#include <fstream>
 #include <random>
 #include <thread>
-
-extern char** environ;
 
 namespace biss::verbs {
 
@@ -76,22 +64,6 @@ void damage(std::string& content, std::size_t number, Random& random) {
   }
 }
 
-pid_t spawn(const std::vector<std::string>& arguments) {
-  Words words = Words{BISS_COMMAND} + arguments;
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  for (const int stream : {0, 1, 2}) {
-    posix_spawn_file_actions_addopen(&actions, stream, "/dev/null", O_RDWR, 0);
-  }
-  pid_t child = -1;
-  EXPECT_EQ(posix_spawn(&child, BISS_COMMAND, &actions, nullptr, argv.data(), environ), 0);
-  posix_spawn_file_actions_destroy(&actions);
-  return child;
-}
-
 std::size_t size_of(const std::string& path) {
   std::error_code missing;
   const auto size = fs::file_size(path, missing);
@@ -133,7 +105,7 @@ namespace {
 bool killed_at(const std::vector<std::string>& arguments, const std::string& journal,
                std::size_t bytes) {
   const std::size_t before = size_of(journal);
-  const pid_t child = spawn(arguments);
+  const pid_t child = start(Words{BISS_COMMAND} + arguments);
   int status = 0;
   while (waitpid(child, &status, WNOHANG) == 0) {
     if (size_of(journal) >= before + bytes) {

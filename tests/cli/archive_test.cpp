@@ -23,20 +23,17 @@ class Archive : public testing::Test {
   std::string path(const std::string& name) const { return folder_.path(name); }
 
   // A capture below the folder of captures.
-  std::string simulated(const std::string& name, Words options) const {
+  std::string simulated(const std::string& name, const Words& options) const {
     const fs::path file = fs::path(captures()) / name;
     fs::create_directories(file.parent_path());
     Words arguments("simulate --seed 4 -o {}", file.string());
-    const auto add_default = [&](const std::string& option, const std::string& value) {
-      if (std::find(options.begin(), options.end(), option) == options.end()) {
-        arguments.insert(arguments.end(), {option, value});
+    for (const Words& usual :
+         {Words("--cycles 60"), Words("--clock 5MHz"), Words("--motion sine")}) {
+      if (std::find(options.begin(), options.end(), usual[0]) == options.end()) {
+        arguments = arguments + usual;
       }
-    };
-    add_default("--cycles", "60");
-    add_default("--clock", "5MHz");
-    add_default("--motion", "sine");
-    arguments = arguments + options;
-    run_ok(arguments);
+    }
+    run_ok(arguments + options);
     return file.string();
   }
   void put(const std::string& name, std::string_view content) const {
@@ -379,9 +376,7 @@ TEST_F(Archive, MissingShard_IsNamedAndCanBeAddedLater) {
   summary();
   const std::string whole = content_of(path("summary.json"));
   const Words parts{shard("1/3"), shard("2/3"), shard("3/3")};
-  const Outcome two = merge({parts[2], parts[0]});
-  EXPECT_EQ(two.status, 1);
-  EXPECT_THAT(two.err, HasSubstr("biss: shards are missing: 2 of 3; run them"));
+  EXPECT_THAT(merge({parts[2], parts[0]}), fails(1, "biss: shards are missing: 2 of 3; run them"));
   EXPECT_EQ(Json::parse(content_of(path("merged.json")))["shards"]["done"], Json::array({1, 3}));
   fs::rename(path("merged.json"), path("two.json"));
   EXPECT_EQ(merge({path("two.json"), parts[1]}).status, 0);
@@ -440,9 +435,7 @@ TEST_F(Archive, PartsThatDoNotFit_AreRefusedWithTheCause) {
 
 TEST_F(Archive, NothingToRead_IsOneLine) {
   const auto refused = [&](const Words& more, int status, const std::string& cause) {
-    const Outcome outcome = run(Words("archive") + more);
-    EXPECT_EQ(outcome.status, status) << cause;
-    EXPECT_THAT(outcome.err, HasSubstr(cause));
+    EXPECT_THAT(run(Words("archive") + more), fails(status, cause));
   };
   refused({}, 2, "no folder given");
   refused({"-"}, 2, "standard input is not a folder");
@@ -523,10 +516,8 @@ TEST_F(Archive, ListWhoseLinesEndInCr_IsRefusedAtItsLine) {
 TEST_F(Archive, ListThatIsNoTextOfPaths_IsRefusedAtItsLine) {
   const std::string a = simulated("a.csv", "-f resolute-26");
   const auto refused = [&](const std::string& list, const std::string& cause) {
-    const Outcome outcome = run("archive --files-from {} -o {}", list, path("list.json"));
-    EXPECT_EQ(outcome.status, 3) << cause;
-    EXPECT_THAT(outcome.err, HasSubstr(list + ": " + cause));
-    EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+    EXPECT_THAT(run("archive --files-from {} -o {}", list, path("list.json")),
+                refuses(3, list + ": " + cause));
     EXPECT_FALSE(fs::exists(path("list.json")));
   };
   // Endless, without a line end.

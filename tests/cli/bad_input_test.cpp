@@ -21,15 +21,22 @@ constexpr bool sanitized() {
   return false;
 }
 
-// One line on stderr that names the program. With a summary before it, the last line.
-void expect_one_line(const Outcome& outcome, const std::string& part) {
+// An error of one line that names the program. With a summary before it, the last line.
+void expect_error(const Outcome& outcome, int status, const std::string& part) {
+  EXPECT_EQ(outcome.status, status) << outcome.err.substr(0, 500);
   const std::size_t last = outcome.err.rfind("biss: ");
   ASSERT_NE(last, std::string::npos) << outcome.err;
   const std::string line = outcome.err.substr(last);
   EXPECT_EQ(std::count(line.begin(), line.end(), '\n'), 1) << outcome.err;
   EXPECT_TRUE(line.ends_with("\n"));
-  EXPECT_NE(line.find(part), std::string::npos) << line;
+  EXPECT_THAT(line, testing::HasSubstr(part));
   EXPECT_EQ(outcome.err.find("biss: "), last) << "more than one error: " << outcome.err;
+}
+
+// The same, without output.
+void expect_usage(const Outcome& outcome, const std::string& part) {
+  expect_error(outcome, 2, part);
+  EXPECT_EQ(outcome.out, "");
 }
 
 std::string good_capture(const Folder& folder, const std::string& extension) {
@@ -45,8 +52,7 @@ void expect_refused(const Folder& folder, const std::string& input, int status,
   const std::string output = folder.file("rows.csv", "old rows\n");
   const std::size_t files = folder.files();
   const Outcome outcome = run("decode {} -f {} --to csv -o {}", input, usual, output);
-  EXPECT_EQ(outcome.status, status) << outcome.err;
-  expect_one_line(outcome, part);
+  expect_error(outcome, status, part);
   EXPECT_EQ(content_of(output), "old rows\n");
   EXPECT_EQ(folder.files(), files) << "a temporary file was left";
   EXPECT_EQ(outcome.out, "");
@@ -133,18 +139,13 @@ TEST_F(BadInput, LinesThatAreNotThere_AreWrongUsage) {
   const std::string capture = folder.path("good.csv");
   for (const Words& options :
        {Words("--ma CLK"), Words("--slo other.csv:SLO"), Words("--ma SLO --slo SLO")}) {
-    const Outcome outcome = run(Words("decode {}", capture) + options);
-    EXPECT_EQ(outcome.status, 2) << outcome.err;
-    expect_one_line(outcome, "");
-    EXPECT_EQ(outcome.out, "");
+    expect_usage(run(Words("decode {}", capture) + options), "");
   }
 }
 
 TEST_F(BadInput, NoRequestOnTheLines_FailsTheData) {
   const std::string still = folder.file("still.csv", "time_ns,MA,SLO\n0,1,1\n100000,1,1\n");
-  const Outcome outcome = run("decode {} -f {}", still, usual);
-  EXPECT_EQ(outcome.status, 1) << outcome.err;
-  expect_one_line(outcome, "no request cycle");
+  expect_error(run("decode {} -f {}", still, usual), 1, "no request cycle");
   const std::string unnamed = folder.file("unnamed.csv", "time_ns,A,B\n0,1,1\n100000,1,1\n");
   EXPECT_EQ(run("decode {} -f {}", unnamed, usual).status, 1);
 }
@@ -161,8 +162,7 @@ TEST_F(BadInput, EndlessToken_IsRefusedInBoundedMemory) {
       for (int i = 0; i < 100; ++i) file << piece;
       file.close();
       const Outcome outcome = run_measured({"decode", path, "-f", usual});
-      EXPECT_EQ(outcome.status, 3) << outcome.err.substr(0, 500);
-      expect_one_line(outcome, name);
+      expect_error(outcome, 3, name);
       EXPECT_LT(outcome.err.size(), 1'000U);
       if (!sanitized()) {
         EXPECT_LT(outcome.peak_kib, 40'000);
@@ -180,22 +180,17 @@ TEST_F(BadInput, AccessFileThatCannotBeRead_IsRefusedWithItsLine) {
   const std::string endless = folder.file("endless", "read:0x42\n");
   std::filesystem::resize_file(endless, 100'000'000);
   const Outcome refused = simulate(endless);
-  EXPECT_EQ(refused.status, 3);
-  expect_one_line(refused, "endless: line 2: longer than 16384 bytes");
+  expect_error(refused, 3, "endless: line 2: longer than 16384 bytes");
   if (!sanitized()) {
     EXPECT_LT(refused.peak_kib, 40'000);
   }
   // Can be opened; reading its first page fails.
-  const Outcome failed = simulate("/proc/self/mem");
-  EXPECT_EQ(failed.status, 3);
-  expect_one_line(failed, "/proc/self/mem: line 1: cannot be read");
+  expect_error(simulate("/proc/self/mem"), 3, "/proc/self/mem: line 1: cannot be read");
   const std::string many = folder.file("many", "");
   std::ofstream file(many, std::ios::binary);
   for (int i = 0; i < 1'000'001; ++i) file << "read:0\n";
   file.close();
-  const Outcome counted = simulate(many);
-  EXPECT_EQ(counted.status, 3);
-  expect_one_line(counted, "many: line 1000001: more than 1000000 accesses");
+  expect_error(simulate(many), 3, "many: line 1000001: more than 1000000 accesses");
   EXPECT_FALSE(std::filesystem::exists(folder.path("line.vcd")));
 }
 
@@ -255,19 +250,6 @@ TEST_F(BadInput, TemporaryFolder_IsTheOneOfTheEnvironment) {
   EXPECT_EQ(status_with(folder.path("")), 0);
 }
 
-// Runs under a limit of virtual memory, in KiB.
-Outcome run_limited(int kib, const std::string& words) {
-  const Folder folder;
-  const std::string line = "ulimit -v " + std::to_string(kib) + "; exec '" + BISS_COMMAND + "' " +
-                           words + " >'" + folder.path("out") + "' 2>'" + folder.path("err") + "'";
-  const int status = std::system(("sh -c \"" + line + "\"").c_str());
-  Outcome outcome;
-  outcome.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  outcome.out = content_of(folder.path("out"));
-  outcome.err = content_of(folder.path("err"));
-  return outcome;
-}
-
 TEST_F(BadInput, MemoryThatEndsInAWorker_IsAnErrorOfOneLine) {
   // A sanitized process reserves more than any limit.
   if (sanitized()) return;
@@ -275,11 +257,11 @@ TEST_F(BadInput, MemoryThatEndsInAWorker_IsAnErrorOfOneLine) {
   for (int kib = 14'000; kib < 36'000; kib += 2'000) {
     SCOPED_TRACE(kib);
     const Outcome outcome =
-        run_limited(kib, "safety sequences -f fs-36-28 --frames 2000 --faults 5 --threads 4");
+        run_limited(fmt::format("-v {}", kib),
+                    Words("safety sequences -f fs-36-28 --frames 2000 --faults 5 --threads 4"));
     // The loader itself ends with 127.
     if (outcome.status == 0 || outcome.status == 127) continue;
-    EXPECT_EQ(outcome.status, 3) << outcome.err;
-    expect_one_line(outcome, "");
+    expect_error(outcome, 3, "");
     ++refused;
   }
   EXPECT_GT(refused, 0);
@@ -341,10 +323,7 @@ TEST_F(BadInput, FormatWithAMistake_PointsAtIt) {
       if (verb == "crc") words.emplace_back("0");
       if (verb == "simulate") words.insert(words.end(), {"-o", output});
       if (verb == "plan") words.insert(words.end(), {"--clock", "1MHz", "--cable", "1m"});
-      const Outcome outcome = run(words);
-      EXPECT_EQ(outcome.status, 2) << verb << ": " << outcome.err;
-      expect_one_line(outcome, "");
-      EXPECT_EQ(outcome.out, "");
+      expect_usage(run(words), "");
       EXPECT_FALSE(std::filesystem::exists(output));
     }
   }
@@ -353,22 +332,15 @@ TEST_F(BadInput, FormatWithAMistake_PointsAtIt) {
 TEST_F(BadInput, PositionTooLargeOrNoNumber_IsWrongUsage) {
   for (const char* position :
        {"67108864", "0x4000000", "99999999999999999999999", "-1", "1.5", "x", "0x", "1e3"}) {
-    const Outcome outcome = run("crc -f {} -- {}", usual, position);
-    EXPECT_EQ(outcome.status, 2) << position;
-    expect_one_line(outcome, "position");
-    EXPECT_EQ(outcome.out, "");
+    expect_usage(run("crc -f {} -- {}", usual, position), "position");
   }
 }
 
 TEST_F(BadInput, OutputThatCannotBeWritten_IsAnInputOutputError) {
   good_capture(folder, ".csv");
-  const Outcome outcome =
-      run("decode {} -o {}", folder.path("good.csv"), folder.path("no/such/folder"));
-  EXPECT_EQ(outcome.status, 3);
-  expect_one_line(outcome, "no/such/folder");
-  const Outcome full = run("decode {} -o /dev/full", folder.path("good.csv"));
-  EXPECT_EQ(full.status, 3);
-  expect_one_line(full, "/dev/full");
+  expect_error(run("decode {} -o {}", folder.path("good.csv"), folder.path("no/such/folder")), 3,
+               "no/such/folder");
+  expect_error(run("decode {} -o /dev/full", folder.path("good.csv")), 3, "/dev/full");
 }
 
 // The content of every file in a folder, by name.
@@ -396,10 +368,7 @@ void expect_same_file(const Folder& folder, const std::string& line,
                       const std::filesystem::path& input = "/dev/null") {
   SCOPED_TRACE(line);
   const auto before = contents_of(folder);
-  const Outcome outcome = run(words_in(folder, line), input);
-  EXPECT_EQ(outcome.status, 2) << outcome.err;
-  expect_one_line(outcome, "are the same file; name another one");
-  EXPECT_EQ(outcome.out, "");
+  expect_usage(run(words_in(folder, line), input), "are the same file; name another one");
   EXPECT_EQ(contents_of(folder), before);
 }
 
@@ -463,7 +432,7 @@ TEST_F(BadInput, InputThatStandardOutputAppendsTo_IsWrongUsage) {
   const std::string line = std::string("'") + BISS_COMMAND + "' decode '" + path + "' -f " + usual +
                            " >>'" + path + "' 2>'" + folder.path("err") + "'";
   EXPECT_EQ(WEXITSTATUS(std::system(line.c_str())), 2);
-  EXPECT_NE(content_of(folder.path("err")).find("are the same file"), std::string::npos);
+  EXPECT_THAT(content_of(folder.path("err")), testing::HasSubstr("are the same file"));
   EXPECT_EQ(content_of(path), capture);
 }
 
@@ -474,9 +443,7 @@ TEST_F(BadInput, QuantityWithoutUnit_IsWrongUsage) {
         "simulate -f resolute-26 --rate 16 -o %x.vcd", "decode %good.vcd --since 1",
         "simulate -f resolute-26 --sample-rate 200 -o %x.sr"}) {
     SCOPED_TRACE(line);
-    const Outcome outcome = run(words_in(folder, line));
-    EXPECT_EQ(outcome.status, 2);
-    expect_one_line(outcome, "no unit; use");
+    expect_usage(run(words_in(folder, line)), "no unit; use");
     EXPECT_EQ(folder.files(), 1U);
   }
   run_ok(words_in(folder, "plan -f resolute-26 --clock 10MHz --cable 0"));
@@ -488,44 +455,28 @@ TEST_F(BadInput, EmptyValue_IsWrongUsageAndNotTakenForNone) {
   for (const char* option : {"-f", "--ack-max", "--ack-clocks", "--timeout", "--release",
                              "--clock-max", "--cycle-min", "--since", "--ma", "--fail-on", "-o"}) {
     SCOPED_TRACE(option);
-    const Outcome outcome = run("decode {} {} {}", capture, option, "");
-    EXPECT_EQ(outcome.status, 2);
-    expect_one_line(outcome, "empty; a value is needed");
-    EXPECT_EQ(outcome.out, "");
+    expect_usage(run("decode {} {} {}", capture, option, ""), "empty; a value is needed");
     if (std::string_view(option).starts_with("--")) {
-      const Outcome joined =
-          run("decode {} {} pos26,nE,nW,crc6", capture, std::string(option) + "=");
-      EXPECT_EQ(joined.status, 2);
-      expect_one_line(joined, "empty; a value is needed");
+      expect_usage(run("decode {} {} pos26,nE,nW,crc6", capture, std::string(option) + "="),
+                   "empty; a value is needed");
     }
   }
   for (const char* option : {"--drift", "--motion", "--fault", "--access", "--registers",
                              "--counter-start", "--truth", "--ma-from"}) {
     SCOPED_TRACE(option);
-    const Outcome outcome =
-        run("simulate -f {} {} {} -o {}", usual, option, "", folder.path("never.vcd"));
-    EXPECT_EQ(outcome.status, 2);
-    expect_one_line(outcome, "empty; a value is needed");
+    expect_usage(run("simulate -f {} {} {} -o {}", usual, option, "", folder.path("never.vcd")),
+                 "empty; a value is needed");
     EXPECT_EQ(folder.files(), 1U);
   }
-  const Outcome shard = run("safety campaign -f rxm --shard {}", "");
-  EXPECT_EQ(shard.status, 2);
-  expect_one_line(shard, "empty; a value is needed");
+  expect_usage(run("safety campaign -f rxm --shard {}", ""), "empty; a value is needed");
 }
 
 TEST_F(BadInput, NegativeTime_IsATimeOfTheCapture) {
-  const std::string text = good_capture(folder, ".csv");
+  good_capture(folder, ".csv");
   // All times 1 ms earlier.
-  std::istringstream lines(text);
-  std::string early;
-  std::getline(lines, early);
-  early += '\n';
-  for (std::string line; std::getline(lines, line);) {
-    const std::size_t comma = line.find(',');
-    early +=
-        std::to_string(std::stod(line.substr(0, comma)) - 1'000'000) + line.substr(comma) + '\n';
-  }
-  const std::string capture = folder.file("early.csv", early);
+  const std::string capture = rewritten(folder, "early.csv", folder.path("good.csv"), [](Row& row) {
+    row["time_ns"] = std::to_string(std::stod(row["time_ns"]) - 1'000'000);
+  });
   const auto all = rows_of(run("decode {} -f {} --to csv", capture, usual).out);
   ASSERT_EQ(all.size(), 30U);
   const Outcome part =
@@ -541,21 +492,16 @@ TEST_F(BadInput, NegativeTime_IsATimeOfTheCapture) {
 }
 
 TEST_F(BadInput, MoreCyclesThanTimeCanCount_IsWrongUsage) {
-  const Outcome outcome =
-      run("simulate -f pos1 --rate 1Hz --cycles 9300000 -o {}", folder.path("long.csv"));
-  EXPECT_EQ(outcome.status, 2);
-  expect_one_line(outcome, "8640000 cycles at this rate");
+  expect_error(run("simulate -f pos1 --rate 1Hz --cycles 9300000 -o {}", folder.path("long.csv")),
+               2, "8640000 cycles at this rate");
 }
 
 TEST_F(BadInput, NoCycleInTheTimeAskedFor_SaysSo) {
   good_capture(folder, ".vcd");
-  const Outcome outcome = run("decode {} -f {} --since 900s", folder.path("good.vcd"), usual);
-  EXPECT_EQ(outcome.status, 1);
-  expect_one_line(outcome, "no request cycle between --since and --until; outside: 30");
-  const Outcome exchanged =
-      run("decode {} -f {} --since 900s --until 1s", folder.path("good.vcd"), usual);
-  EXPECT_EQ(exchanged.status, 2);
-  expect_one_line(exchanged, "--until: is before --since");
+  expect_error(run("decode {} -f {} --since 900s", folder.path("good.vcd"), usual), 1,
+               "no request cycle between --since and --until; outside: 30");
+  expect_error(run("decode {} -f {} --since 900s --until 1s", folder.path("good.vcd"), usual), 2,
+               "--until: is before --since");
 }
 
 }  // namespace biss::verbs::bad_input_test

@@ -9,9 +9,8 @@ class Captures : public testing::TestWithParam<std::string> {};
 TEST_P(Captures, EveryRow_IsAsTheTruthHasIt) {
   for (const ReferenceCapture& capture : reference_captures()) {
     SCOPED_TRACE(capture.path);
-    const Outcome outcome =
-        run_ok("decode {} -f {} --to csv", capture.path + GetParam(), capture.format);
-    const auto rows = rows_of(outcome.out);
+    const auto rows =
+        rows_of(run_ok("decode {} -f {} --to csv", capture.path + GetParam(), capture.format).out);
     ASSERT_EQ(rows.size(), capture.frames.size());
     for (std::size_t i = 0; i < rows.size(); ++i) {
       SCOPED_TRACE(i);
@@ -36,9 +35,9 @@ TEST_P(Captures, TheLinesAtTheSlave_GiveTheSamePositions) {
   if (GetParam() == ".csv") return;  // has only the two lines at the master
   const std::string file = reference_captures().back().path + ".vcd";
   const auto at_master = rows_of(run("decode {} -f pos26,nE,nW,crc6 --to csv", file).out);
-  const Outcome outcome =
-      run_ok("decode {} -f pos26,nE,nW,crc6 --to csv --ma MA_at_slave --slo SLO_at_slave", file);
-  auto at_slave = rows_of(outcome.out);
+  auto at_slave = rows_of(
+      run_ok("decode {} -f pos26,nE,nW,crc6 --to csv --ma MA_at_slave --slo SLO_at_slave", file)
+          .out);
   ASSERT_EQ(at_slave.size(), at_master.size());
   std::size_t good = 0;
   for (std::size_t i = 0; i < at_slave.size(); ++i) {

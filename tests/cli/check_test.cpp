@@ -64,17 +64,13 @@ TEST_F(Conform, SimulatedEncoder_PassesEveryRuleThatTheCaptureShows) {
 }
 
 TEST_F(Conform, FrameOfAnotherLengthThanTheIdentifier_FailsProfile) {
-  Words words = usual;
-  words.insert(words.end(), {"-f", "pos30,nE,nW,crc6"});
-  simulate(words);
+  simulate(usual + Words("-f pos30,nE,nW,crc6"));
   expect_only_failing("-f pos30,nE,nW,crc6", "profile");
   expect_only_failing({}, "profile");
 }
 
 TEST_F(Conform, DamagedFrame_FailsCrc) {
-  Words words = usual;
-  words.insert(words.end(), {"--fault", "flip@3,bit=7"});
-  simulate(words);
+  simulate(usual + Words("--fault flip@3,bit=7"));
   expect_only_failing("-f pos28,nE,nW,crc6", "frame_crc");
 }
 
@@ -84,11 +80,8 @@ TEST_F(Conform, TimeoutLongerThanTold_Fails) {
 }
 
 TEST_F(Conform, AckLongerThanTold_Fails) {
-  Words words = usual;
-  words.insert(words.end(), {"--processing", "9us"});
-  simulate(words);
-  const auto verdicts = judge("-f pos28,nE,nW,crc6 --ack-max 5us", 1);
-  EXPECT_EQ(verdicts.at("ack_longest"), "fail");
+  simulate(usual + Words("--processing 9us"));
+  EXPECT_EQ(judge("-f pos28,nE,nW,crc6 --ack-max 5us", 1).at("ack_longest"), "fail");
   EXPECT_EQ(judge("-f pos28,nE,nW,crc6", 0).at("ack_longest"), "pass");
 }
 
@@ -100,12 +93,11 @@ TEST_F(Conform, BusyBeyondTwentyMilliseconds_Fails) {
 TEST_F(Conform, JsonLines_HaveTheKeysThatStay) {
   simulate(usual);
   const Outcome outcome = run_ok("check {} --to jsonl", capture);
-  EXPECT_NE(outcome.out.find(R"({"rule":"line_delay","limit":40000,"worst":)"), std::string::npos)
-      << outcome.out;
-  EXPECT_NE(outcome.out.find(R"({"rule":"data_sheet","limit":null,"worst":null,"unit":"findings",)"
-                             R"("margin":null,"cycle":null,"verdict":"not_judged")"),
-            std::string::npos)
-      << outcome.out;
+  EXPECT_THAT(outcome.out, testing::HasSubstr(R"({"rule":"line_delay","limit":40000,"worst":)"));
+  EXPECT_THAT(
+      outcome.out,
+      testing::HasSubstr(R"({"rule":"data_sheet","limit":null,"worst":null,"unit":"findings",)"
+                         R"("margin":null,"cycle":null,"verdict":"not_judged")"));
 }
 
 class Check : public testing::Test {
@@ -172,25 +164,16 @@ TEST_F(Check, MasterWithoutCompensation_FailsOnALongCable) {
 }
 
 TEST_F(Check, FaultsOfTheLine_FailTheirRules) {
-  struct Case {
-    Words faults;
-    std::string fails;
-  };
-  const Case cases[] = {
-      {{"--fault", "flip@5"}, "frame_crc"},
-      {{"--fault", "nE@5"}, "nE"},
-      {{"--fault", "nW@5"}, ""},
-      {{"--fault", "delay@9"}, "missing_request"},
-      // The encoder counts it as well, and answers the next request too early.
-      {{"--fault", "glitch_ma_idle@5"}, "line_delay glitch_ma"},
-      {{"--fault", "glitch_slo_idle@5"}, "glitch_slo"},
-  };
-  for (const Case& each : cases) {
-    SCOPED_TRACE(each.faults[1]);
-    Words words("-f fs-28-24 --clock 1MHz --cycles 40");
-    words.insert(words.end(), each.faults.begin(), each.faults.end());
-    simulate(words);
-    EXPECT_EQ(failing({"--against", "fs-28-24"}), each.fails);
+  for (const auto& [fault, failed] : std::vector<std::pair<std::string, std::string>>{
+           {"flip@5", "frame_crc"},
+           {"nE@5", "nE"},
+           {"nW@5", ""},
+           {"delay@9", "missing_request"},
+           // The encoder counts it as well, and answers the next request too early.
+           {"glitch_ma_idle@5", "line_delay glitch_ma"},
+           {"glitch_slo_idle@5", "glitch_slo"}}) {
+    simulate(Words("-f fs-28-24 --clock 1MHz --cycles 40 --fault {}", fault));
+    EXPECT_EQ(failing({"--against", "fs-28-24"}), failed) << fault;
   }
 }
 

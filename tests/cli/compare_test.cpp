@@ -1,5 +1,4 @@
 // `biss compare`: the one thing that differs between two links is named first.
-#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "tests/cli/run_command.hpp"
@@ -25,8 +24,7 @@ std::string simulate(const Folder& folder, const std::string& name, const Line& 
   const std::string capture = folder.path(name);
   Words words("simulate -f {} --clock {} --cable {} --motion {} --seed {} --cycles 300 -o {}",
               line.format, line.clock, line.cable, line.motion, line.seed, capture);
-  words.insert(words.end(), line.more.begin(), line.more.end());
-  run_ok(words);
+  run_ok(words + line.more);
   return capture;
 }
 
@@ -48,17 +46,6 @@ std::string as_text(const std::vector<json>& rows) {
   std::string text;
   for (const json& row : rows) text += row.dump() + '\n';
   return text;
-}
-
-// A capture with other levels: `change` gets MA and SLO of each row.
-std::string rewritten(const Folder& folder, const std::string& name, const std::string& capture,
-                      const std::function<void(std::string& ma, std::string& slo)>& change) {
-  std::string text = "time_ns,MA,SLO\n";
-  for (Row row : rows_of(content_of(capture))) {
-    change(row["MA"], row["SLO"]);
-    text += row["time_ns"] + "," + row["MA"] + "," + row["SLO"] + "\n";
-  }
-  return folder.file(name, text);
 }
 
 struct OneDifference {
@@ -158,9 +145,8 @@ TEST_F(CompareVerb, OtherFormat_IsNamedWithBothFormats) {
 
 TEST_F(CompareVerb, InvertedSlo_IsNamedFirst) {
   const std::string good = simulate(folder, "good.csv", {});
-  const std::string bad = rewritten(folder, "bad.csv", good, [](std::string&, std::string& slo) {
-    slo = slo == "0" ? "1" : "0";
-  });
+  const std::string bad = rewritten(folder, "bad.csv", good,
+                                    [](Row& row) { row["SLO"] = row["SLO"] == "0" ? "1" : "0"; });
   const auto rows = compare(good, bad);
   ASSERT_EQ(properties(rows), (Words{"inverted"})) << as_text(rows);
   EXPECT_EQ(rows[0].at("good"), "none");
@@ -169,8 +155,8 @@ TEST_F(CompareVerb, InvertedSlo_IsNamedFirst) {
 
 TEST_F(CompareVerb, ExchangedLines_AreNamedFirst) {
   const std::string good = simulate(folder, "good.csv", {});
-  const std::string bad = rewritten(folder, "bad.csv", good,
-                                    [](std::string& ma, std::string& slo) { std::swap(ma, slo); });
+  const std::string bad =
+      rewritten(folder, "bad.csv", good, [](Row& row) { std::swap(row["MA"], row["SLO"]); });
   const auto rows = compare(good, bad);
   ASSERT_EQ(properties(rows), (Words{"lines"})) << as_text(rows);
   EXPECT_EQ(rows[0].at("bad"), "MA = SLO, SLO = MA");
@@ -209,16 +195,9 @@ TEST_F(CompareVerb, BadLinkThatDoesNotShowItsFormat_IsJudgedByThatOfTheGoodOne) 
 TEST_F(CompareVerb, FilesWithOneLineEach_AreJoinedInPairs) {
   Words files;
   for (const char* clock : {"1MHz", "2MHz"}) {
-    const auto rows = rows_of(content_of(simulate(folder, "line.csv", {.clock = clock})));
+    const std::string capture = simulate(folder, "line.csv", {.clock = clock});
     for (const char* line : {"MA", "SLO"}) {
-      std::string text = fmt::format("time_ns,{}\n", line);
-      std::string last;
-      for (const Row& row : rows) {
-        if (row.at(line) == last) continue;
-        last = row.at(line);
-        text += row.at("time_ns") + "," + last + "\n";
-      }
-      files.push_back(folder.file(fmt::format("{}_{}.csv", clock, line), text));
+      files.push_back(one_line(folder, fmt::format("{}_{}.csv", clock, line), line, capture, line));
     }
   }
   const Outcome outcome = run_ok(Words("compare --to jsonl") + files);

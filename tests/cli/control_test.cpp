@@ -20,6 +20,14 @@ constexpr const char* mhm_page =
     "0x60: FF x16\n"
     "0x70: 00 01 15 15 -- -- -- -- 4D 48 4D 23 44 00 69 43\n";
 
+// Each cycle is right, at the time of the truth file.
+void expect_cycles(const std::vector<Row>& rows, const std::vector<Row>& meant) {
+  expect_truth(rows, meant);
+  for (std::size_t i = 0; i < rows.size() && i < meant.size(); ++i) {
+    EXPECT_EQ(rows[i].at("time_ns"), meant[i].at("time_ns")) << i;
+  }
+}
+
 class SimulatedRegisters : public testing::Test {
  protected:
   // Simulates with an iC-MHM's registers; the capture is line.vcd.
@@ -27,22 +35,13 @@ class SimulatedRegisters : public testing::Test {
     return run(Words("simulate --registers {} -o {} --truth {}", page, capture, truth) + more);
   }
   std::vector<Row> outcomes_of(const Words& more) const {
-    Words words = more;
-    words.insert(words.end(), {"--outcomes", "-"});
-    const Outcome outcome = ok(simulate(words));
-    return rows_of(outcome.out);
+    return rows_of(ok(simulate(more + Words("--outcomes -"))).out);
   }
   // The rows of the capture, after a check that each is right.
   std::vector<Row> expect_right(const std::string& format) const {
     const Outcome read = run_ok("decode {} -f {} --to csv", capture, format);
     const auto rows = rows_of(read.out);
-    const auto meant = rows_of(content_of(truth));
-    EXPECT_EQ(rows.size(), meant.size());
-    for (std::size_t i = 0; i < rows.size() && i < meant.size(); ++i) {
-      EXPECT_EQ(rows[i].at("status"), "ok") << i;
-      EXPECT_EQ(rows[i].at("position"), meant[i].at("position")) << i;
-      EXPECT_EQ(rows[i].at("time_ns"), meant[i].at("time_ns")) << i;
-    }
+    expect_cycles(rows, rows_of(content_of(truth)));
     return rows;
   }
 
@@ -71,19 +70,14 @@ TEST_F(SimulatedRegisters, ProfileIdentifier_IsReadOverTheWireAndIsTheFormat) {
 }
 
 TEST_F(SimulatedRegisters, TrafficAtTheHighestRate_DelaysNoRequest) {
-  const Words line("--clock 10MHz --cable 30m --motion random");
-  Words with = line;
-  for (const char* access : {"read:0x42,50", "write:0x48=000102030405060708090A0B0C0D0E0F",
-                             "read:0,20", "0/command:user", "read:0x20"}) {
-    with.insert(with.end(), {"--access", access});
-  }
-  with.insert(with.end(), {"--cycles", "5000"});
-  ASSERT_EQ(simulate(with).status, 0);
+  const Words line("--clock 10MHz --cable 30m --motion random --cycles 5000");
+  const Words accesses(
+      "--access read:0x42,50 --access write:0x48=000102030405060708090A0B0C0D0E0F "
+      "--access read:0,20 --access 0/command:user --access read:0x20");
+  ASSERT_EQ(simulate(line + accesses).status, 0);
   expect_right("bp3:0x621E");
   const auto busy = rows_of(content_of(truth));
-  Words without = line;
-  without.insert(without.end(), {"--cycles", "5000"});
-  ASSERT_EQ(simulate(without).status, 0);
+  ASSERT_EQ(simulate(line).status, 0);
   const auto quiet = rows_of(content_of(truth));
   ASSERT_EQ(busy.size(), 5000U);
   ASSERT_EQ(quiet.size(), 5000U);
@@ -148,9 +142,7 @@ TEST_F(SimulatedRegisters, BusyEncoder_TakesThatManyCyclesMoreAByte) {
 TEST_F(SimulatedRegisters, Faults_SpoilAccessesAndRetriesMendThem) {
   const Words faults("--access read:0x40,16 --fault cut@60 --seed 3");
   EXPECT_EQ(outcomes_of(faults)[0].at("outcome"), "frame_lost");
-  Words mended = faults;
-  mended.insert(mended.end(), {"--retries", "2"});
-  EXPECT_EQ(outcomes_of(mended)[0].at("outcome"), "ok");
+  EXPECT_EQ(outcomes_of(faults + Words("--retries 2"))[0].at("outcome"), "ok");
 }
 
 TEST_F(SimulatedRegisters, JsonLines_AreADumpOfTheSameRegisters) {
@@ -215,15 +207,9 @@ void expect_positions(const std::string& capture, const std::string& truth,
                       const std::string& format, std::size_t cycles) {
   const auto meant = rows_of(content_of(truth));
   ASSERT_EQ(meant.size(), cycles);
-  const Outcome read = run_ok("decode {} -f {} --to csv", capture, format);
-  const auto rows = rows_of(read.out);
+  const auto rows = rows_of(run_ok("decode {} -f {} --to csv", capture, format).out);
   ASSERT_GT(rows.size(), cycles);  // those of the configuration come first
-  const std::size_t first = rows.size() - cycles;
-  for (std::size_t i = 0; i < cycles; ++i) {
-    EXPECT_EQ(rows[first + i].at("time_ns"), meant[i].at("time_ns"));
-    EXPECT_EQ(rows[first + i].at("status"), "ok");
-    EXPECT_EQ(rows[first + i].at("position"), meant[i].at("position"));
-  }
+  expect_cycles({rows.end() - static_cast<std::ptrdiff_t>(cycles), rows.end()}, meant);
 }
 
 TEST_F(SimulatedRegisters, ConfiguringMaster_FindsTheFormatThatTheCaptureDecodesWith) {
@@ -273,10 +259,9 @@ TEST_F(ConfiguringMaster, DataSheetThatContradictsItself_IsRefusedByNameEverywhe
       configured.err,
       HasSubstr(std::string("no configuration: eds_contradiction at read_channels of ID 0: ") +
                 cause));
-  const Outcome described = run("simulate --registers {} -o {}", sheet, capture);
-  EXPECT_EQ(described.status, 1);
-  EXPECT_THAT(described.err, HasSubstr("the data sheet contradicts itself; give --format"));
-  EXPECT_THAT(described.err, HasSubstr(cause));
+  EXPECT_THAT(run("simulate --registers {} -o {}", sheet, capture),
+              fails(1, testing::AllOf(HasSubstr("the data sheet contradicts itself; give --format"),
+                                      HasSubstr(cause))));
   run_ok("simulate --registers {} -f pos31,nE,nW,crc6 -o {}", sheet, capture);
   EXPECT_THAT(run("eds advise {}", sheet).err, HasSubstr(cause));
   EXPECT_THAT(run("eds show {}", sheet).err, HasSubstr(cause));
@@ -296,8 +281,7 @@ TEST_F(ConfiguringMaster, DataSheetForMoreThanTheLineHas_IsRefusedByField) {
         {"simulate", "--registers", sheet, "-f", "pos18,nE,nW,crc6", "--configure", "-o", capture});
     EXPECT_EQ(configured.status, 1);
     if (field == "DC_NUM") {
-      EXPECT_EQ(described.status, 1);
-      EXPECT_THAT(described.err, HasSubstr("the data sheet contradicts itself; give --format"));
+      EXPECT_THAT(described, fails(1, "the data sheet contradicts itself; give --format"));
     } else {
       EXPECT_THAT(configured.err, HasSubstr("no configuration: eds_contradiction at read_common of "
                                             "ID 0: SL_NUM: does not fit the slaves on the line"));

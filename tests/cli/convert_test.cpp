@@ -6,15 +6,10 @@
 namespace biss::verbs::convert_test {
 
 using Convert = InFolder;
+using testing::HasSubstr;
+using testing::Not;
 
-Outcome convert(Words arguments) {
-  arguments.insert(arguments.begin(), "convert");
-  return run(arguments);
-}
-
-bool contains(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
+Outcome convert(const Words& arguments) { return run(Words("convert") + arguments); }
 
 // Event CSV of these lines; every time is a multiple of `step` nanoseconds, and all lines have a level
 // at the first.
@@ -40,10 +35,8 @@ std::string random_csv(std::uint64_t seed, const std::string& names, std::size_t
 void expect_back(const Folder& folder, const std::string& from, const std::string& extension,
                  const std::string& to, const Words& there, const Words& back) {
   SCOPED_TRACE(extension + " -> " + to);
-  Words forth = Words{from, folder.path("there" + to)} + there;
-  ok(convert(forth));
-  Words again = Words{folder.path("there" + to), folder.path("back" + extension)} + back;
-  ok(convert(again));
+  ok(convert(Words{from, folder.path("there" + to)} + there));
+  ok(convert(Words{folder.path("there" + to), folder.path("back" + extension)} + back));
   EXPECT_TRUE(content_of(folder.path("back" + extension)) == content_of(from));
 }
 
@@ -65,14 +58,13 @@ TEST_F(Convert, EveryPairOfFormats_GivesTheSameFileBack) {
   const Words all(".vcd .csv .saleae.csv .sr .dsl .bin .raw");
   for (const std::string& from : all) {
     const std::string first = folder.path("first" + from);
-    Words arguments{base, first};
-    if (is_sampled(from)) arguments.insert(arguments.end(), {"--rate", "100MHz"});
-    ASSERT_EQ(convert(arguments).status, 0);
+    const Words rate("--rate 100MHz");
+    ASSERT_EQ(convert(Words{base, first} + (is_sampled(from) ? rate : Words())).status, 0);
     for (const std::string& to : all) {
       Words there = reading(from);
       Words back = reading(to);
-      if (is_sampled(to) && !is_sampled(from)) there.insert(there.end(), {"--rate", "100MHz"});
-      if (is_sampled(from) && !is_sampled(to)) back.insert(back.end(), {"--rate", "100MHz"});
+      if (is_sampled(to) && !is_sampled(from)) there = there + rate;
+      if (is_sampled(from) && !is_sampled(to)) back = back + rate;
       expect_back(folder, first, from, to, there, back);
     }
   }
@@ -86,7 +78,7 @@ TEST_F(Convert, PicosecondsAndUnknownLevels_ComeBackFromFormatsOfChanges) {
     if (first == 0) all.push_back(".vcd");
     for (const std::string& from : all) {
       const Outcome made = ok(convert({base, folder.path("first" + from)}));
-      EXPECT_FALSE(contains(made.err, "lost")) << made.err;
+      EXPECT_THAT(made.err, Not(HasSubstr("lost")));
       for (const std::string& to : all) {
         // A VCD has no blanks in names.
         Words back;
@@ -140,7 +132,7 @@ TEST_F(Convert, FilesJoined_KeepTheirNamesWhereTheyDiffer) {
   ASSERT_EQ(convert({a, b, folder.path("ab.csv")}).status, 0);
   EXPECT_EQ(content_of(folder.path("ab.csv")), "time_ns,MA,SLO\n0.000,1,\n1.000,1,1\n5.000,0,1\n");
   ASSERT_EQ(convert({a, c, "-o", folder.path("ac.csv")}).status, 0);
-  EXPECT_TRUE(contains(content_of(folder.path("ac.csv")), "a.csv:MA,"));
+  EXPECT_THAT(content_of(folder.path("ac.csv")), HasSubstr("a.csv:MA,"));
 }
 
 TEST_F(Convert, TimeRange_BeginsWithTheLevelsThere) {
@@ -151,15 +143,11 @@ TEST_F(Convert, TimeRange_BeginsWithTheLevelsThere) {
   EXPECT_EQ(content_of(out), "time_ns,MA,SLO\n15.000,0,1\n20.000,1,1\n30.000,0,0\n");
   ASSERT_EQ(convert({in, out, "--since", "20ns", "--until", "25ns"}).status, 0);
   EXPECT_EQ(content_of(out), "time_ns,MA,SLO\n20.000,1,1\n25.000,1,1\n");
-  const Outcome nothing = convert({in, out, "--since", "1ms"});
-  EXPECT_EQ(nothing.status, 1);
-  EXPECT_TRUE(contains(nothing.err, "ends earlier, at 40 ns")) << nothing.err;
-  const Outcome wrong = convert({in, out, "--since", "2ns", "--until", "1ns"});
-  EXPECT_EQ(wrong.status, 2);
+  EXPECT_THAT(convert({in, out, "--since", "1ms"}), fails(1, "ends earlier, at 40 ns"));
+  EXPECT_EQ(convert({in, out, "--since", "2ns", "--until", "1ns"}).status, 2);
   const std::string before = content_of(out);
-  const Outcome early = convert({in, out, "--until", "-1ns"});
-  EXPECT_EQ(early.status, 1);
-  EXPECT_TRUE(contains(early.err, "no level of the lines before -1 ns")) << early.err;
+  EXPECT_THAT(convert({in, out, "--until", "-1ns"}),
+              fails(1, "no level of the lines before -1 ns"));
   EXPECT_EQ(convert({in, out, "--line", "SLO", "--until", "5ns"}).status, 1);
   EXPECT_EQ(content_of(out), before);
   EXPECT_EQ(convert({in, out, "--until", "0ns"}).status, 0);
@@ -167,7 +155,7 @@ TEST_F(Convert, TimeRange_BeginsWithTheLevelsThere) {
   const std::string raw = folder.path("out.bin");
   const Outcome done = ok(convert({in, raw, "--since", "15ns", "--rate", "200MHz"}));
   EXPECT_EQ(content_of(raw), std::string("\2\3\3\0\0\1", 6));
-  EXPECT_TRUE(contains(done.err, "every time by -15 ns")) << done.err;
+  EXPECT_THAT(done.err, HasSubstr("every time by -15 ns"));
 }
 
 TEST_F(Convert, LinesSelected_AreRenamedAndOrdered) {
@@ -179,10 +167,7 @@ TEST_F(Convert, LinesSelected_AreRenamedAndOrdered) {
                              {"--line", "a", "--line", "a"},
                              {"--line", "a=d", "--line", "d"},
                              {"--line", "a="}}) {
-    Words arguments = Words{in, out} + wrong;
-    const Outcome refused = convert(arguments);
-    EXPECT_EQ(refused.status, 2) << wrong[1];
-    EXPECT_TRUE(contains(refused.err, "--line")) << refused.err;
+    EXPECT_THAT(convert(Words{in, out} + wrong), fails(2, "--line")) << wrong[1];
   }
 }
 
@@ -190,34 +175,33 @@ TEST_F(Convert, WhatSamplesCannotHold_IsCounted) {
   const std::string in =
       folder.file("in.csv", "time_ns,MA,SLO\n0,1,1\n12,0,1\n13,1,1\n40,0,x\n50,1,1\n100,1,0\n");
   const Outcome done = ok(convert({in, folder.path("out.bin"), "--rate", "100MHz"}));
-  EXPECT_TRUE(contains(done.err, "2 of 9 changes  ")) << done.err;
-  EXPECT_TRUE(contains(done.err, "to the next sample, at most 10 ns later")) << done.err;
-  EXPECT_TRUE(contains(done.err, "1 of 9 changes  ")) << done.err;
-  EXPECT_TRUE(contains(done.err, "1 unknown levels")) << done.err;
-  EXPECT_TRUE(contains(done.err, "bits 0 to 1 are MA, SLO")) << done.err;
-  EXPECT_TRUE(contains(done.err, "--raw-rate 100MHz")) << done.err;
+  EXPECT_THAT(done.err, HasSubstr("2 of 9 changes  "));
+  EXPECT_THAT(done.err, HasSubstr("to the next sample, at most 10 ns later"));
+  EXPECT_THAT(done.err, HasSubstr("1 of 9 changes  "));
+  EXPECT_THAT(done.err, HasSubstr("1 unknown levels"));
+  EXPECT_THAT(done.err, HasSubstr("bits 0 to 1 are MA, SLO"));
+  EXPECT_THAT(done.err, HasSubstr("--raw-rate 100MHz"));
   EXPECT_EQ(content_of(folder.path("out.bin")), "\3\3\3\3" + std::string("\0", 1) + "\3\3\3\3\3\1");
   const Outcome exact = convert({in, folder.path("out.sr"), "--rate", "1GHz", "--line", "MA"});
-  EXPECT_FALSE(contains(exact.err, "lost")) << exact.err;
-  EXPECT_FALSE(contains(exact.err, "moved")) << exact.err;
+  EXPECT_THAT(exact.err, Not(HasSubstr("lost")));
+  EXPECT_THAT(exact.err, Not(HasSubstr("moved")));
 }
 
 TEST_F(Convert, WhatFormatsOfChangesCannotHold_IsSaid) {
   const std::string in = folder.file("in.csv", "time_ns,my line\n-5,1\n10,0\n");
   const Outcome vcd = ok(convert({in, folder.path("out.vcd")}));
-  EXPECT_TRUE(contains(vcd.err, "every time by 5 ns")) << vcd.err;
-  EXPECT_TRUE(contains(vcd.err, "name 'my line'")) << vcd.err;
-  EXPECT_TRUE(contains(content_of(folder.path("out.vcd")), "#15000\n0!")) << vcd.err;
+  EXPECT_THAT(vcd.err, HasSubstr("every time by 5 ns"));
+  EXPECT_THAT(vcd.err, HasSubstr("name 'my line'"));
+  EXPECT_THAT(content_of(folder.path("out.vcd")), HasSubstr("#15000\n0!"));
   ASSERT_EQ(convert({in, folder.path("out.sr"), "--rate", "1GHz"}).status, 0);
   const Outcome rate = convert({folder.path("out.sr"), folder.path("out.csv")});
-  EXPECT_TRUE(contains(rate.err, "--resolution 1ns")) << rate.err;
+  EXPECT_THAT(rate.err, HasSubstr("--resolution 1ns"));
   const Outcome two =
       convert({folder.file("two.csv", "time_ns,MA,SLO\n0,1,1\n"), folder.path("two.saleae.bin")});
-  EXPECT_EQ(two.status, 2);
-  EXPECT_TRUE(contains(two.err, "--line")) << two.err;
+  EXPECT_THAT(two, fails(2, "--line"));
   const Outcome late = convert({folder.file("late.csv", "time_s,MA\n0,1\n9000000.000000000001,0\n"),
                                 folder.path("late.saleae.bin")});
-  EXPECT_TRUE(contains(late.err, "1 of 2 times")) << late.err;
+  EXPECT_THAT(late.err, HasSubstr("1 of 2 times"));
 }
 
 TEST_F(Convert, WrongUsage_IsNamedAndWritesNothing) {
@@ -226,9 +210,7 @@ TEST_F(Convert, WrongUsage_IsNamedAndWritesNothing) {
                                      "$enddefinitions $end #0 1! #10 0!\n");
   const std::string before = content_of(in);
   const auto expect = [&](const Words& arguments, const std::string& part) {
-    const Outcome refused = convert(arguments);
-    EXPECT_EQ(refused.status, 2) << part;
-    EXPECT_TRUE(contains(refused.err, part)) << refused.err;
+    EXPECT_THAT(convert(arguments), fails(2, part));
   };
   expect({}, "biss convert IN OUT");
   expect({in}, "biss convert IN OUT");
@@ -258,22 +240,16 @@ TEST_F(Convert, FormatGiven_OverridesTheExtension) {
 TEST_F(Convert, DamagedCapture_IsConvertedOnlyIfAskedTo) {
   const std::string in = folder.file("in.csv", "time_ns,MA\n0,1\n10,0\n20,?\n");
   const std::string out = folder.path("out.csv");
-  const Outcome refused = convert({in, out});
-  EXPECT_EQ(refused.status, 3);
-  EXPECT_TRUE(contains(refused.err, "in.csv:4:4")) << refused.err;
-  EXPECT_TRUE(contains(refused.err, "--partial")) << refused.err;
+  EXPECT_THAT(convert({in, out}),
+              fails(3, testing::AllOf(HasSubstr("in.csv:4:4"), HasSubstr("--partial"))));
   EXPECT_EQ(folder.files(), 1U);
-  const Outcome part = convert({in, out, "--partial"});
-  EXPECT_EQ(part.status, 3);
-  EXPECT_TRUE(contains(part.err, "in.csv:4:4")) << part.err;
+  EXPECT_THAT(convert({in, out, "--partial"}), fails(3, "in.csv:4:4"));
   EXPECT_EQ(content_of(out), "time_ns,MA\n0.000,1\n10.000,0\n");
 }
 
 TEST_F(Convert, MoreSamplesThanADiskHolds_AreRefused) {
   const std::string in = folder.file("in.csv", "time_s,MA\n0,1\n9000000,0\n");
-  const Outcome refused = convert({in, folder.path("out.sr"), "--rate", "1GHz"});
-  EXPECT_EQ(refused.status, 3);
-  EXPECT_TRUE(contains(refused.err, "--until")) << refused.err;
+  EXPECT_THAT(convert({in, folder.path("out.sr"), "--rate", "1GHz"}), fails(3, "--until"));
   EXPECT_EQ(folder.files(), 1U);
 }
 
@@ -286,7 +262,7 @@ TEST_F(Convert, SmallFileThatDecompressesToALargeOne_NeedsLittleMemory) {
   ASSERT_EQ(std::system(made.c_str()), 0);
   ASSERT_LT(std::filesystem::file_size(in + ".gz"), 1'000'000U);
   const Outcome done = ok(run_measured({"convert", in + ".gz", folder.path("out.vcd")}));
-  EXPECT_TRUE(contains(content_of(folder.path("out.vcd")), "#0\n1!\n1\"\n"));
+  EXPECT_THAT(content_of(folder.path("out.vcd")), HasSubstr("#0\n1!\n1\"\n"));
 #if !defined(__has_feature)
   // A sanitized process needs more. The text alone has 102400 KiB.
   EXPECT_LT(done.peak_kib, 90'000);

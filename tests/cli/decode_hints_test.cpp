@@ -26,11 +26,8 @@ std::string simulate(const Folder& folder, const Words& more = {}) {
   return capture;
 }
 
-Outcome decode(Words words, const Words& more = {}) {
-  words.insert(words.begin(), "decode");
-  words.insert(words.end(), {"--to", "csv"});
-  words = words + more;
-  return run(words);
+Outcome decode(const Words& words, const Words& more = {}) {
+  return run(Words("decode --to csv") + words + more);
 }
 
 // The option and its value in the line `try` of the summary.
@@ -51,25 +48,19 @@ void expect_all_ok(const Outcome& outcome, std::size_t cycles = 40) {
 
 // The capture with its lines in two files; MA is delayed by this time.
 Words with_late_ma(const Folder& folder, const std::string& capture, double later_ns) {
-  std::string ma = "time_ns,MA\n";
-  std::string slo = "time_ns,SLO\n";
-  for (const Row& row : rows_of(content_of(capture))) {
-    ma += std::to_string(std::stod(row.at("time_ns")) + later_ns) + "," + row.at("MA") + "\n";
-    slo += row.at("time_ns") + "," + row.at("SLO") + "\n";
-  }
-  return {folder.file("ma.csv", ma), folder.file("slo.csv", slo), "-f", format};
+  const std::string late = rewritten(folder, "late.csv", capture, [&](Row& row) {
+    row["time_ns"] = std::to_string(std::stod(row["time_ns"]) + later_ns);
+  });
+  return {one_line(folder, "ma.csv", "MA", late, "MA"),
+          one_line(folder, "slo.csv", "SLO", capture, "SLO"), "-f", format};
 }
 
 std::string inverted(const Folder& folder, const std::string& capture, bool ma, bool slo) {
-  std::string text = "time_ns,MA,SLO\n";
-  const auto level = [](const std::string& of, bool invert) {
-    return of == (invert ? "1" : "0") ? "0" : "1";
-  };
-  for (const Row& row : rows_of(content_of(capture))) {
-    text +=
-        row.at("time_ns") + "," + level(row.at("MA"), ma) + "," + level(row.at("SLO"), slo) + "\n";
-  }
-  return folder.file("inverted.csv", text);
+  const auto invert = [](std::string& level) { level = level == "0" ? "1" : "0"; };
+  return rewritten(folder, "inverted.csv", capture, [&](Row& row) {
+    if (ma) invert(row["MA"]);
+    if (slo) invert(row["SLO"]);
+  });
 }
 
 TEST_F(DecodeHints, AckOfAlwaysTheSameClocks_GetsItsNumber) {
@@ -85,12 +76,9 @@ TEST_F(DecodeHints, AckOfAlwaysTheSameClocks_GetsItsNumber) {
 
 TEST_F(DecodeHints, AckThatVaries_GetsALongerBoundOrNone) {
   // 40 cycles with 3 clocks of ACK, and 40 with 9 clocks.
-  std::string text = content_of(simulate(folder, "--ack-clocks 3"));
-  for (const Row& row : rows_of(content_of(simulate(folder, "--ack-clocks 9")))) {
-    text += std::to_string(std::stod(row.at("time_ns")) + 1e8) + "," + row.at("MA") + "," +
-            row.at("SLO") + "\n";
-  }
-  const std::string capture = folder.file("both.csv", text);
+  const std::string first = folder.path("first.csv");
+  std::filesystem::rename(simulate(folder, "--ack-clocks 3"), first);
+  const std::string capture = joined(folder, first, simulate(folder, "--ack-clocks 9"));
   const Outcome refused = decode({capture, "-f", format}, "--ack-max 3us");
   EXPECT_THAT(refused.err, HasSubstr("40 ack_range"));
   const Words hint = proposed(refused.err);

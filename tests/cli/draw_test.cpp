@@ -13,15 +13,11 @@ using testing::Not;
 
 constexpr const char* format = "pos12,nE,nW,crc6";
 
-Outcome draw(Words words) {
-  words.insert(words.begin(), "draw");
-  return run(words);
-}
+Outcome draw(const Words& words) { return run(Words("draw") + words); }
 
 // A simulated cycle with a known position.
 Outcome draw_line(const Words& more = {}) {
-  Words words = Words("-f {} --clock 5MHz --cable 20m --position 1234", format) + more;
-  return draw(words);
+  return draw(Words("-f {} --clock 5MHz --cable 20m --position 1234", format) + more);
 }
 
 std::string simulate(const Folder& folder, const Words& more = {}, const char* cycles = "6") {
@@ -184,14 +180,11 @@ TEST_F(DrawVerb, CycleOfACapture_AndSeveral) {
 TEST_F(DrawVerb, CycleThatIsNotThere_IsNamedAndNothingIsWritten) {
   const std::string capture = simulate(folder);
   const std::string output = folder.path("cycle.svg");
-  const Outcome outcome = draw({capture, "-f", format, "--cycle", "6", "-o", output});
-  EXPECT_EQ(outcome.status, 1);
-  EXPECT_THAT(outcome.err,
-              HasSubstr("no cycle 6; the capture has 6 request cycles, counted from 0"));
+  EXPECT_THAT(draw({capture, "-f", format, "--cycle", "6", "-o", output}),
+              fails(1, "no cycle 6; the capture has 6 request cycles, counted from 0"));
   EXPECT_EQ(folder.files(), 1U);
-  const Outcome more = draw({capture, "-f", format, "--cycle", "4", "--count", "4"});
-  EXPECT_EQ(more.status, 1);
-  EXPECT_THAT(more.err, HasSubstr("no cycle 6;"));
+  EXPECT_THAT(draw({capture, "-f", format, "--cycle", "4", "--count", "4"}),
+              fails(1, "no cycle 6;"));
 }
 
 TEST_F(DrawVerb, DamagedFile_IsDrawnUpToTheDamage) {
@@ -199,10 +192,7 @@ TEST_F(DrawVerb, DamagedFile_IsDrawnUpToTheDamage) {
   const std::string capture =
       folder.file("damaged.csv", good.substr(0, good.size() / 2) + "\nnonsense\n");
   EXPECT_EQ(draw({capture, "-f", format, "--cycle", "0"}).status, 0);
-  const Outcome outcome = draw({capture, "-f", format, "--cycle", "5"});
-  EXPECT_EQ(outcome.status, 3);
-  EXPECT_THAT(outcome.err, HasSubstr("damaged.csv"));
-  EXPECT_EQ(outcome.out, "");
+  EXPECT_THAT(draw({capture, "-f", format, "--cycle", "5"}), refuses(3, "damaged.csv"));
 }
 
 TEST_F(DrawVerb, FileThatIsNotThere_IsAnErrorOfReading) {
@@ -222,10 +212,7 @@ TEST_F(DrawVerb, CaptureWithoutFormat_IsDrawnWithTheOneItShows) {
 TEST_F(DrawVerb, WrongUsage_IsOneLineThatSaysWhy) {
   const std::string capture = simulate(folder);
   const auto expect = [](const Words& words, const char* why) {
-    const Outcome outcome = draw(words);
-    EXPECT_EQ(outcome.status, 2) << outcome.out;
-    EXPECT_THAT(outcome.err, HasSubstr(why));
-    EXPECT_EQ(outcome.out, "");
+    EXPECT_THAT(draw(words), refuses(2, why));
   };
   expect({}, "no capture given; name a file, or give -f");
   expect({"-f", "none"}, "needs a format");

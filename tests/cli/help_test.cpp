@@ -74,7 +74,7 @@ TEST(Help, EveryVerb_IsReachedAndFits) {
   for (const Words& verb : all_verbs()) {
     SCOPED_TRACE(joined(verb));
     const std::string help = help_of(verb);
-    EXPECT_NE(help.find("\nUsage: biss"), std::string::npos) << help;
+    EXPECT_THAT(help, testing::HasSubstr("\nUsage: biss"));
     EXPECT_EQ(help.find("Excludes"), std::string::npos) << help;
     for (const std::string& line : lines_of(help)) {
       if (line.starts_with("  biss ")) continue;  // examples are not wrapped
@@ -86,10 +86,9 @@ TEST(Help, EveryVerb_IsReachedAndFits) {
 }
 
 TEST(Help, UnknownVerb_IsWrongUsage) {
-  const Outcome outcome = run("help deocde");
-  EXPECT_EQ(outcome.status, 2);
-  EXPECT_EQ(outcome.err,
-            "biss: unknown verb 'deocde'; did you mean 'decode'? (see 'biss --help')\n");
+  EXPECT_THAT(
+      run("help deocde"),
+      refuses(2, "biss: unknown verb 'deocde'; did you mean 'decode'? (see 'biss --help')"));
 }
 
 TEST(Help, Version_HasAShortOption) {
@@ -127,14 +126,8 @@ class ExampleFolder {
       EXPECT_LE(status_of(std::string("biss ") + command), 1) << command << '\n' << error();
     }
     // One line for each file, each with its own name.
-    std::string ma = "time_ns,D0\n";
-    std::string slo = "time_ns,D1\n";
-    for (const Row& row : rows_of(content_of(path("both.csv")))) {
-      ma += row.at("time_ns") + ',' + row.at("MA") + '\n';
-      slo += row.at("time_ns") + ',' + row.at("SLO") + '\n';
-    }
-    folder_.file("ma.csv", ma);
-    folder_.file("slo.csv", slo);
+    one_line(folder_, "ma.csv", "MA", path("both.csv"), "D0");
+    one_line(folder_, "slo.csv", "SLO", path("both.csv"), "D1");
     // SLO at bit 3.
     std::string samples = content_of(path("samples.bin"));
     for (char& sample : samples) sample = static_cast<char>((sample & 1) | (sample & 2) << 2);
@@ -221,11 +214,11 @@ TEST(Help, ManualPage_HasEveryVerbOptionAndExample) {
     const std::string part = page.substr(at, page.find("\n.S", at + 1) - at);
     for (const std::string& option : options_of(help)) {
       if (option == "--help" && !verb.empty()) continue;
-      EXPECT_NE(part.find(option), std::string::npos) << option;
+      EXPECT_THAT(part, testing::HasSubstr(option)) << option;
     }
     for (const std::string& example : section(help, std::regex("Examples?:"))) {
       if (!verb.empty()) {
-        EXPECT_NE(part.find(example.substr(2)), std::string::npos) << example;
+        EXPECT_THAT(part, testing::HasSubstr(example.substr(2))) << example;
       }
     }
   }

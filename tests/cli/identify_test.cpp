@@ -56,11 +56,9 @@ std::uint64_t reversed(std::uint64_t value, unsigned count) {
 
 class Identify : public testing::Test {
  protected:
-  std::string simulated(const std::string& name, Words words) const {
+  std::string simulated(const std::string& name, const Words& words) const {
     const std::string path = folder_.path(name);
-    words.insert(words.begin(), "simulate");
-    words.insert(words.end(), {"-o", path});
-    run_ok(words);
+    run_ok(Words("simulate -o {}", path) + words);
     return path;
   }
   // The only row.
@@ -114,7 +112,7 @@ TEST_F(Identify, ExampleOfTheDocument_ShowsTheRowOfTheCommand) {
   const std::string table = run("identify {}", capture).out;
   const std::size_t row = table.rfind("capture.vcd");
   ASSERT_NE(row, std::string::npos);
-  EXPECT_NE(document.find("\n" + table.substr(row)), std::string::npos) << table;
+  EXPECT_THAT(document, HasSubstr("\n" + table.substr(row))) << table;
 }
 
 TEST_F(Identify, DamagedCycles_DoNotSpoilIt) {
@@ -400,24 +398,6 @@ TEST_F(Identify, LineThatIsNoBissC_IsNamed) {
   const nlohmann::json row = identified(capture, 1);
   EXPECT_EQ(row["protocol"], "uart");
   EXPECT_EQ(row["format"], nullptr);
-}
-
-// Both captures one after the other, as a CSV file.
-std::string joined(const Folder& folder, const std::string& first, const std::string& second) {
-  const std::string a = content_of(first);
-  const std::string b = content_of(second);
-  const auto time_of = [](const std::string& line) { return std::stoll(line); };
-  const std::size_t last = a.rfind('\n', a.size() - 2) + 1;
-  const long long offset = time_of(a.substr(last)) + 100'000;
-  std::string text = a;
-  std::size_t at = b.find('\n') + 1;
-  at = b.find('\n', at) + 1;
-  for (std::size_t end = b.find('\n', at); end != std::string::npos; end = b.find('\n', at)) {
-    const std::string line = b.substr(at, end - at);
-    text += std::to_string(time_of(line) + offset) + line.substr(line.find(',')) + '\n';
-    at = end + 1;
-  }
-  return folder.file("joined.csv", text);
 }
 
 TEST_F(Identify, LengthThatChanges_GivesAFormatForEachPart) {

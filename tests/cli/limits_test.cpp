@@ -7,20 +7,14 @@ namespace biss::verbs::limits_test {
 using testing::HasSubstr;
 using testing::Not;
 
-void add(Words& words, const Words& more) { words = words + more; }
-
 class Limits : public testing::Test {
  protected:
   std::string simulate(const std::string& name, const Words& more) const {
-    Words words("simulate -o {} --cycles 20", folder.path(name));
-    add(words, more);
-    run_ok(words);
+    run_ok(Words("simulate -o {} --cycles 20", folder.path(name)) + more);
     return folder.path(name);
   }
   Outcome decode(const std::string& capture, const Words& more) const {
-    Words words{"decode", capture};
-    add(words, more);
-    return run(words);
+    return run(Words{"decode", capture} + more);
   }
   std::string verdict(const std::string& capture, const std::string& format,
                       const std::string& rule) const {
@@ -164,20 +158,14 @@ TEST_F(Limits, CapturesAtTheLimits_HaveEmptyCells) {
     }
     for (const auto& [name, rate] : files) {
       SCOPED_TRACE(std::string(each.format) + " " + clock + " " + name);
-      Words words{"-f", each.format};
-      add(words, each.more);
-      add(words, rate);
-      const std::string capture = simulate(name, words);
-      Words reading{"-f", each.format};
-      if (!rate.empty()) add(reading, {"--raw-rate", rate[1], "--ma", "D0", "--slo", "D1"});
-      Words judging = reading;
-      add(judging, {"--fail-on", "any", "--to", "csv"});
-      const Outcome outcome = ok(decode(capture, judging));
+      const Words format{"-f", each.format};
+      const std::string capture = simulate(name, format + each.more + rate);
+      Words reading = format;
+      if (!rate.empty()) reading = reading + Words("--raw-rate {} --ma D0 --slo D1", rate[1]);
+      const Outcome outcome = ok(decode(capture, reading + Words("--fail-on any --to csv")));
       for (const Row& row : rows_of(outcome.out)) EXPECT_EQ(row.at("limits"), "");
       EXPECT_THAT(outcome.err, Not(HasSubstr("limits")));
-      Words check{"check", capture, "--to", "csv"};
-      add(check, reading);
-      for (const Row& row : rows_of(run(check).out)) {
+      for (const Row& row : rows_of(run(Words("check {} --to csv", capture) + reading).out)) {
         if (row.at("rule").starts_with("c") && row.at("unit") == "ns") {
           EXPECT_NE(row.at("verdict"), "fail") << row.at("rule");
         }
@@ -197,10 +185,8 @@ TEST_F(Limits, Summary_CountsThemAndSaysWhatToDo) {
 TEST_F(Limits, LimitThatTheDeviceHasNot_IsRefused) {
   const std::string capture = simulate("line.vcd", "-f pos26,nE,nW,crc6");
   for (const char* limit : {"clock_change", "cycle_min", "release"}) {
-    const Outcome refused = decode(capture, Words("-f pos26,nE,nW,crc6 --fail-on {}", limit));
-    EXPECT_EQ(refused.status, 2) << limit;
-    EXPECT_THAT(refused.err, HasSubstr(limit));
-    EXPECT_THAT(refused.err, HasSubstr("give -f NAME"));
+    EXPECT_THAT(decode(capture, Words("-f pos26,nE,nW,crc6 --fail-on {}", limit)),
+                fails(2, testing::AllOf(HasSubstr(limit), HasSubstr("give -f NAME"))));
   }
   for (const char* known : {"clock_max", "clock_min", "limits"}) {
     EXPECT_EQ(decode(capture, {"--fail-on", known}).status, 0) << known;

@@ -12,8 +12,7 @@ std::size_t count(const std::vector<Row>& rows, const std::string& value,
 }
 
 std::vector<Row> decoded(const std::string& capture, const std::string& format) {
-  const Outcome read = run_ok("decode {} -f {} --to csv", capture, format);
-  return rows_of(read.out);
+  return rows_of(run_ok("decode {} -f {} --to csv", capture, format).out);
 }
 
 TEST(ProfileIdentifier, WithC_DamagedFramesHaveTheStatusCrc) {
@@ -22,9 +21,7 @@ TEST(ProfileIdentifier, WithC_DamagedFramesHaveTheStatusCrc) {
   const Words encoder("simulate -f pos22,nE,nW,crc6 --cycles 200 -o {}", capture);
   run_ok(encoder);
   EXPECT_EQ(count(decoded(capture, "bp3:0x631E"), "ok"), 200U);
-  Words damaged = encoder;
-  damaged.insert(damaged.end(), {"--fault", "flip:1"});
-  run_ok(damaged);
+  run_ok(encoder + Words("--fault flip:1"));
   const auto rows = decoded(capture, "bp3:0x631E");
   EXPECT_EQ(count(rows, "crc"), 200U);
   EXPECT_EQ(count(rows, "", "position"), 200U);
@@ -69,9 +66,7 @@ TEST_F(ConfiguringMaster, SafetyEncoderWithC_ChecksBothCrcs) {
       EXPECT_EQ(count({rows.end() - 100, rows.end()}, status), 100U);
     };
     expect_last_100("ok");
-    Words damaged = words;
-    damaged.insert(damaged.end(), {"--fault", "flip:1"});
-    run_ok(damaged);
+    run_ok(words + Words("--fault flip:1"));
     expect_last_100("crc");
   }
 }

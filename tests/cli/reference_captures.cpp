@@ -35,12 +35,10 @@ const std::vector<Known>& known_captures() {
 std::vector<ReferenceFrame> simulate(const Known& known, const std::string& path) {
   std::vector<ReferenceFrame> frames;
   for (const char* extension : {".vcd", ".csv"}) {
-    Words arguments("simulate -f {} -o {} --truth - --motion random", known.format,
-                    path + extension);
-    arguments.insert(arguments.end(), known.simulated_by.begin(), known.simulated_by.end());
-    const Outcome made = run_ok(arguments);
+    const Words arguments("simulate -f {} -o {} --truth - --motion random", known.format,
+                          path + extension);
     frames.clear();
-    for (const Row& row : rows_of(made.out)) {
+    for (const Row& row : rows_of(run_ok(arguments + known.simulated_by).out)) {
       frames.push_back({.time_ns = std::stod(row.at("time_ns")),
                         .position = std::stoull(row.at("position")),
                         .nE = row.at("nE"),

@@ -18,13 +18,8 @@ constexpr const char* format = "pos28,nE,nW,crc6";
 class HeardRegisters : public testing::Test {
  protected:
   std::vector<Row> heard(const Words& simulate, const Words& more = {}) const {
-    Words words =
-        Words("simulate --registers {} -f {} -o {} --seed 7", dump, format, capture) + simulate;
-    run_ok(words);
-    words = {"registers", capture, "--to", "csv"};
-    words = words + more;
-    const Outcome read = run_ok(words);
-    return rows_of(read.out);
+    run_ok(Words("simulate --registers {} -f {} -o {} --seed 7", dump, format, capture) + simulate);
+    return rows_of(run_ok(Words("registers {} --to csv", capture) + more).out);
   }
 
   Folder folder;

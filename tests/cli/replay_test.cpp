@@ -17,8 +17,7 @@ TEST_P(RecordedCaptures, EveryCompleteRequest_IsAnsweredWithAFrame) {
     const std::string truth_path = folder.path("truth.csv");
     run_ok("simulate -f {} --cable 20m --ma-from {} -o {} --truth {}", capture.format,
            capture.path + GetParam(), answered, truth_path);
-    const Outcome decoded = run_ok("decode -f {} {} --to csv", capture.format, answered);
-    const auto rows = rows_of(decoded.out);
+    const auto rows = rows_of(run_ok("decode -f {} {} --to csv", capture.format, answered).out);
     const auto truth = rows_of(content_of(truth_path));
     ASSERT_EQ(rows.size(), capture.frames.size());
     ASSERT_EQ(truth.size(), capture.frames.size());
@@ -68,9 +67,8 @@ TEST_F(Replay, CaptureOfMaAlone_IsAnswered) {
       folder.file("ma.csv", "time_ns,clk\n0,1\n10000,0\n10500,1\n11000,0\n11500,1\n12000,0\n");
   const Outcome outcome =
       run_ok("simulate -f pos12,crc6 --ma-from {} -o {}", master, folder.path("out.csv"));
-  EXPECT_NE(outcome.err.find("1 requests, 0 answered up to STOP, 1 cut by the master"),
-            std::string::npos)
-      << outcome.err;
+  EXPECT_THAT(outcome.err,
+              testing::HasSubstr("1 requests, 0 answered up to STOP, 1 cut by the master"));
   const auto rows = rows_of(content_of(folder.path("out.csv")));
   bool fell = false;
   for (Row row : rows) fell = fell || (row["SLO"] == "0" && std::stod(row["time_ns"]) == 11'500);
@@ -123,14 +121,13 @@ TEST_F(Replay, MasterThatWaitsForStart_IsNamedAndTheHintHelps) {
   const std::string master = folder.file("ma.csv", waiting_master({}));
   const Words arguments("simulate -f pos12,crc6 --ma-from {} -o {}", master, out);
   const Outcome first = run_ok(arguments);
-  EXPECT_NE(first.err.find("3 requests, 0 answered up to STOP, 3 cut by the master"),
-            std::string::npos);
-  EXPECT_NE(first.err.find("If it waits for START, feed it the SLO of '" + out + "'"),
-            std::string::npos)
-      << first.err;
+  EXPECT_THAT(first.err,
+              testing::HasSubstr("3 requests, 0 answered up to STOP, 3 cut by the master"));
+  EXPECT_THAT(first.err,
+              testing::HasSubstr("If it waits for START, feed it the SLO of '" + out + "'"));
   folder.file("ma.csv", waiting_master(slo_edges(out)));
   const Outcome second = run(arguments);
-  EXPECT_NE(second.err.find("3 requests, 3 answered up to STOP"), std::string::npos) << second.err;
+  EXPECT_THAT(second.err, testing::HasSubstr("3 requests, 3 answered up to STOP"));
   EXPECT_EQ(second.err.find("waits for START"), std::string::npos) << second.err;
 }
 
@@ -141,14 +138,11 @@ TEST_F(Replay, Rerun_RunsTheMasterUntilEveryRequestIsAnswered) {
   run_ok(arguments);
   const std::string again = folder.file("again.csv", waiting_master(slo_edges(out)));
 
-  auto with = [&](const std::string& command) {
-    std::vector<std::string> all = arguments;
-    all.insert(all.end(), {"--rerun", command});
-    return run(all);
+  const auto with = [&](const std::string& command) {
+    return run(arguments + Words{"--rerun", command});
   };
   const Outcome outcome = ok(with("cp '" + again + "' '" + master + "'"));
-  EXPECT_NE(outcome.err.find("3 requests, 3 answered up to STOP"), std::string::npos)
-      << outcome.err;
+  EXPECT_THAT(outcome.err, testing::HasSubstr("3 requests, 3 answered up to STOP"));
   run_ok("decode -f pos12,crc6 {}", out);
 
   folder.file("ma.csv", waiting_master({}));
@@ -186,7 +180,7 @@ TEST_F(Replay, EncoderThatIsNotReady_IsNamedInSummaryAndTruth) {
   const Outcome outcome =
       run_ok("simulate -f resolute-26 --timeout cycle:1ms --ma-from {} -o {} --truth {}",
              simulated(folder), folder.path("out.vcd"), truth);
-  EXPECT_NE(outcome.err.find("19 before the encoder was ready"), std::string::npos) << outcome.err;
+  EXPECT_THAT(outcome.err, testing::HasSubstr("19 before the encoder was ready"));
   auto rows = rows_of(content_of(truth));
   ASSERT_EQ(rows.size(), 20U);
   EXPECT_EQ(rows[0]["faults"], "");

@@ -147,18 +147,15 @@ TEST_F(ReportVerb, HostileFileNameOfALargeCapture_IsNotInThePageAsItIs) {
 }
 
 TEST_F(ReportVerb, StandardInput_IsRefusedWithItsReason) {
-  const Outcome made = report(folder, "-");
-  EXPECT_EQ(made.status, 2);
-  EXPECT_THAT(made.err, HasSubstr("a report reads a capture several times; give a file"));
+  EXPECT_THAT(report(folder, "-"), fails(2, "a report reads a capture several times; give a file"));
 }
 
 TEST_F(ReportVerb, SeveralCaptures_AreRefused) {
   const std::string a = simulate(folder, "a.vcd", "--cycles 3");
   const std::string b = simulate(folder, "b.vcd", "--cycles 3");
-  const Outcome made = report(folder, a, {b});
-  EXPECT_EQ(made.status, 2);
-  EXPECT_THAT(made.err, HasSubstr("one capture"));
-  EXPECT_THAT(made.err, HasSubstr("give one file, or one for each line"));
+  EXPECT_THAT(report(folder, a, {b}),
+              fails(2, testing::AllOf(HasSubstr("one capture"),
+                                      HasSubstr("give one file, or one for each line"))));
 }
 
 TEST_F(ReportVerb, Each_IsNotOffered) {
@@ -169,8 +166,7 @@ TEST_F(ReportVerb, Each_IsNotOffered) {
 
 TEST_F(ReportVerb, NoCapture_LeavesTheOldReport) {
   folder.file("report.html", "old");
-  const Outcome made = report(folder, folder.file("a.vcd", "no capture"));
-  EXPECT_EQ(made.status, 3);
+  EXPECT_EQ(report(folder, folder.file("a.vcd", "no capture")).status, 3);
   EXPECT_EQ(content_of(folder.path("report.html")), "old");
 }
 

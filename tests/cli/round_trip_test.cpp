@@ -74,8 +74,7 @@ TEST_P(RoundTrip, EveryCatalogueNameClockAndCable_EveryPositionIsRight) {
     const std::string truth = folder.path("truth.csv");
     run_ok("simulate -f {} --clock {} --cable {} --cycles 60 --motion random -o {} --truth {}",
            one.format, one.clock, one.cable, capture, truth);
-    const Outcome read = run_ok("decode {} -f {} --to csv", capture, one.format);
-    const auto rows = rows_of(read.out);
+    const auto rows = rows_of(run_ok("decode {} -f {} --to csv", capture, one.format).out);
     ASSERT_FALSE(rows.empty());
     const double period_ns = 1e9 / std::stod(rows[0].at("clock_hz"));
     EXPECT_EQ(expect_truth(rows, rows_of(content_of(truth)), period_ns), 60U);
@@ -152,14 +151,8 @@ std::string csv_capture(const Folder& folder) {
 
 TEST_F(DecodeVerb, EachLineInAFileOfItsOwn_GivesTheSameRows) {
   const std::string whole = csv_capture(folder);
-  std::string ma = "time_ns,D0\n";
-  std::string slo = "time_ns,D0\n";
-  for (const Row& row : rows_of(content_of(whole))) {
-    ma += row.at("time_ns") + "," + row.at("MA") + "\n";
-    slo += row.at("time_ns") + "," + row.at("SLO") + "\n";
-  }
-  const std::string ma_file = folder.file("ma.csv", ma);
-  const std::string slo_file = folder.file("slo.csv", slo);
+  const std::string ma_file = one_line(folder, "ma.csv", "MA", whole, "D0");
+  const std::string slo_file = one_line(folder, "slo.csv", "SLO", whole, "D0");
   const auto told = run_ok("decode {} {} --ma {} --slo {} -f {} --to csv", ma_file, slo_file,
                            ma_file + ":D0", slo_file + ":D0", usual_format);
   EXPECT_EQ(told.out, run("decode {} -f {} --to csv", whole, usual_format).out);

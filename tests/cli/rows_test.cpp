@@ -1,12 +1,6 @@
 // The rows of `decode`: which of them and which columns are written, the columns of motion, and the
 // formats HDF5 and VCD.
 #include <cmath>
-#include <csignal>
-
-#include <fcntl.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include "tests/cli/run_command.hpp"
 
@@ -255,10 +249,7 @@ TEST_F(DecodeRows, ScaleThatIsNotKnown_IsRefusedByName) {
   const std::string capture = simulate("line.vcd", "-f resolute-26 --cycles 20");
   const auto refuse = [&](const std::string& scale, const std::string& format,
                           const std::string& why) {
-    const Outcome outcome = csv(capture, {"--scale", scale}, format);
-    EXPECT_EQ(outcome.status, 2) << scale;
-    EXPECT_THAT(outcome.err, HasSubstr(why));
-    EXPECT_EQ(outcome.out, "");
+    EXPECT_THAT(csv(capture, {"--scale", scale}, format), refuses(2, why)) << scale;
   };
   refuse("deg", "pos26,nE,nW,crc6", "--scale deg: the counts of a turn are not known");
   refuse("mm", "pos26,nE,nW,crc6", "--scale mm: the size of a count is not known");
@@ -362,10 +353,8 @@ TEST_F(DecodeRows, SinceBehindALostPosition_NamesWhereItWasLost) {
 TEST_F(DecodeRows, Hdf5_NeedsAFile) {
   const std::string capture = simulate("line.vcd", "-f resolute-26 --cycles 20");
   for (const Words& words : {Words{}, Words{"-o", "-"}, Words{"-o", "/dev/null"}}) {
-    const Outcome outcome = run(Words{"decode", capture, "--to", "hdf5"} + words);
-    EXPECT_EQ(outcome.status, 2);
-    EXPECT_THAT(outcome.err, HasSubstr("--to hdf5: not to a pipe or device; name a file with -o"));
-    EXPECT_EQ(outcome.out, "");
+    EXPECT_THAT(run(Words{"decode", capture, "--to", "hdf5"} + words),
+                refuses(2, "--to hdf5: not to a pipe or device; name a file with -o"));
   }
   const std::string output = folder.path("rows.h5");
   run_ok("decode {} --to hdf5 -o {}", capture, output);
@@ -383,11 +372,10 @@ TEST_F(DecodeRows, Hdf5_WithoutItsLibraryNamesIt) {
   }
   const std::string output = folder.path("rows.h5");
   ::setenv("LD_LIBRARY_PATH", folder.path("").c_str(), 1);
-  const Outcome outcome = run({"decode", capture, "--to", "hdf5", "-o", output});
+  EXPECT_THAT(run({"decode", capture, "--to", "hdf5", "-o", output}),
+              fails(3, testing::ContainsRegex("HDF5: the library libhdf5.*.so.[0-9]+ cannot be "
+                                              "loaded")));
   ::unsetenv("LD_LIBRARY_PATH");
-  EXPECT_EQ(outcome.status, 3);
-  EXPECT_THAT(outcome.err, testing::ContainsRegex("HDF5: the library libhdf5.*.so.[0-9]+ cannot be "
-                                                  "loaded"));
   EXPECT_FALSE(std::filesystem::exists(output));
 }
 
@@ -425,37 +413,9 @@ TEST_F(DecodeRows, VcdOfWhatHasNoOneTime_IsRefused) {
   const std::string before = folder.file("early.csv", early);
   const std::string output = folder.file("old.vcd", "old");
   const Words words("decode {} -f resolute-26 --to vcd -o {}", before, output);
-  const Outcome negative = run(words);
-  EXPECT_EQ(negative.status, 2) << early.substr(0, 200);
-  EXPECT_THAT(negative.err, HasSubstr("the capture begins before 0; give --since 0s"));
+  EXPECT_THAT(run(words), fails(2, "the capture begins before 0; give --since 0s"));
   EXPECT_EQ(content_of(output), "old");
   run_ok(words + Words{"--since", "0s"});
-}
-
-// Runs the command with files of at most that size, and kills it after a while where `microseconds`
-// is not 0. \return as Outcome::status
-int run_hard(const Words& arguments, rlim_t most_bytes, useconds_t microseconds) {
-  Words words = Words{BISS_COMMAND} + arguments;
-  std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
-  argv.push_back(nullptr);
-  const pid_t child = ::fork();
-  if (child == 0) {
-    const int null = ::open("/dev/null", O_RDWR);
-    ::dup2(null, STDOUT_FILENO);
-    ::dup2(null, STDERR_FILENO);
-    const rlimit limit{most_bytes, most_bytes};
-    ::setrlimit(RLIMIT_FSIZE, &limit);
-    ::execv(BISS_COMMAND, argv.data());
-    ::_exit(127);
-  }
-  if (microseconds != 0) {
-    ::usleep(microseconds);
-    ::kill(child, SIGKILL);
-  }
-  int status = 0;
-  ::waitpid(child, &status, 0);
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
 TEST_F(DecodeRows, FullDisk_LeavesTheOldFile) {
@@ -463,9 +423,9 @@ TEST_F(DecodeRows, FullDisk_LeavesTheOldFile) {
   for (const char* to : {"csv", "jsonl", "table", "vcd", "hdf5"}) {
     const std::string output = folder.file("old", "old");
     const Words words("decode {} -f resolute-26 --to {} -o {}", capture, to, output);
-    EXPECT_EQ(run_hard(words, 300'000, 0), 3) << to;
+    EXPECT_EQ(run_limited("-f 600", words).status, 3) << to;
     EXPECT_EQ(content_of(output), "old") << to;
-    EXPECT_EQ(run_hard(words, RLIM_INFINITY, 0), 0) << to;
+    run_ok(words);
     EXPECT_NE(content_of(output), "old") << to;
   }
   EXPECT_EQ(folder.files(), 2U);
@@ -490,11 +450,11 @@ TEST_F(DecodeRows, KilledAtAnyMoment_LeavesTheOldFileOrTheWholeNewOne) {
   for (const char* to : {"csv", "hdf5"}) {
     const std::string output = folder.path("rows");
     const Words words("decode {} -f resolute-26 --to {} -o {}", capture, to, output);
-    ASSERT_EQ(run_hard(words, RLIM_INFINITY, 0), 0);
+    run_ok(words);
     const std::string whole = content_of(output);
-    for (useconds_t i = 0; i < 50; ++i) {
+    for (int i = 0; i < 50; ++i) {
       folder.file("rows", "old");
-      const int status = run_hard(words, RLIM_INFINITY, 500 + i * 700);
+      const int status = run_for(std::chrono::microseconds(500 + i * 700), "KILL", words).status;
       const std::string left = content_of(output);
       EXPECT_TRUE(left == "old" || left == whole) << left.size();
       EXPECT_TRUE(status != 0 || left == whole);
@@ -510,11 +470,11 @@ TEST_F(DecodeRows, KilledWithoutAnOldFile_LeavesNothingOrTheWholeFile) {
   const std::string capture = simulate("line.sr", "-f resolute-26 --cycles 4000");
   const std::string output = folder.path("rows");
   const Words words("decode {} -f resolute-26 --to csv -o {}", capture, output);
-  ASSERT_EQ(run_hard(words, RLIM_INFINITY, 0), 0);
+  run_ok(words);
   const std::string whole = content_of(output);
-  for (useconds_t i = 0; i < 50; ++i) {
+  for (int i = 0; i < 50; ++i) {
     std::filesystem::remove(output);
-    const int status = run_hard(words, RLIM_INFINITY, 500 + i * 700);
+    const int status = run_for(std::chrono::microseconds(500 + i * 700), "KILL", words).status;
     const bool there = std::filesystem::exists(output);
     EXPECT_TRUE(status != 0 || there);
     if (there) {

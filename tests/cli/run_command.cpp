@@ -13,10 +13,26 @@ namespace biss::verbs {
 
 namespace {
 
-Outcome run_program(std::vector<std::string> words, const std::filesystem::path& input) {
+// Runs the command, with the words of another program before it.
+Outcome run_program(const std::vector<std::string>& before,
+                    const std::vector<std::string>& arguments,
+                    const std::filesystem::path& input = "/dev/null") {
   const Folder folder;
-  const std::string out = folder.path("out");
-  const std::string err = folder.path("err");
+  const pid_t child = start(Words(before) + Words{BISS_COMMAND} + arguments, input,
+                            folder.path("out"), folder.path("err"));
+  Outcome outcome;
+  int status = 0;
+  if (child == -1 || waitpid(child, &status, 0) != child) return outcome;
+  outcome.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  outcome.out = content_of(folder.path("out"));
+  outcome.err = content_of(folder.path("err"));
+  return outcome;
+}
+
+}  // namespace
+
+pid_t start(std::vector<std::string> words, const std::string& input, const std::string& out,
+            const std::string& err) {
   std::vector<char*> argv;
   for (std::string& word : words) argv.push_back(word.data());
   argv.push_back(nullptr);
@@ -29,17 +45,8 @@ Outcome run_program(std::vector<std::string> words, const std::filesystem::path&
   pid_t child = -1;
   const int failed = posix_spawnp(&child, argv[0], &actions, nullptr, argv.data(), environ);
   posix_spawn_file_actions_destroy(&actions);
-  Outcome outcome;
-  if (failed != 0) return outcome;
-  int status = 0;
-  if (waitpid(child, &status, 0) != child) return outcome;
-  outcome.status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  outcome.out = content_of(out);
-  outcome.err = content_of(err);
-  return outcome;
+  return failed == 0 ? child : -1;
 }
-
-}  // namespace
 
 std::vector<std::string> split(const std::string& text, char separator) {
   std::vector<std::string> parts;
@@ -53,7 +60,7 @@ std::vector<std::string> split(const std::string& text, char separator) {
 }
 
 Outcome run(const std::vector<std::string>& arguments, const std::filesystem::path& input) {
-  return run_program(Words{BISS_COMMAND} + arguments, input);
+  return run_program({}, arguments, input);
 }
 
 Outcome ok(Outcome outcome) {
@@ -73,38 +80,20 @@ Outcome run_measured(const std::vector<std::string>& arguments) {
       "sys.exit(code if code >= 0 else 128 - code)\n";
   const Folder folder;
   const std::string peak = folder.path("peak");
-  Outcome outcome =
-      run_program(Words{"python3", "-c", script, peak, BISS_COMMAND} + arguments, "/dev/null");
+  Outcome outcome = run_program({"python3", "-c", script, peak}, arguments);
   outcome.peak_kib = std::stol(content_of(peak));
   return outcome;
 }
 
-Folder::Folder() {
-  std::string name = (std::filesystem::temp_directory_path() / "biss-cli-XXXXXX").string();
-  if (mkdtemp(name.data()) == nullptr) std::abort();
-  folder_ = name;
+Outcome run_limited(const std::string& limit, const std::vector<std::string>& arguments) {
+  return run_program({"sh", "-c", "ulimit " + limit + "; exec \"$@\"", "sh"}, arguments);
 }
 
-Folder::~Folder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(folder_, ignored);
-}
-
-std::string Folder::file(const std::string& name, std::string_view content) const {
-  std::ofstream(folder_ / name, std::ios::binary) << content;
-  return path(name);
-}
-
-std::size_t Folder::files() const {
-  std::size_t count = 0;
-  for ([[maybe_unused]] const auto& entry : std::filesystem::directory_iterator(folder_)) ++count;
-  return count;
-}
-
-std::string content_of(const std::string& path) {
-  std::ostringstream text;
-  text << std::ifstream(path, std::ios::binary).rdbuf();
-  return text.str();
+Outcome run_for(std::chrono::microseconds time, const std::string& signal,
+                const std::vector<std::string>& arguments) {
+  return run_program({"timeout", "--foreground", "--preserve-status", "-s", signal,
+                      fmt::format("{:f}", std::chrono::duration<double>(time).count())},
+                     arguments);
 }
 
 std::vector<Row> rows_of(std::string_view csv) {
@@ -119,6 +108,42 @@ std::vector<Row> rows_of(std::string_view csv) {
     for (std::size_t i = 0; i < names.size() && i < cells.size(); ++i) row[names[i]] = cells[i];
   }
   return rows;
+}
+
+void expect_truth(const std::vector<Row>& rows, const std::vector<Row>& truth) {
+  ASSERT_EQ(rows.size(), truth.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    EXPECT_EQ(rows[i].at("status"), "ok") << i;
+    EXPECT_EQ(rows[i].at("position"), truth[i].at("position")) << i;
+  }
+}
+
+std::string rewritten(const Folder& folder, const std::string& name, const std::string& capture,
+                      const std::function<void(Row&)>& change) {
+  std::string text = "time_ns,MA,SLO\n";
+  for (Row row : rows_of(content_of(capture))) {
+    change(row);
+    text += row["time_ns"] + "," + row["MA"] + "," + row["SLO"] + "\n";
+  }
+  return folder.file(name, text);
+}
+
+std::string one_line(const Folder& folder, const std::string& name, const std::string& line,
+                     const std::string& capture, const std::string& column) {
+  std::string text = "time_ns," + column + "\n";
+  for (const Row& row : rows_of(content_of(capture))) {
+    text += row.at("time_ns") + "," + row.at(line) + "\n";
+  }
+  return folder.file(name, text);
+}
+
+std::string joined(const Folder& folder, const std::string& first, const std::string& second) {
+  const std::string begin = content_of(first);
+  const double later = std::stod(rows_of(begin).back().at("time_ns")) + 200'000;
+  const std::string end = content_of(rewritten(folder, "later.csv", second, [&](Row& row) {
+    row["time_ns"] = std::to_string(std::stod(row["time_ns"]) + later);
+  }));
+  return folder.file("joined.csv", begin + end.substr(end.find('\n') + 1));
 }
 
 }  // namespace biss::verbs

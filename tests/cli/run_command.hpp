@@ -7,10 +7,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <chrono>
+#include <csignal>
 #include <cstdint>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <optional>
 #include <sstream>
@@ -19,7 +22,12 @@
 #include <utility>
 #include <vector>
 
+#include "capture/test_folder.hpp"
+
 namespace biss::verbs {
+
+using test::content_of;
+using test::Folder;
 
 /// The result of a run.
 struct Outcome {
@@ -85,27 +93,24 @@ inline auto fails(int status, const testing::Matcher<std::string>& err) {
 }
 inline auto fails(int status, const char* part) { return fails(status, testing::HasSubstr(part)); }
 inline auto fails(int status, const std::string& part) { return fails(status, part.c_str()); }
+/// The same, without output and with an error of one line that contains a text.
+inline auto refuses(int status, const std::string& part) {
+  return testing::AllOf(fails(status, part), testing::Field("out", &Outcome::out, ""),
+                        testing::Field("err", &Outcome::err, testing::MatchesRegex("[^\n]*\n")));
+}
+
+/// Starts a program. \return its process
+pid_t start(std::vector<std::string> words, const std::string& input = "/dev/null",
+            const std::string& out = "/dev/null", const std::string& err = "/dev/null");
 
 /// Measures peak memory too. The peak of a process contains that of the one which started it, so a
 /// small process stands between.
 Outcome run_measured(const std::vector<std::string>& arguments);
-
-/// A temporary folder for each test, removed by the destructor.
-class Folder {
- public:
-  Folder();
-  ~Folder();
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  /// Writes a file. \return its path
-  std::string file(const std::string& name, std::string_view content) const;
-  std::size_t files() const;
-
- private:
-  std::filesystem::path folder_;
-};
+/// With a limit as the options of `ulimit`.
+Outcome run_limited(const std::string& limit, const std::vector<std::string>& arguments);
+/// Sends a signal, such as `KILL`, after this time.
+Outcome run_for(std::chrono::microseconds time, const std::string& signal,
+                const std::vector<std::string>& arguments);
 
 /// A test with a folder.
 class InFolder : public testing::Test {
@@ -113,10 +118,20 @@ class InFolder : public testing::Test {
   const Folder folder;
 };
 
-std::string content_of(const std::string& path);
-
 /// Rows of a CSV without quoted cells, by column name.
 using Row = std::map<std::string, std::string>;
 std::vector<Row> rows_of(std::string_view csv);
+/// Expects of each row that it is ok and has the position of the truth file.
+void expect_truth(const std::vector<Row>& rows, const std::vector<Row>& truth);
+
+/// An event CSV of MA and SLO again, each row changed. \return the path of the file
+std::string rewritten(const Folder& folder, const std::string& name, const std::string& capture,
+                      const std::function<void(Row&)>& change);
+/// One line of an event CSV in a file of its own, under this name. \return the path of the file
+std::string one_line(const Folder& folder, const std::string& name, const std::string& line,
+                     const std::string& capture, const std::string& column);
+/// The rows of one event CSV of MA and SLO, and those of another one 200 µs later.
+/// \return the path of the file
+std::string joined(const Folder& folder, const std::string& first, const std::string& second);
 
 }  // namespace biss::verbs

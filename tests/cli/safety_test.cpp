@@ -6,12 +6,12 @@
 namespace biss::verbs::safety_test {
 
 using Safety = InFolder;
+using testing::HasSubstr;
 
 std::vector<Row> decoded(const Folder& folder, const Words& made, const Words& read) {
   const std::string capture = folder.path("line.csv");
   run_ok(Words("simulate -o {}", capture) + made);
-  const Outcome outcome = run_ok(Words("decode {} --to csv", capture) + read);
-  return rows_of(outcome.out);
+  return rows_of(run_ok(Words("decode {} --to csv", capture) + read).out);
 }
 
 std::size_t count(const std::vector<Row>& rows, const std::string& verdict) {
@@ -45,7 +45,7 @@ TEST_F(Safety, EveryConfigurationsName_IsAFormat) {
     const std::string capture = folder.path("named.csv");
     run_ok("simulate -f {} --cycles 20 -o {}", name, capture);
     const Outcome read = run_ok("decode {} -f {} --fail-on safety,any", capture, name);
-    EXPECT_NE((read.out + read.err).find(name), std::string::npos) << read.err;
+    EXPECT_THAT(read.out + read.err, HasSubstr(name));
     run_ok("safety analyse -f {} --ber 0.01", name);
   }
 }
@@ -66,12 +66,11 @@ TEST_F(Safety, EveryNameOfRenishawsRows_HasTheDataSheetsTiming) {
                  capture);
     };
     EXPECT_EQ(simulate("10MHz", "32kHz").status, 0);
-    EXPECT_NE(simulate("10MHz", "33kHz").err.find("at most 32 kHz"), std::string::npos);
-    EXPECT_NE(simulate("100kHz", "1kHz").err.find("accepts 250 kHz"), std::string::npos);
-    const Outcome late = run("decode {} -f {} --fail-on ack_range", slow, name);
-    EXPECT_EQ(late.status, 1) << late.err;
-    const Outcome line = run("safety line -f {} --cycles 100 --rate 33kHz", name);
-    EXPECT_NE(line.err.find("at most 32 kHz"), std::string::npos) << line.err;
+    EXPECT_THAT(simulate("10MHz", "33kHz").err, HasSubstr("at most 32 kHz"));
+    EXPECT_THAT(simulate("100kHz", "1kHz").err, HasSubstr("accepts 250 kHz"));
+    EXPECT_EQ(run("decode {} -f {} --fail-on ack_range", slow, name).status, 1);
+    EXPECT_THAT(run("safety line -f {} --cycles 100 --rate 33kHz", name).err,
+                HasSubstr("at most 32 kHz"));
     run_ok("safety line -f {} --cycles 100 -o {}", name, folder.path("t"));
   }
 }
@@ -142,8 +141,8 @@ TEST_F(Safety, CounterPeriodAndWorstDifference_StandInTheSummary) {
       capture);
   const Outcome read =
       run("decode {} -f fs-36-28 --counter learned -o {}", capture, folder.path("rows"));
-  EXPECT_NE(read.err.find("period 64, seen 3 times"), std::string::npos) << read.err;
-  EXPECT_NE(read.err.find("worst difference 2, 1 allowed"), std::string::npos) << read.err;
+  EXPECT_THAT(read.err, HasSubstr("period 64, seen 3 times"));
+  EXPECT_THAT(read.err, HasSubstr("worst difference 2, 1 allowed"));
 }
 
 // 256 counts of the 36-bit word are one of the 28-bit word.
@@ -227,14 +226,12 @@ TEST_F(Safety, WrongOptions_AreRefused) {
   const std::string capture = folder.path("line.csv");
   run_ok("simulate -f fs-28-24 -o {}", capture);
   const auto refused = [&](const Words& more) {
-    const Outcome outcome = run(Words("decode {} -f fs-28-24", capture) + more);
-    EXPECT_EQ(outcome.status, 2);
-    return outcome.err;
+    EXPECT_THAT(run(Words("decode {} -f fs-28-24", capture) + more), refuses(2, more[0]));
   };
-  EXPECT_NE(refused("--compare-bits 25").find("--compare-bits"), std::string::npos);
-  EXPECT_NE(refused("--start-frames 1").find("--start-frames"), std::string::npos);
-  EXPECT_NE(refused("--watchdog 1s").find("--watchdog"), std::string::npos);
-  EXPECT_NE(refused("--safety rsx").find("--safety"), std::string::npos);
+  refused("--compare-bits 25");
+  refused("--start-frames 1");
+  refused("--watchdog 1s");
+  refused("--safety rsx");
   EXPECT_EQ(run("decode {} -f pos26,nE,nW,crc6 --latch", capture).status, 2);
 }
 

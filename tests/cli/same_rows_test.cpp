@@ -193,8 +193,7 @@ class SameRows {
 
   std::vector<Row> decode(Words files) const {
     files.insert(files.begin(), {"decode", "-f", setting_.format, "--to", "csv"});
-    const Outcome read = run_ok(files);
-    return rows_of(read.out);
+    return rows_of(run_ok(files).out);
   }
 
   void expect_changes() {

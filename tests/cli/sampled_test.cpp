@@ -10,21 +10,12 @@ using Sampled = InFolder;
 
 void expect_true_positions(const Folder& folder, const std::string& capture, const Words& options) {
   SCOPED_TRACE(capture);
-  Words arguments = Words("simulate -f resolute-26 --cycles 200") + options;
-  for (const std::string& more : {std::string("--motion"), std::string("random"), std::string("-o"),
-                                  capture, std::string("--truth"), folder.path("truth.csv")}) {
-    arguments.push_back(more);
-  }
-  run_ok(arguments);
-  const Outcome decoded = run_ok("decode -f resolute-26 {} --to csv", capture);
-  std::vector<Row> rows = rows_of(decoded.out);
-  std::vector<Row> truth = rows_of(content_of(folder.path("truth.csv")));
-  ASSERT_EQ(rows.size(), 200U);
-  ASSERT_EQ(truth.size(), 200U);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    EXPECT_EQ(rows[i]["status"], "ok") << i;
-    EXPECT_EQ(rows[i]["position"], truth[i]["position"]) << i;
-  }
+  run_ok(Words("simulate -f resolute-26 --cycles 200 --motion random -o {} --truth {}", capture,
+               folder.path("truth.csv")) +
+         options);
+  const std::vector<Row> rows = rows_of(run_ok("decode -f resolute-26 {} --to csv", capture).out);
+  EXPECT_EQ(rows.size(), 200U);
+  expect_truth(rows, rows_of(content_of(folder.path("truth.csv"))));
 }
 
 TEST_F(Sampled, SessionsAndSaleaesCsv_DecodeToTheTruth) {
@@ -106,10 +97,10 @@ TEST_F(Sampled, RawSamples_AreReplayed) {
   const std::string session = folder.path("line.sr");
   ASSERT_EQ(simulate_samples(raw).status, 0);
   ASSERT_EQ(simulate_samples(session).status, 0);
-  const auto replay = [&](const std::string& option, const std::string& capture, Words more) {
+  const auto replay = [&](const std::string& option, const std::string& capture,
+                          const Words& more) {
     const std::string out = folder.path("out.csv");
-    more.insert(more.begin(), {"simulate", "-f", "resolute-26", option, capture, "-o", out});
-    run_ok(more);
+    run_ok(Words("simulate -f resolute-26 {} {} -o {}", option, capture, out) + more);
     return content_of(out);
   };
   const Words told("--raw-rate 50MHz --ma D0");
@@ -125,10 +116,7 @@ TEST_F(Sampled, RawSamplesHalfDescribed_AreRefusedByName) {
   run_ok("simulate -f resolute-26 -o {}", changes);
   const auto expect = [&](const std::string& capture, const Words& options, int status,
                           const std::string& part) {
-    const Outcome refused = decode_samples(capture, options);
-    EXPECT_EQ(refused.status, status) << part;
-    EXPECT_NE(refused.err.find(part), std::string::npos) << refused.err;
-    EXPECT_EQ(refused.out, "");
+    EXPECT_THAT(decode_samples(capture, options), refuses(status, part));
   };
   expect(raw, {}, 3, "line.bin: the sample rate of raw samples is not known; give --raw-rate");
   expect(raw, {"--raw-bytes", "1"}, 2, "--raw-rate");
@@ -152,10 +140,8 @@ TEST_F(Sampled, SampleRateOfAFileOfChanges_IsWrongUsage) {
 TEST_F(Sampled, SessionOnStandardInput_DecodesTheSame) {
   const std::string capture = folder.path("line.sr");
   run_ok("simulate -f resolute-26 -o {}", capture);
-  const Outcome file = run("decode -f resolute-26 {} --to csv", capture);
-  const Outcome input = run({"decode", "-f", "resolute-26", "-", "--to", "csv"}, capture);
-  EXPECT_EQ(file.status, 0);
-  EXPECT_EQ(file.out, input.out);
+  EXPECT_EQ(run_ok("decode -f resolute-26 {} --to csv", capture).out,
+            run({"decode", "-f", "resolute-26", "-", "--to", "csv"}, capture).out);
 }
 
 TEST_F(Sampled, SessionCutOff_IsDamaged) {

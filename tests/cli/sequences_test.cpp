@@ -4,8 +4,6 @@
 
 namespace biss::verbs::sequences_test {
 
-using ::testing::HasSubstr;
-
 // Weak checksums, so that the theory is quick to compute and many events are accepted.
 constexpr const char* weak = "pos12,nE,nW,crc5+pos10,nE,nW,lc6,crc6";
 
@@ -22,9 +20,10 @@ const Row* row_of(const std::vector<Row>& rows, const std::string& name,
 }
 
 TEST(Sequences, UndamagedFrames_HaveNoFalseAlarmWithAnyCounter) {
-  const Outcome told = ok(sequences(
-      "fs-36-28", "--frames 500000 --kind undamaged --motion max --motion steps --motion creep"));
-  const std::vector<Row> rows = rows_of(told.out);
+  const std::vector<Row> rows = rows_of(
+      ok(sequences("fs-36-28",
+                   "--frames 500000 --kind undamaged --motion max --motion steps --motion creep"))
+          .out);
   ASSERT_EQ(rows.size(), 12U);
   for (const Row& row : rows) {
     EXPECT_EQ(row.at("frames"), "500000");
@@ -39,18 +38,15 @@ TEST(Sequences, UndamagedFrames_HaveNoFalseAlarmWithAnyCounter) {
 
 // The same for a format whose theory of corruption takes seconds, without that theory.
 TEST(Sequences, SevenKindsWithStrongChecksums_AreToldWithinTheirCycles) {
-  Words arguments{"--faults", "10000"};
-  for (const char* name :
-       {"repetition", "sequence", "loss", "delay", "insertion", "masquerade", "addressing"}) {
-    arguments.insert(arguments.end(), {"--kind", name});
-  }
-  const Outcome told = ok(sequences("fs-36-28", arguments));
+  const Outcome told = ok(sequences(
+      "fs-36-28",
+      "--faults 10000 --kind repetition --kind sequence --kind loss --kind delay --kind insertion "
+      "--kind masquerade --kind addressing"));
   EXPECT_EQ(rows_of(told.out).size(), 24U + 7U);
 }
 
 TEST(Sequences, EveryKindOfFault_IsToldWithinItsCycles) {
-  const Outcome told = ok(sequences(weak, "--frames 0 --faults 10000"));
-  const std::vector<Row> rows = rows_of(told.out);
+  const std::vector<Row> rows = rows_of(ok(sequences(weak, "--frames 0 --faults 10000")).out);
   for (const char* name : {"corruption", "repetition", "sequence", "loss", "delay", "insertion",
                            "masquerade", "addressing"}) {
     const Row* row = row_of(rows, name, "all");
@@ -70,9 +66,10 @@ TEST(Sequences, EveryKindOfFault_IsToldWithinItsCycles) {
 TEST(Sequences, CounterOfTheOtherRange_HasARowThatNamesIt) {
   for (const auto& [monitor, encoder] :
        {std::pair{"count_0_63", "count_1_63"}, std::pair{"count_1_63", "count_0_63"}}) {
-    const Outcome told = ok(sequences(
-        "fs-28-24", Words("--counter {} --encoder-counter {} --faults 2000", monitor, encoder)));
-    const std::vector<Row> rows = rows_of(told.out);
+    const std::vector<Row> rows =
+        rows_of(ok(sequences("fs-28-24", Words("--counter {} --encoder-counter {} --faults 2000",
+                                               monitor, encoder)))
+                    .out);
     ASSERT_EQ(rows.size(), 1U);
     EXPECT_EQ(rows[0].at("run"), "counter_mode");
     EXPECT_EQ(rows[0].at("counter"), monitor);
@@ -84,14 +81,9 @@ TEST(Sequences, CounterOfTheOtherRange_HasARowThatNamesIt) {
 TEST(Sequences, Threads_DoNotChangeTheTable) {
   const Words arguments(
       "--frames 70000 --faults 1500 --kind undamaged --kind insertion --kind loss");
-  auto one = arguments;
-  one.insert(one.end(), {"--threads", "1"});
-  auto three = arguments;
-  three.insert(three.end(), {"--threads", "3"});
-  EXPECT_EQ(sequences("rum", one).out, sequences("rum", three).out);
-  auto other = one;
-  other.insert(other.end(), {"--seed", "2"});
-  EXPECT_NE(sequences("rum", one).out, sequences("rum", other).out);
+  const std::string one = sequences("rum", arguments + Words("--threads 1")).out;
+  EXPECT_EQ(one, sequences("rum", arguments + Words("--threads 3")).out);
+  EXPECT_NE(one, sequences("rum", arguments + Words("--threads 1 --seed 2")).out);
 }
 
 TEST(Sequences, AcceptedEvent_IsShownAgain) {
@@ -101,10 +93,8 @@ TEST(Sequences, AcceptedEvent_IsShownAgain) {
   const std::string odd = rows[0].at("odd");
   ASSERT_FALSE(odd.empty());
   const std::string index = odd.substr(0, odd.find(';'));
-  auto again = arguments;
-  again.insert(again.end(), {"--replay", index});
-  const Outcome told = ok(sequences("fs-36-28", again));
-  const std::vector<Row> steps = rows_of(told.out);
+  const std::vector<Row> steps =
+      rows_of(ok(sequences("fs-36-28", arguments + Words{"--replay", index})).out);
   ASSERT_GE(steps.size(), 4U);
   const Row& last = steps.back();
   EXPECT_EQ(last.at("index"), index);
@@ -115,10 +105,11 @@ TEST(Sequences, AcceptedEvent_IsShownAgain) {
 }
 
 TEST(Sequences, UndamagedFrame_IsShownWithTheFourBefore) {
-  const Outcome told = ok(sequences("rsm",
-                                    "--kind undamaged --motion creep --counter learned "
-                                    "--encoder-counter count_0_63 --frames 70000 --replay 66000"));
-  const std::vector<Row> steps = rows_of(told.out);
+  const std::vector<Row> steps =
+      rows_of(ok(sequences("rsm",
+                           "--kind undamaged --motion creep --counter learned "
+                           "--encoder-counter count_0_63 --frames 70000 --replay 66000"))
+                  .out);
   ASSERT_EQ(steps.size(), 5U);
   for (const Row& step : steps) {
     EXPECT_EQ(step.at("verdict"), "safe");
@@ -134,23 +125,16 @@ TEST(Sequences, CatalogueName_IsMonitoredByTheFirstConfigurationOfItsWords) {
 }
 
 TEST(Sequences, WrongUsage_IsTold) {
-  const auto error_of = [](const std::string& format, const Words& more) {
-    const Outcome told = sequences(format, more);
-    EXPECT_EQ(told.status, 2) << told.err;
-    EXPECT_EQ(told.out, "");
-    return told.err;
+  const auto refused = [](const std::string& format, const Words& more, const std::string& what) {
+    EXPECT_THAT(sequences(format, more), refuses(2, what));
   };
-  EXPECT_THAT(error_of("resolute-26", {}), HasSubstr("'resolute-26' is neither"));
-  EXPECT_THAT(error_of("fs-36-28", {"--kind", "theft"}), HasSubstr("theft"));
-  EXPECT_THAT(error_of("fs-36-28", {"--kind", "loss", "--variant", "theft"}),
-              HasSubstr("nothing to run"));
-  EXPECT_THAT(error_of("fs-36-28", {"--kind", "loss", "--counter", "count_0_63",
-                                    "--encoder-counter", "count_1_63"}),
-              HasSubstr("nothing to run"));
-  EXPECT_THAT(error_of("fs-36-28", {"--kind", "loss", "--replay", "1"}), HasSubstr("single row"));
-  EXPECT_THAT(error_of("fs-36-28", {"--kind", "loss", "--variant", "not_called", "--faults", "100",
-                                    "--replay", "25"}),
-              HasSubstr("single row"));
+  refused("resolute-26", {}, "'resolute-26' is neither");
+  refused("fs-36-28", "--kind theft", "theft");
+  refused("fs-36-28", "--kind loss --variant theft", "nothing to run");
+  refused("fs-36-28", "--kind loss --counter count_0_63 --encoder-counter count_1_63",
+          "nothing to run");
+  refused("fs-36-28", "--kind loss --replay 1", "single row");
+  refused("fs-36-28", "--kind loss --variant not_called --faults 100 --replay 25", "single row");
 }
 
 }  // namespace biss::verbs::sequences_test

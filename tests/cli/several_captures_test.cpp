@@ -40,20 +40,14 @@ class SeveralCaptures : public testing::Test {
     return folder_.file(name, text);
   }
 
-  // One column of an event CSV as a separate capture.
+  // One line of a capture as a separate one.
   std::string one_line(const std::string& name, const std::string& line,
                        const std::string& capture) const {
-    std::string text = "time_ns," + line + '\n';
-    for (const Row& row : rows_of(content_of(capture))) {
-      text += row.at("time_ns") + ',' + row.at(line) + '\n';
-    }
-    return folder_.file(name, text);
+    return verbs::one_line(folder_, name, line, capture, line);
   }
 
-  static Outcome decode(Words arguments) {
-    arguments.insert(arguments.begin(), "decode");
-    arguments.insert(arguments.end(), {"-f", plain_format, "--to", "csv"});
-    return run(arguments);
+  static Outcome decode(const Words& arguments) {
+    return run(Words("decode -f {} --to csv", plain_format) + arguments);
   }
 
   static Positions positions_of(const Outcome& outcome, const std::string& column = "",
