@@ -1,47 +1,25 @@
 // The command as a whole process: start, reading the file, writing the rows.
 #include <chrono>
-#include <cstdio>
 #include <cstdlib>
-#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <span>
 #include <string>
 
-#include <unistd.h>
-
 #include "bench/line.hpp"
 #include "bench/rows.hpp"
 #include "bench/samples.hpp"
+#include "capture/test_folder.hpp"
 
 namespace biss::bench {
 
 namespace {
 
+using test::Folder;
+
 constexpr std::size_t command_cycles = 20'000;
 // A report has a part of this many.
 constexpr std::size_t report_cycles = 100'000;
-
-// A temporary folder, removed by the destructor.
-class Folder {
- public:
-  Folder() {
-    std::string name = (std::filesystem::temp_directory_path() / "biss-bench-XXXXXX").string();
-    if (mkdtemp(name.data()) != nullptr) path_ = name;
-  }
-  Folder(const Folder&) = delete;
-  Folder& operator=(const Folder&) = delete;
-  ~Folder() {
-    std::error_code ignored;
-    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
-  }
-
-  bool good() const { return !path_.empty(); }
-  std::string file(const std::string& name) const { return (path_ / name).string(); }
-
- private:
-  std::filesystem::path path_;
-};
 
 // The time of a whole process. False if it failed.
 bool run_process(benchmark::State& state, const std::string& command) {
@@ -66,8 +44,7 @@ void read_cycles(
     benchmark::State& state, std::size_t cycles, const std::string& extension,
     const std::function<std::string(const Folder& folder, const std::string& capture)>& command) {
   const Folder folder;
-  if (!folder.good()) return state.SkipWithError("no temporary folder");
-  const std::string capture = folder.file("line." + extension);
+  const std::string capture = folder.path("line." + extension);
   const Line line = make_line(cycles);
   std::ofstream(capture) << (extension == "vcd" ? vcd_text(line) : csv_text(line));
   if (!run_process(state, command(folder, capture))) return;
@@ -80,18 +57,17 @@ std::string rows_command(const Folder&, const std::string& capture) {
 
 // The page is as short as it can be.
 std::string report_command(const Folder& folder, const std::string& capture) {
-  const std::string page = folder.file("page.html");
-  std::ofstream(page) << R"(<script type="text/plain" id="biss-core"></script>)";
+  const std::string page =
+      folder.file("page.html", R"(<script type="text/plain" id="biss-core"></script>)");
   return std::string("'") + BISS_BENCH_COMMAND + "' report '" + capture + "' -f " +
-         line_format_text + " --page '" + page + "' -o '" + folder.file("report.html") + "'";
+         line_format_text + " --page '" + page + "' -o '" + folder.path("report.html") + "'";
 }
 
 // A process that reads a capture of `samples` samples of the whole line.
 void read_samples(benchmark::State& state, std::size_t samples,
                   const std::function<std::string(const std::string& capture)>& command) {
   const Folder folder;
-  if (!folder.good()) return state.SkipWithError("no temporary folder");
-  const std::string capture = folder.file("line.sr");
+  const std::string capture = folder.path("line.sr");
   if (samples == whole_samples) {
     std::ofstream(capture) << whole_archive();
   } else {

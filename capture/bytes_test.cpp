@@ -4,8 +4,9 @@
 
 #include <array>
 #include <filesystem>
-#include <fstream>
 #include <string>
+
+#include "capture/test_folder.hpp"
 
 namespace biss::capture {
 namespace bytes_test {
@@ -33,13 +34,11 @@ TEST(ByteSource, Folder_ReportsIsDirectory) {
 }
 
 TEST(ByteSource, File_DeliversItsBytes) {
-  const std::string path = testing::TempDir() + "biss_byte_source_test.bin";
-  const std::string text(10'000, 'q');
-  std::ofstream(path, std::ios::binary) << text << '\0';
-  const OpenedBytes opened = open_bytes(path);
+  const test::Folder folder;
+  const std::string text = std::string(10'000, 'q') + '\0';
+  const OpenedBytes opened = open_bytes(folder.file("bytes.bin", text));
   ASSERT_TRUE(opened);
-  EXPECT_EQ(drain(**opened, 777), text + '\0');
-  std::filesystem::remove(path);
+  EXPECT_EQ(drain(**opened, 777), text);
 }
 
 TEST(ByteSource, FileThatCannotBeRead_ReportsReadFailed) {

@@ -4,13 +4,12 @@
 #include <algorithm>
 #include <cinttypes>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
 #include <random>
 #include <string>
 
 #include "capture/open.hpp"
 #include "capture/sr.hpp"
+#include "capture/test_folder.hpp"
 #include "capture/test_samples.hpp"
 #include "tests/common/long_run.hpp"
 
@@ -230,11 +229,9 @@ TEST(Sr, LastSampleNotWhole_ReportsTruncated) {
 }
 
 TEST(Sr, FileOfItsOwn_IsReadWhereItLies) {
-  const std::string path = testing::TempDir() + "biss_sr_test.sr";
+  const test::Folder folder;
   const std::string archive = zip_of(session_of({some_samples}));
-  std::ofstream(path, std::ios::binary) << archive;
-  EXPECT_EQ(read_all(open_capture(path)).edges, read_sr(archive).edges);
-  std::filesystem::remove(path);
+  EXPECT_EQ(read_all(open_capture(folder.file("line.sr", archive))).edges, read_sr(archive).edges);
 }
 
 TEST(Sr, PipeOfMoreThanFitsInMemory_IsReadThroughAFile) {

@@ -43,8 +43,8 @@ constexpr const char* program =
 TEST(Verilator, FstOfARun_HasTheEdgesOfItsVcd) {
   if (!runs("verilator --version")) GTEST_SKIP() << "no verilator: scripts/install-packages test";
   const Folder folder;
-  save(folder.path("top.v"), verilog);
-  save(folder.path("main.cpp"), program);
+  folder.file("top.v", verilog);
+  folder.file("main.cpp", program);
   const auto trace = [&](const std::string& options, const std::string& file) {
     return runs("cd " + folder.path(".") +
                 " && verilator --cc --exe --build -Wno-fatal --top-module top " + options +

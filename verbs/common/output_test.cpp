@@ -25,35 +25,20 @@
 #include <thread>
 #include <vector>
 
+#include "capture/test_folder.hpp"
+
 namespace biss::verbs {
 namespace output_test {
 
 namespace fs = std::filesystem;
+using test::content_of;
 
-// A temporary folder, removed by the destructor. Ignores SIGPIPE as the command does.
+// Ignores SIGPIPE as the command does.
 class OutputTest : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string pattern = testing::TempDir() + "biss-output-XXXXXX";
-    ASSERT_NE(::mkdtemp(pattern.data()), nullptr);
-    folder_ = pattern;
-    std::signal(SIGPIPE, SIG_IGN);
-  }
-  void TearDown() override {
-    std::error_code ignored;
-    fs::remove_all(folder_, ignored);
-  }
+  OutputTest() { std::signal(SIGPIPE, SIG_IGN); }
 
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  std::size_t files() const {
-    return static_cast<std::size_t>(
-        std::distance(fs::directory_iterator(folder_), fs::directory_iterator()));
-  }
-  static std::string content(const std::string& path) {
-    std::ostringstream text;
-    text << std::ifstream(path, std::ios::binary).rdbuf();
-    return text.str();
-  }
+  std::string path(const std::string& name) const { return folder_.path(name); }
   static void put(const std::string& path, const std::string& text) {
     std::ofstream(path, std::ios::binary) << text;
   }
@@ -63,7 +48,7 @@ class OutputTest : public testing::Test {
     return about.st_mode & 07777U;
   }
 
-  fs::path folder_;
+  const test::Folder folder_;
   ProcessHost host_;
 };
 
@@ -75,9 +60,9 @@ TEST_F(OutputTest, NewFile_AppearsOnlyAtTheEndWithTheModeOfTheUmask) {
   EXPECT_FALSE(fs::exists(path("new.csv")));
   EXPECT_TRUE(output.finish());
   ::umask(before);
-  EXPECT_EQ(content(path("new.csv")), "text\n");
+  EXPECT_EQ(content_of(path("new.csv")), "text\n");
   EXPECT_EQ(mode(path("new.csv")), 0640U);
-  EXPECT_EQ(files(), 1U);
+  EXPECT_EQ(folder_.files(), 1U);
   EXPECT_EQ(output.status(), ExitStatus::done);
 }
 
@@ -87,9 +72,9 @@ TEST_F(OutputTest, ExistingFile_StaysUntilTheEndAndKeepsItsMode) {
   Output output(host_);
   ASSERT_TRUE(output.open(path("old")));
   ASSERT_TRUE(output.write(std::string(1'000'000, 'x')));
-  EXPECT_EQ(content(path("old")), "old");
+  EXPECT_EQ(content_of(path("old")), "old");
   ASSERT_TRUE(output.finish());
-  EXPECT_EQ(content(path("old")).size(), 1'000'000U);
+  EXPECT_EQ(content_of(path("old")).size(), 1'000'000U);
   EXPECT_EQ(mode(path("old")), 0600U);
 }
 
@@ -100,8 +85,8 @@ TEST_F(OutputTest, NoFinish_LeavesTheOldFileAndNoTemporaryOne) {
     ASSERT_TRUE(output.open(path("old")));
     output.write("half");
   }
-  EXPECT_EQ(content(path("old")), "old");
-  EXPECT_EQ(files(), 1U);
+  EXPECT_EQ(content_of(path("old")), "old");
+  EXPECT_EQ(folder_.files(), 1U);
 }
 
 TEST_F(OutputTest, Abandoned_LeavesNothing) {
@@ -109,7 +94,7 @@ TEST_F(OutputTest, Abandoned_LeavesNothing) {
   ASSERT_TRUE(output.open(path("new")));
   output.write("half");
   output.abandon();
-  EXPECT_EQ(files(), 0U);
+  EXPECT_EQ(folder_.files(), 0U);
   EXPECT_FALSE(output.write("more"));
   EXPECT_FALSE(output.finish());
 }
@@ -125,7 +110,7 @@ TEST_F(OutputTest, SymbolicLink_StaysAndItsTargetIsReplaced) {
   ASSERT_TRUE(output.finish());
   EXPECT_TRUE(fs::is_symlink(path("link2")));
   EXPECT_TRUE(fs::is_symlink(path("link")));
-  EXPECT_EQ(content(path("deep/target")), "new");
+  EXPECT_EQ(content_of(path("deep/target")), "new");
 }
 
 TEST_F(OutputTest, DanglingLink_CreatesItsTarget) {
@@ -135,7 +120,7 @@ TEST_F(OutputTest, DanglingLink_CreatesItsTarget) {
   output.write("new");
   ASSERT_TRUE(output.finish());
   EXPECT_TRUE(fs::is_symlink(path("link")));
-  EXPECT_EQ(content(path("missing")), "new");
+  EXPECT_EQ(content_of(path("missing")), "new");
 }
 
 TEST_F(OutputTest, LinksInACircle_AreAnError) {
@@ -152,13 +137,14 @@ TEST_F(OutputTest, LongestName_IsWritten) {
   ASSERT_TRUE(output.open(path(name)));
   output.write("x");
   EXPECT_TRUE(output.finish());
-  EXPECT_EQ(content(path(name)), "x");
+  EXPECT_EQ(content_of(path(name)), "x");
 }
 
 TEST_F(OutputTest, Folder_IsRefused) {
   Output output(host_);
-  EXPECT_FALSE(output.open(folder_.string()));
-  EXPECT_EQ(output.error(), "cannot write '" + folder_.string() + "': Is a directory");
+  const std::string folder = fs::path(path("x")).parent_path().string();
+  EXPECT_FALSE(output.open(folder));
+  EXPECT_EQ(output.error(), "cannot write '" + folder + "': Is a directory");
   EXPECT_EQ(output.status(), ExitStatus::io);
 }
 
@@ -177,8 +163,8 @@ TEST_F(OutputTest, TwoOutputsInOneFolder_DoNotDisturbEachOther) {
   b.write("B");
   ASSERT_TRUE(b.finish());
   ASSERT_TRUE(a.finish());
-  EXPECT_EQ(content(path("a")), "A");
-  EXPECT_EQ(content(path("b")), "B");
+  EXPECT_EQ(content_of(path("a")), "A");
+  EXPECT_EQ(content_of(path("b")), "B");
 }
 
 TEST_F(OutputTest, TargetBecomesAFolder_FailsTheFinish) {
@@ -188,7 +174,7 @@ TEST_F(OutputTest, TargetBecomesAFolder_FailsTheFinish) {
   fs::create_directory(path("x"));
   EXPECT_FALSE(output.finish());
   EXPECT_EQ(output.status(), ExitStatus::io);
-  EXPECT_EQ(files(), 1U);
+  EXPECT_EQ(folder_.files(), 1U);
 }
 
 TEST_F(OutputTest, DevNull_TakesAllAndStaysADevice) {
@@ -220,7 +206,7 @@ TEST_F(OutputTest, DevFull_LargeText_FailsTheWriteAndAllAfter) {
 TEST_F(OutputTest, NamedPipe_IsWrittenStraight) {
   ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
   std::string received;
-  std::thread reader([&] { received = content(path("pipe")); });
+  std::thread reader([&] { received = content_of(path("pipe")); });
   Output output(host_);
   EXPECT_TRUE(output.open(path("pipe")));
   EXPECT_TRUE(output.write(std::string(300'000, 'x')));
@@ -255,7 +241,7 @@ TEST_F(OutputTest, NameOfAnOpenFile_IsAppendedToAndNotReplaced) {
   output.write("second\n");
   ASSERT_TRUE(output.finish());
   ::close(descriptor);
-  EXPECT_EQ(content(path("log")), "first\nsecond\n");
+  EXPECT_EQ(content_of(path("log")), "first\nsecond\n");
 }
 
 TEST_F(OutputTest, AbandonedStraight_KeepsWhatWasTaken) {
@@ -268,7 +254,7 @@ TEST_F(OutputTest, AbandonedStraight_KeepsWhatWasTaken) {
     output.write("so far\n");
   }
   ::close(descriptor);
-  EXPECT_EQ(content(path("log")), "so far\n");
+  EXPECT_EQ(content_of(path("log")), "so far\n");
 }
 
 // Makes open() with O_TMPFILE fail from now on, as on a file system that does not support it.
@@ -306,8 +292,8 @@ TEST_F(OutputTest, Killed_LeavesTheOldFileAndNoOther) {
     std::raise(SIGKILL);
   });
   EXPECT_TRUE(WIFSIGNALED(status));
-  EXPECT_EQ(content(path("old")), "old");
-  EXPECT_EQ(files(), 1U);
+  EXPECT_EQ(content_of(path("old")), "old");
+  EXPECT_EQ(folder_.files(), 1U);
 }
 
 TEST_F(OutputTest, FileSystemWithoutNamelessFiles_ReplacesTheFileAsElsewhere) {
@@ -315,13 +301,13 @@ TEST_F(OutputTest, FileSystemWithoutNamelessFiles_ReplacesTheFileAsElsewhere) {
   const int status = status_of([this] {
     if (!refuse_files_without_name()) ::_exit(9);
     Output output(host_);
-    if (!output.open(path("old")) || !output.write("new") || files() != 2) ::_exit(1);
+    if (!output.open(path("old")) || !output.write("new") || folder_.files() != 2) ::_exit(1);
     ::_exit(output.finish() ? 0 : 2);
   });
   EXPECT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 0);
-  EXPECT_EQ(content(path("old")), "new");
-  EXPECT_EQ(files(), 1U);
+  EXPECT_EQ(content_of(path("old")), "new");
+  EXPECT_EQ(folder_.files(), 1U);
 }
 
 TEST_F(OutputTest, SignalThatEndsTheProcess_RemovesTheTemporaryFile) {
@@ -330,13 +316,13 @@ TEST_F(OutputTest, SignalThatEndsTheProcess_RemovesTheTemporaryFile) {
     prepare_process();
     Output output(host_);
     if (!refuse_files_without_name() || !output.open(path("old"))) ::_exit(9);
-    if (!output.write("half") || files() != 2) ::_exit(9);
+    if (!output.write("half") || folder_.files() != 2) ::_exit(9);
     std::raise(SIGTERM);
   });
   EXPECT_TRUE(WIFSIGNALED(status));
   EXPECT_EQ(WTERMSIG(status), SIGTERM);
-  EXPECT_EQ(content(path("old")), "old");
-  EXPECT_EQ(files(), 1U);
+  EXPECT_EQ(content_of(path("old")), "old");
+  EXPECT_EQ(folder_.files(), 1U);
 }
 
 TEST_F(OutputTest, FileSizeLimit_IsAnErrorAndLeavesTheOldFile) {
@@ -352,8 +338,8 @@ TEST_F(OutputTest, FileSizeLimit_IsAnErrorAndLeavesTheOldFile) {
   });
   EXPECT_TRUE(WIFEXITED(status));
   EXPECT_EQ(WEXITSTATUS(status), 0);
-  EXPECT_EQ(content(path("old")), "old");
-  EXPECT_EQ(files(), 1U);
+  EXPECT_EQ(content_of(path("old")), "old");
+  EXPECT_EQ(folder_.files(), 1U);
 }
 
 TEST_F(OutputTest, StdoutClosed_IsAnErrorAndNoOtherFileTakesItsPlace) {
@@ -461,7 +447,7 @@ TEST_F(OutputTest, CharacterBetweenTwoWrites_StaysWholeOnATerminal) {
 TEST_F(OutputTest, TextToAFile_IsAsItWasGiven) {
   Output output(host_);
   ASSERT_TRUE(output.open(path("rows.csv")) && output.write(hostile) && output.finish());
-  EXPECT_EQ(content(path("rows.csv")), hostile);
+  EXPECT_EQ(content_of(path("rows.csv")), hostile);
 }
 
 TEST_F(OutputTest, StandardOutputOfAHostInMemory_IsItsText) {

@@ -2,12 +2,10 @@
 #include "verbs/common/page.hpp"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
 #include <string>
 
+#include "capture/test_folder.hpp"
 #include "draw/svg.hpp"
 
 namespace biss::verbs::page_test {
@@ -15,34 +13,20 @@ namespace {
 
 const std::string page = R"(<body><script type="text/plain" id="biss-core">CORE</script></body>)";
 
-class PageFile {
- public:
-  explicit PageFile(const std::string& text)
-      : path_(testing::TempDir() + "biss-page-" + std::to_string(getpid()) + ".html") {
-    std::ofstream(path_) << text;
-  }
-  ~PageFile() { std::filesystem::remove(path_); }
-  PageFile(const PageFile&) = delete;
-  PageFile& operator=(const PageFile&) = delete;
-  const std::string& path() const { return path_; }
-
- private:
-  std::string path_;
-};
-
 TEST(Page, FileWithCore_IsRead) {
-  const PageFile file(page);
-  const auto read = read_page(file.path());
+  const test::Folder folder;
+  const auto read = read_page(folder.file("biss.html", page));
   ASSERT_TRUE(read.has_value()) << read.error().text;
   EXPECT_EQ(*read, page);
 }
 
 TEST(Page, OtherFile_IsNamedAsNoPage) {
-  const PageFile file("<body></body>");
-  const auto read = read_page(file.path());
+  const test::Folder folder;
+  const std::string path = folder.file("biss.html", "<body></body>");
+  const auto read = read_page(path);
   ASSERT_FALSE(read.has_value());
   EXPECT_EQ(read.error().status, ExitStatus::io);
-  EXPECT_EQ(read.error().text, file.path() + ": is not the page of biss, which make view builds");
+  EXPECT_EQ(read.error().text, path + ": is not the page of biss, which make view builds");
 }
 
 TEST(Page, FileThatIsNotThere_IsNamed) {

@@ -5,9 +5,9 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
 #include <limits>
 
+#include "capture/test_folder.hpp"
 #include "verbs/common/capture_input.hpp"
 
 namespace biss::verbs {
@@ -44,9 +44,8 @@ TEST(ProgressLine, OfACount_HasRateAndTimeLeft) {
 }
 
 TEST(ReadAmount, OfAFileThatIsReadByAnotherDescriptor_IsFound) {
-  const auto path =
-      std::filesystem::temp_directory_path() / ("biss-position-" + std::to_string(::getpid()));
-  std::ofstream(path) << std::string(1'000, 'x');
+  const test::Folder folder;
+  const std::string path = folder.file("file", std::string(1'000, 'x'));
   const int first = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   ASSERT_GE(first, 0);
   EXPECT_FALSE(read_amount(path));

@@ -1,11 +1,11 @@
 // Verbs that run at the same time in several threads print the same as each alone.
 #include <gtest/gtest.h>
 
-#include <filesystem>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "capture/test_folder.hpp"
 #include "verbs/common/host.hpp"
 #include "verbs/common/verb.hpp"
 
@@ -27,11 +27,9 @@ std::string said_by(const Request& request) {
 }
 
 TEST(Threads, VerbsAtOnce_SayWhatEachSaysAlone) {
-  const auto path = [](const char* name) {
-    return (std::filesystem::temp_directory_path() / name).string();
-  };
-  const std::string good = path("biss_threads_good.vcd");
-  const std::string bad = path("biss_threads_bad.vcd");
+  const test::Folder folder;
+  const std::string good = folder.path("good.vcd");
+  const std::string bad = folder.path("bad.vcd");
   const GivenOption format{"--format", {"resolute-26"}};
   for (const auto& [file, fault] : {std::pair(good, "nE:0.1"), std::pair(bad, "flip:0.2")}) {
     said_by({{"simulate"},
@@ -76,8 +74,6 @@ TEST(Threads, VerbsAtOnce_SayWhatEachSaysAlone) {
       EXPECT_EQ(said[i], alone[i]) << requests[i].words.front();
     }
   }
-  std::filesystem::remove(good);
-  std::filesystem::remove(bad);
 }
 
 }  // namespace threads_test

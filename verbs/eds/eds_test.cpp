@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "capture/test_folder.hpp"
 #include "cli/verb_harness.hpp"
 
 namespace biss::verbs {
@@ -23,22 +23,11 @@ const char* const description =
 
 class Eds : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = std::filesystem::path(testing::TempDir()) /
-              ("eds-" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    std::filesystem::create_directories(folder_);
-    write("encoder.eds", description);
-  }
-  void TearDown() override { std::filesystem::remove_all(folder_); }
+  Eds() { write("encoder.eds", description); }
 
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
-  void write(const std::string& name, const std::string& text) const {
-    std::ofstream(path(name), std::ios::binary) << text;
-  }
-  std::string text(const std::string& name) const {
-    std::ifstream file(path(name), std::ios::binary);
-    return (std::ostringstream() << file.rdbuf()).str();
-  }
+  std::string path(const std::string& name) const { return folder_.path(name); }
+  void write(const std::string& name, const std::string& text) const { folder_.file(name, text); }
+  std::string text(const std::string& name) const { return test::content_of(path(name)); }
   static Ran eds(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), "eds");
     return run_verb(arguments);
@@ -55,7 +44,7 @@ class Eds : public testing::Test {
   }
 
  private:
-  std::filesystem::path folder_;
+  const test::Folder folder_;
 };
 
 TEST_F(Eds, Build_WritesEveryFormat_AndAllReadBackToTheSame) {
