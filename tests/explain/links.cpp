@@ -326,6 +326,17 @@ void make_too_fast(Random& random, Link& link) {
   }
 }
 
+// Another line 100 us after the end of this one.
+void append(Link& link, const Link& other) {
+  const Picoseconds later = link.end + microseconds(100);
+  for (Edge edge : other.edges) {
+    if (edge.time.count == 0) continue;
+    edge.time += later;
+    link.edges.push_back(edge);
+  }
+  link.end = later + other.end;
+}
+
 void make_fixed_clocks(Random& random, Link& link) {
   sim::LineSetup setup = any_line(random, link);
   // The master always sends as many clocks as some of the answers need.
@@ -350,14 +361,9 @@ void make_fixed_clocks(Random& random, Link& link) {
   link.timing = {};
   answer(quick, requests, fast);
   answer(setup, requests, link);
-  const Picoseconds later = fast.end + microseconds(100);
-  for (Edge edge : link.edges) {
-    if (edge.time.count == 0) continue;
-    edge.time += later;
-    fast.edges.push_back(edge);
-  }
+  append(fast, link);
   link.edges = std::move(fast.edges);
-  link.end = later + link.end;
+  link.end = fast.end;
   link.story += ", half of them in time";
 }
 
@@ -513,13 +519,7 @@ void make_format_change(Random& random, Link& link) {
   second.processing = first.processing;
   run_line(first, some_cycles(random), link);
   run_line(second, some_cycles(random), other);
-  const Picoseconds later = link.end + microseconds(100);
-  for (Edge edge : other.edges) {
-    if (edge.time.count == 0) continue;
-    edge.time += later;
-    link.edges.push_back(edge);
-  }
-  link.end = later + other.end;
+  append(link, other);
   link.story += ", then another length";
 }
 
