@@ -6,7 +6,7 @@ import { spawnSync } from 'node:child_process';
 import fs from 'node:fs';
 import os from 'node:os';
 import path from 'node:path';
-import { after, before, describe, it } from 'node:test';
+import { after, afterEach, before, describe, it } from 'node:test';
 import { pathToFileURL } from 'node:url';
 
 const command = path.resolve(process.env.BISS);
@@ -70,6 +70,7 @@ function readAll(session) {
   }
 }
 
+const resolute = ['-f', 'resolute-26'];
 const formats = ['resolute-26', 'mt12,st20,nE,nW,lc6,crc16', 'pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0'];
 const extensions = ['vcd', 'csv', 'sr', 'vcd.gz', 'csv.zst'];
 const compressors = { '.gz': ['gzip', '-kf'], '.zst': ['zstd', '-qf'] };
@@ -108,6 +109,20 @@ before(async () => {
   biss = await loadBiss({ wasmBinary });
 });
 
+// A session of a file of the folder, read to its end and closed after the test.
+let sessions = [];
+function read(name, ...options) {
+  biss.addFile(name, pulled(name));
+  const { session } = biss.open([name, ...options]);
+  sessions.push(session);
+  readAll(session);
+  return session;
+}
+afterEach(() => {
+  for (const session of sessions) session.close();
+  sessions = [];
+});
+
 // A file of an oscilloscope: two lines that change.
 function voltages() {
   const rows = Array.from({ length: 2000 }, (_, i) =>
@@ -139,10 +154,9 @@ describe('a session', () => {
   });
 
   it('Columns_HaveTheValuesOfTheCells', () => {
-    native(['simulate', '-f', 'mt12,st20,nE,nW,lc6,crc16', '--cycles', '200', '--fault', 'flip:0.2', '-o', 'columns.vcd']);
-    biss.addFile('columns.vcd', fs.readFileSync(path.join(folder, 'columns.vcd')));
-    const { session } = biss.open(['columns.vcd', '-f', 'mt12,st20,nE,nW,lc6,crc16', '--scale', 'deg', '--velocity', '--unwrap']);
-    readAll(session);
+    const format = ['-f', 'mt12,st20,nE,nW,lc6,crc16'];
+    const session = read(simulated('columns', 'vcd', ...format, '--cycles', '200', '--fault', 'flip:0.2'),
+      ...format, '--scale', 'deg', '--velocity', '--unwrap');
     const cells = session.cells(0, session.rowCount);
     session.columns.forEach((column, index) => {
       const { kind, present, values, texts } = session.column(column.name, 0, session.rowCount);
@@ -158,7 +172,6 @@ describe('a session', () => {
     });
     assert.equal(session.column('status', 5, 8).present.length, 3);
     assert.throws(() => session.column('nothing', 0, 1), RangeError);
-    session.close();
   });
 
   it('Columns_SayWhatTheirValuesMean', () => {
@@ -186,10 +199,7 @@ describe('a session', () => {
   });
 
   it('Lines_ShowTheChangesOfTheFile', () => {
-    native(['simulate', '-f', 'resolute-26', '--cycles', '40', '--fault', 'glitch_slo:0.3', '-o', 'lines.csv']);
-    biss.addFile('lines.csv', pulled('lines.csv'));
-    const { session } = biss.open(['lines.csv', '-f', 'resolute-26']);
-    readAll(session);
+    const session = read(simulated('lines', 'csv', ...resolute, '--cycles', '40', '--fault', 'glitch_slo:0.3'), ...resolute);
     const rows = fs.readFileSync(path.join(folder, 'lines.csv'), 'utf8').trim().split('\n');
     const names = rows[0].split(',');
     for (const line of ['ma', 'slo']) {
@@ -209,28 +219,20 @@ describe('a session', () => {
       const far = session.view(line, first, last, 50);
       assert.ok(far.times.length <= 150 && far.levels.includes(3));
     }
-    session.close();
   });
 
   it('Cycle_IsDrawnAsByExplain', () => {
-    native(['simulate', '-f', 'resolute-26', '--cycles', '60', '--fault', 'flip:0.3', '-o', 'drawn.vcd']);
-    biss.addFile('drawn.vcd', pulled('drawn.vcd'));
-    const { session } = biss.open(['drawn.vcd', '-f', 'resolute-26']);
-    readAll(session);
+    const session = read(simulated('drawn', 'vcd', ...resolute, '--cycles', '60', '--fault', 'flip:0.3'), ...resolute);
     for (const row of [0, 1, 17, 59]) {
       const expected = native(['explain', 'drawn.vcd', '-f', 'resolute-26', '--cycle', `${row}`]);
       const cycle = session.cycle(row);
       assert.equal(`${cycle.title}\n${cycle.text}`, text(expected.out), `cycle ${row}`);
       assert.equal(cycle.status, session.cells(row, row + 1)[0][2]);
     }
-    session.close();
   });
 
   it('Cycle_HasThePartsThatDrawPrints', () => {
-    native(['simulate', '-f', 'fs-36-28', '--cycles', '40', '--fault', 'flip:0.2', '-o', 'parts.vcd']);
-    biss.addFile('parts.vcd', pulled('parts.vcd'));
-    const { session } = biss.open(['parts.vcd', '-f', 'fs-36-28']);
-    readAll(session);
+    const session = read(simulated('parts', 'vcd', '-f', 'fs-36-28', '--cycles', '40', '--fault', 'flip:0.2'), '-f', 'fs-36-28');
     for (const row of [0, 5, 11, 38]) {
       const svg = text(native(['draw', 'parts.vcd', '-f', 'fs-36-28', '--cycle', `${row}`, '--to', 'svg']).out);
       const [, drawn] = /<desc id="description">(.*?)<\/desc>/s.exec(svg);
@@ -240,14 +242,10 @@ describe('a session', () => {
       const failed = failures.map((failure) => `Failure: ${failure.text}.`);
       assert.ok(drawn.endsWith([...said, ...failed].join(' ').replaceAll('µs', 'us')), `${drawn}\n${said}`);
     }
-    session.close();
   });
 
   it('Cycle_HasTheBitOfTheMasterAndTheRelease', () => {
-    native(['simulate', '-f', 'resolute-26', '--cycles', '120', '--access', 'read:0x42', '-o', 'bits.vcd']);
-    biss.addFile('bits.vcd', pulled('bits.vcd'));
-    const { session } = biss.open(['bits.vcd', '-f', 'resolute-26']);
-    readAll(session);
+    const session = read(simulated('bits', 'vcd', ...resolute, '--cycles', '120', '--access', 'read:0x42'), ...resolute);
     const seen = new Set();
     for (let row = 12; row < 40; row += 3) {
       const drawn = text(native(['draw', 'bits.vcd', '-f', 'resolute-26', '--cycle', `${row}`, '--to', 'svg']).out);
@@ -258,51 +256,37 @@ describe('a session', () => {
       seen.add(cdm);
     }
     assert.deepEqual([...seen].sort(), [0, 1]);
-    session.close();
   });
 
   it('CyclesThatAreSkipped_DoNotChangeTheNumbers', () => {
-    const { session } = biss.open(['bits.vcd', '-f', 'resolute-26', '--since', '1ms']);
-    readAll(session);
+    const session = read('bits.vcd', ...resolute, '--since', '1ms');
     const number = Number(session.cells(3, 4)[0][0]);
     assert.ok(number > 3);
     assert.equal(session.cycle(3).number, number);
     assert.match(session.cycle(3).title, new RegExp(`^cycle ${number} at `));
-    session.close();
   });
 
   it('Accesses_AreTheRowsOfRegisters', () => {
-    native(['simulate', '-f', 'resolute-26', '--cycles', '1200', '--access', 'read:0x42,3', '--access', '0,3/command:channels',
-      '--access', 'write:0x10=AB', '-o', 'accesses.vcd']);
-    biss.addFile('accesses.vcd', pulled('accesses.vcd'));
+    simulated('accesses', 'vcd', ...resolute, '--cycles', '1200', '--access', 'read:0x42,3', '--access', '0,3/command:channels',
+      '--access', 'write:0x10=AB');
     const expected = text(native(['registers', 'accesses.vcd', '-f', 'resolute-26', '--to', 'jsonl']).out)
       .trimEnd().split('\n').map((line) => JSON.parse(line));
     assert.ok(expected.length > 3);
-    const { session } = biss.open(['accesses.vcd', '-f', 'resolute-26']);
-    readAll(session);
+    const session = read('accesses.vcd', ...resolute);
     assert.equal(session.about().accesses, expected.length);
     assert.deepEqual(session.accesses(0, 1200), expected);
     for (const from of [0, 20, 60, 200]) {
       const within = expected.filter(({ cycle, cycles }) => cycle < from + 30 && cycle + cycles > from);
       assert.deepEqual(session.accesses(from, from + 30), within, `from ${from}`);
     }
-    session.close();
   });
 
   it('About_NamesTheFormatAndWhatTheLinesAre', () => {
-    native(['simulate', '-f', 'resolute-26', '--cycles', '600', '--motion', 'random', '-o', 'about.vcd']);
+    simulated('about', 'vcd', ...resolute, '--cycles', '600', '--motion', 'random');
     native(['convert', 'about.vcd', 'about.sr', '--rate', '100MHz']);
-    const about = (...args) => {
-      const { session } = biss.open(args);
-      readAll(session);
-      const said = session.about();
-      session.close();
-      return said;
-    };
-    for (const name of ['about.vcd', 'about.sr']) biss.addFile(name, pulled(name));
-    const named = about('about.vcd', '-f', 'resolute-26');
+    const named = read('about.vcd', ...resolute).about();
     assert.deepEqual([named.formatName, named.format, named.lineKind], ['resolute-26', 'pos26,nE,nW,crc6;cds0', 'changes']);
-    const found = about('about.sr');
+    const found = read('about.sr').about();
     assert.equal(found.formatName, undefined);
     assert.ok(found.encoders.includes('resolute-26'));
     assert.equal(found.lineKind, 'samples');
