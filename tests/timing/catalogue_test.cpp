@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "biss/catalogue/catalogue.hpp"
-#include "biss/slave/slave.hpp"
 #include "biss/timing/cable.hpp"
 #include "biss/timing/cycle.hpp"
 #include "tests/core/random.hpp"
@@ -164,52 +163,23 @@ Clocks clocks_of(const Installation& place, Picoseconds sooner = {}) {
   return clocks;
 }
 
-/// The core's side of one encoder.
-struct Owner {
-  const Said* said = nullptr;
-  oracle::SlaveAnswer* log = nullptr;
-  const Picoseconds* now = nullptr;
-  bool cds_bit = false;
-
-  biss::Frame sample(Picoseconds moment) const {
-    const auto& values = said->at(log->samples.size());
-    log->samples.push_back(moment.count);
-    biss::Frame frame;
-    for (std::size_t k = 0; k < values.size(); ++k) {
-      frame.channel_list[k] = {.position = values[k].position,
-                               .life_counter = static_cast<std::uint32_t>(values[k].counter),
-                               .nE = values[k].nE,
-                               .nW = values[k].nW};
-    }
-    return frame;
-  }
-  bool cds(bool predecessor) const { return predecessor || cds_bit; }
-  void cdm(bool bit) const { log->cdm.push_back({now->count, bit}); }
-};
-
 oracle::SlaveAnswer answer_of_core(const Installation& place, const oracle::Line& ma,
                                    const Said& said, bool cds) {
-  using Codec = biss::FrameCodec<biss::CrcBitwise>;
-  oracle::SlaveAnswer answer;
-  Picoseconds now{};
-  biss::Slave<Codec, Owner> slave(Codec(place.entry->frame_format()),
-                                  biss::slave_timing(place.entry->timing, place.ready),
-                                  Owner{&said, &answer, &now, cds});
-  biss::StepOutput output;
-  bool level = true;
-  const auto step = [&](Picoseconds time) {
-    now = time;
-    const bool before = output.level;
-    output = slave.step(time, level, false);
-    if (output.level != before) answer.slo.push_back({time.count, output.level});
+  const auto frame = [&said](std::size_t number) {
+    biss::Frame sent;
+    for (std::size_t k = 0; k < said.at(number).size(); ++k) {
+      const oracle::Values& values = said[number][k];
+      sent.channel_list[k] = {.position = values.position,
+                              .life_counter = static_cast<std::uint32_t>(values.counter),
+                              .nE = values.nE,
+                              .nW = values.nW};
+    }
+    return sent;
   };
-  for (const oracle::Change& edge : ma) {
-    while (output.deadline < Picoseconds{edge.time}) step(output.deadline);
-    level = edge.level;
-    step(Picoseconds{edge.time});
-  }
-  while (output.deadline != biss::never) step(output.deadline);
-  return answer;
+  return answers_of_core({{place.entry->frame_format(),
+                           biss::slave_timing(place.entry->timing, place.ready), frame, cds}},
+                         ma)
+      .front();
 }
 
 oracle::SlaveDescription timing_of(const Installation& place) {

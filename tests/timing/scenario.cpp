@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "biss/frame/format_text.hpp"
-#include "biss/slave/slave.hpp"
 
 namespace timing_test {
 
@@ -12,29 +11,20 @@ namespace {
 using biss::Picoseconds;
 
 struct Owner {
-  const Device* device = nullptr;
+  const CoreSlave* slave = nullptr;
   oracle::SlaveAnswer* log = nullptr;
   const Picoseconds* now = nullptr;
 
-  biss::BasicFrame<1> sample(Picoseconds moment) const {
+  biss::Frame sample(Picoseconds moment) const {
     log->samples.push_back(moment.count);
-    biss::BasicFrame<1> frame;
-    frame.channel_list[0].position =
-        device->position ^ ((log->samples.size() - 1) & device->changing);
-    return frame;
+    return slave->frame(log->samples.size() - 1);
   }
-  bool cds(bool predecessor) const { return predecessor || device->cds; }
+  bool cds(bool predecessor) const { return predecessor || slave->cds; }
   void cdm(bool bit) const { log->cdm.push_back({now->count, bit}); }
 };
 
-using Codec = biss::FrameCodec<biss::CrcBitwise, 1>;
+using Codec = biss::FrameCodec<biss::CrcBitwise>;
 using Slave = biss::Slave<Codec, Owner>;
-
-Codec codec_of(const Device& device) {
-  return Codec(biss::parse_format("pos" + std::to_string(device.position_bits) + ",crc" +
-                                  std::to_string(device.crc_bits))
-                   .value());
-}
 
 biss::TimeoutRule rule_of(oracle::TimeoutKind kind) {
   if (kind == oracle::TimeoutKind::adaptive) return biss::TimeoutRule::adaptive;
@@ -56,12 +46,12 @@ biss::SlaveTiming timing_of(const oracle::SlaveDescription& slave) {
 // The daisy chain of the core's slaves; a change passes through it without delay.
 class Chain {
  public:
-  explicit Chain(const std::vector<Device>& devices) : answers_(devices.size()) {
-    for (std::size_t k = 0; k < devices.size(); ++k) {
-      slaves_.emplace_back(codec_of(devices[k]), timing_of(devices[k].timing),
-                           Owner{&devices[k], &answers_[k], &now_});
+  explicit Chain(const std::vector<CoreSlave>& slaves)
+      : answers_(slaves.size()), outputs_(slaves.size()) {
+    for (std::size_t k = 0; k < slaves.size(); ++k) {
+      slaves_.emplace_back(Codec(slaves[k].format), slaves[k].timing,
+                           Owner{&slaves[k], &answers_[k], &now_});
     }
-    outputs_.resize(devices.size());
   }
 
   void step(Picoseconds now, bool ma) {
@@ -106,19 +96,35 @@ std::string text_of(const std::vector<oracle::Time>& times) {
 
 }  // namespace
 
-Answers answers_of_core(const Scenario& scenario) {
-  Chain chain(scenario.chain);
+Answers answers_of_core(const std::vector<CoreSlave>& slaves, const oracle::Line& edges) {
+  Chain chain(slaves);
   bool ma = true;
   const auto run_until = [&](Picoseconds end) {
     while (chain.deadline() < end) chain.step(chain.deadline(), ma);
   };
-  for (const oracle::Change& edge : scenario.ma) {
+  for (const oracle::Change& edge : edges) {
     run_until(Picoseconds{edge.time});
     ma = edge.level;
     chain.step(Picoseconds{edge.time}, ma);
   }
   run_until(biss::never);
   return chain.answers();
+}
+
+Answers answers_of_core(const Scenario& scenario) {
+  std::vector<CoreSlave> slaves;
+  for (const Device& device : scenario.chain) {
+    const std::string format =
+        "pos" + std::to_string(device.position_bits) + ",crc" + std::to_string(device.crc_bits);
+    const auto frame = [&device](std::size_t number) {
+      biss::Frame sent;
+      sent.channel_list[0].position = device.position ^ (number & device.changing);
+      return sent;
+    };
+    slaves.push_back(
+        {biss::parse_format(format).value(), timing_of(device.timing), frame, device.cds});
+  }
+  return answers_of_core(slaves, scenario.ma);
 }
 
 Answers answers_of_oracle(const Scenario& scenario) {

@@ -3,9 +3,13 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "biss/frame/format.hpp"
+#include "biss/frame/frame.hpp"
+#include "biss/slave/slave.hpp"
 #include "tests/oracle/slave.hpp"
 
 namespace timing_test {
@@ -30,7 +34,17 @@ struct Scenario {
 /// The results of each slave, in the order of the chain.
 using Answers = std::vector<oracle::SlaveAnswer>;
 
+/// A slave of the core.
+struct CoreSlave {
+  biss::FrameFormat format;
+  biss::SlaveTiming timing;
+  /// The content of sampling n (0, 1, …).
+  std::function<biss::Frame(std::size_t)> frame;
+  bool cds = false;
+};
+
 /// Steps the core's slaves at each edge of MA and at each deadline.
+Answers answers_of_core(const std::vector<CoreSlave>& slaves, const oracle::Line& edges);
 Answers answers_of_core(const Scenario& scenario);
 Answers answers_of_oracle(const Scenario& scenario);
 
