@@ -299,12 +299,17 @@ TEST_F(Identify, FramesThatChangeTheirLength_HaveAFormatForEachPart) {
   const auto one = nlohmann::json::parse(outcome.out.substr(0, outcome.out.find('\n')));
   const auto two = nlohmann::json::parse(outcome.out.substr(outcome.out.find('\n') + 1));
   EXPECT_EQ(one["format"], "pos19,nE,nW,crc6");
+  EXPECT_EQ(one["from_cycle"], 1) << "cycle 0 is cut";
   EXPECT_EQ(one["to_cycle"], 119) << outcome.err;
   EXPECT_EQ(two["format"], "mt12,st16,nE,nW,crc6");
   EXPECT_EQ(two["from_cycle"], 120);
+  EXPECT_EQ(two["to_cycle"], 239);
+  EXPECT_THAT(outcome.err, HasSubstr("length"));
   EXPECT_THAT(run("decode {} --to csv", capture).err, HasSubstr("the format changes"));
   const Outcome first = run("identify {} --until 17ms --to jsonl", capture);
   EXPECT_EQ(nlohmann::json::parse(first.out)["format"], "pos19,nE,nW,crc6");
+  EXPECT_THAT(run("identify {} --since 10s", capture),
+              fails(1, "no request cycle between --since and --until"));
 }
 
 TEST_F(Identify, FullFramesAmongShortOnes_GiveTheFormat) {
@@ -398,27 +403,6 @@ TEST_F(Identify, LineThatIsNoBissC_IsNamed) {
   const nlohmann::json row = identified(capture, 1);
   EXPECT_EQ(row["protocol"], "uart");
   EXPECT_EQ(row["format"], nullptr);
-}
-
-TEST_F(Identify, LengthThatChanges_GivesAFormatForEachPart) {
-  const std::string capture = joined(
-      folder_, simulated("a.csv", "-f pos26,nE,nW,crc6 --clock 1MHz --cycles 300 --motion sine"),
-      simulated("b.csv", "-f pos32,nE,nW,crc6 --clock 1MHz --cycles 300 --motion sine"));
-  const Outcome outcome = run("identify {} --to jsonl", capture);
-  const std::size_t line = outcome.out.find('\n');
-  const auto first = nlohmann::json::parse(outcome.out.substr(0, line));
-  const auto second = nlohmann::json::parse(outcome.out.substr(line + 1));
-  EXPECT_THAT(first["format"].get<std::string>(), HasSubstr("pos26,nE,nW,crc6"));
-  EXPECT_EQ(first["from_cycle"], 0);
-  EXPECT_EQ(first["to_cycle"], 299);
-  EXPECT_THAT(second["format"].get<std::string>(), HasSubstr("pos32,nE,nW,crc6"));
-  EXPECT_EQ(second["from_cycle"], 300);
-  EXPECT_EQ(second["to_cycle"], 599);
-  EXPECT_THAT(outcome.err, HasSubstr("length"));
-  const Outcome part = run("identify {} --to jsonl --until 10ms", capture);
-  EXPECT_THAT(part.out, HasSubstr("\"pos26,nE,nW,crc6")) << part.err;
-  EXPECT_THAT(run("identify {} --since 10s", capture),
-              fails(1, "no request cycle between --since and --until"));
 }
 
 }  // namespace biss::verbs::identify_verb_test
