@@ -15,22 +15,13 @@ class Analog : public testing::Test {
     run_ok("simulate -f resolute-26 --clock 2MHz --cycles 10 --motion random -o {} --truth {}",
            line, folder_.path("truth.csv"));
     truth_ = rows_of(content_of(folder_.path("truth.csv")));
-    std::vector<wire::Edge> edges;
-    for (Row& row : rows_of(content_of(line))) {
-      const Picoseconds time{static_cast<std::int64_t>(std::stod(row["time_ns"]) * 1e3 + 0.5)};
-      for (const wire::LineIndex i : {0U, 1U}) {
-        const std::string level = row[i == 0 ? "MA" : "SLO"];
-        if (level.empty()) continue;
-        edges.push_back({time, i, level == "1" ? wire::Level::high : wire::Level::low});
-      }
-    }
+    const std::vector<wire::Edge> edges = edges_of(line);
     const auto count = static_cast<std::size_t>(edges.back().time.count / step.count + 100);
     samples_ = capture::scope_samples(edges, step, count, 11);
   }
 
   void expect_decoded(const Words& more) const {
-    const Outcome decoded = run_ok(Words("decode -f resolute-26 --to csv") + more);
-    expect_truth(rows_of(decoded.out), truth_);
+    expect_truth(rows_of(run_ok(Words("decode -f resolute-26 --to csv") + more).out), truth_);
   }
 
   void expect_refusal(const Words& more, int status, const std::string& message) const {

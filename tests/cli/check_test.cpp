@@ -21,6 +21,12 @@ bool needs_format(const std::string& rule) {
          rule == "nW";
 }
 
+std::map<std::string, std::string> verdicts_of(const Outcome& outcome) {
+  std::map<std::string, std::string> verdicts;
+  for (const Row& row : rows_of(outcome.out)) verdicts[row.at("rule")] = row.at("verdict");
+  return verdicts;
+}
+
 class Conform : public testing::Test {
  protected:
   void simulate(const Words& more) const {
@@ -30,8 +36,7 @@ class Conform : public testing::Test {
   std::map<std::string, std::string> judge(const Words& more, int status) const {
     const Outcome outcome = run(Words("check {} --to csv", capture) + more);
     EXPECT_EQ(outcome.status, status) << outcome.out << outcome.err;
-    std::map<std::string, std::string> verdicts;
-    for (const Row& row : rows_of(outcome.out)) verdicts[row.at("rule")] = row.at("verdict");
+    auto verdicts = verdicts_of(outcome);
     EXPECT_EQ(verdicts.size(), 51U);
     return verdicts;
   }
@@ -254,18 +259,12 @@ TEST(CheckRange, FaultOutsideOfSinceAndUntil_IsNotJudged) {
   EXPECT_EQ(run("check {} -f fs-36-28 --since 2ms --until 1ms", capture).status, 2);
 }
 
-std::map<std::string, std::string> verdicts_of(const Words& words) {
-  std::map<std::string, std::string> verdicts;
-  for (const Row& row : rows_of(run(words).out)) verdicts[row.at("rule")] = row.at("verdict");
-  return verdicts;
-}
-
 TEST(CheckWords, WordLengthThatNoDataSheetNames_Fails) {
   const Folder folder;
   const std::string capture = folder.path("line.vcd");
   const auto verdict = [&](const std::string& format, const std::string& against) {
     run_ok("simulate -f {} --clock 5MHz --cycles 50 -o {}", format, capture);
-    return verdicts_of({"check", capture, "-f", format, "--against", against, "--to", "csv"})
+    return verdicts_of(run("check {} -f {} --against {} --to csv", capture, format, against))
         .at("word_length");
   };
   EXPECT_EQ(verdict("pos30,nE,nW,crc6", "renishaw"), "fail");

@@ -5,6 +5,8 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
+#include <cmath>
 #include <stdexcept>
 
 extern char** environ;
@@ -108,6 +110,21 @@ std::vector<Row> rows_of(std::string_view csv) {
     for (std::size_t i = 0; i < names.size() && i < cells.size(); ++i) row[names[i]] = cells[i];
   }
   return rows;
+}
+
+std::vector<wire::Edge> edges_of(const std::string& capture) {
+  std::vector<wire::Edge> edges;
+  std::array<std::string, 2> levels;
+  for (const Row& row : rows_of(content_of(capture))) {
+    const Picoseconds time{std::llround(std::stod(row.at("time_ns")) * 1e3)};
+    for (const wire::LineIndex line : {0U, 1U}) {
+      const std::string& level = row.at(line == 0 ? "MA" : "SLO");
+      if (level.empty() || level == levels.at(line)) continue;
+      levels.at(line) = level;
+      edges.push_back({time, line, level == "1" ? wire::Level::high : wire::Level::low});
+    }
+  }
+  return edges;
 }
 
 void expect_truth(const std::vector<Row>& rows, const std::vector<Row>& truth) {

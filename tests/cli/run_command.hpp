@@ -23,6 +23,7 @@
 #include <vector>
 
 #include "capture/test_folder.hpp"
+#include "wire/edge.hpp"
 
 namespace biss::verbs {
 
@@ -124,6 +125,8 @@ std::vector<Row> rows_of(std::string_view csv);
 /// Expects of each row that it is ok and has the position of the truth file.
 void expect_truth(const std::vector<Row>& rows, const std::vector<Row>& truth);
 
+/// The edges of an event CSV of MA and SLO, which are the lines 0 and 1.
+std::vector<wire::Edge> edges_of(const std::string& capture);
 /// An event CSV of MA and SLO again, each row changed. \return the path of the file
 std::string rewritten(const Folder& folder, const std::string& name, const std::string& capture,
                       const std::function<void(Row&)>& change);

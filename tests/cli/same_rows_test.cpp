@@ -26,22 +26,6 @@ std::size_t captures() {
 
 using Edges = std::vector<wire::Edge>;
 
-// The edges of an event CSV of MA and SLO that the simulator wrote.
-Edges edges_of(const std::string& csv) {
-  Edges edges;
-  std::array<std::string, 2> levels;
-  for (Row& row : rows_of(csv)) {
-    const Picoseconds time{std::llround(std::stod(row["time_ns"]) * 1e3)};
-    for (const wire::LineIndex line : {0U, 1U}) {
-      const std::string level = row[line == 0 ? "MA" : "SLO"];
-      if (level.empty() || level == levels.at(line)) continue;
-      levels.at(line) = level;
-      edges.push_back({time, line, level == "1" ? wire::Level::high : wire::Level::low});
-    }
-  }
-  return edges;
-}
-
 // \param make gives a writer to the sink
 template <class Make>
 std::string written(const Edges& edges, Make make) {
@@ -184,7 +168,7 @@ class SameRows {
               std::to_string(1 + number_ % 40) + "m", std::to_string(number_ + 1),
               kind(number_) + ":0.3", other + ":0.1", line);
       if (made.status != 0) continue;
-      edges_ = edges_of(content_of(line));
+      edges_ = edges_of(line);
       return true;
     }
     ADD_FAILURE() << "no format has " << kind(number_);
