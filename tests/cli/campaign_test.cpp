@@ -32,10 +32,8 @@ TEST_F(Campaign, KilledAtAnyTime_GoesOnToTheSameTable) {
     if (run_for(time, "KILL", campaign(words)).status != 128 + SIGKILL) break;
   }
   EXPECT_GT(kills, 0);
-  const Outcome last = run_ok(campaign(Words("--threads 3 --state {}", state)));
-  EXPECT_EQ(last.out, whole());
-  const Outcome again = run(campaign({"--state", state}));
-  EXPECT_EQ(again.out, whole());
+  EXPECT_EQ(run_ok(campaign(Words("--threads 3 --state {}", state))).out, whole());
+  EXPECT_EQ(run(campaign({"--state", state})).out, whole());
 }
 
 TEST_F(Campaign, InterruptedBeforeTheFirstSave_KeepsItsProgress) {
@@ -62,8 +60,7 @@ TEST_F(Campaign, SevenShardsMerged_GiveTheSameTable) {
     }
     merge.push_back(state);
   }
-  const Outcome merged = run_ok(merge);
-  EXPECT_EQ(merged.out, whole());
+  EXPECT_EQ(run_ok(merge).out, whole());
   merge.push_back(folder.path("3.json"));
   EXPECT_EQ(run(merge).status, 3) << "a part twice";
 }
@@ -172,8 +169,7 @@ TEST_F(Campaign, CatalogueName_IsMonitoredByTheFirstConfigurationOfItsWords) {
   const auto table = [](const std::string& format) {
     return run("safety campaign -f {} --fault burst:16 --frames 100000 --to csv", format);
   };
-  const Outcome named = ok(table("fortis-fs-36-28"));
-  EXPECT_EQ(named.out, table("fs-36-28").out);
+  EXPECT_EQ(ok(table("fortis-fs-36-28")).out, table("fs-36-28").out);
 }
 
 TEST_F(Campaign, WrongUsage_IsNamed) {

@@ -77,8 +77,7 @@ TEST_F(Convert, PicosecondsAndUnknownLevels_ComeBackFromFormatsOfChanges) {
     Words all{".csv", ".saleae.csv"};
     if (first == 0) all.push_back(".vcd");
     for (const std::string& from : all) {
-      const Outcome made = ok(convert({base, folder.path("first" + from)}));
-      EXPECT_THAT(made.err, Not(HasSubstr("lost")));
+      EXPECT_THAT(ok(convert({base, folder.path("first" + from)})).err, Not(HasSubstr("lost")));
       for (const std::string& to : all) {
         // A VCD has no blanks in names.
         Words back;

@@ -536,9 +536,8 @@ TEST_F(ExplainVerb, LinesOfAUart_AreNotBiss) {
 
 // The rows have a constant step and holes, in which the levels are unknown: no cycle can be judged.
 TEST_F(ExplainVerb, LineWithoutACycleToJudge_IsNotHealthy) {
-  const Outcome outcome =
-      run("explain {} -f {}", folder.file("uart.csv", uart_capture(false)), format);
-  EXPECT_THAT(outcome.out, Not(HasSubstr("healthy")));
+  EXPECT_THAT(run("explain {} -f {}", folder.file("uart.csv", uart_capture(false)), format).out,
+              Not(HasSubstr("healthy")));
 }
 
 TEST_F(ExplainVerb, FileThatEndsInTheMiddle_ExplainsThePartBefore) {

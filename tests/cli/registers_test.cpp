@@ -85,14 +85,12 @@ TEST_F(HeardRegisters, CaptureThatEndsInAnAccess_IsCutAndNotLost) {
 
 TEST_F(HeardRegisters, SequentialAccess_IsOneAccessOfManyBytes) {
   heard({"--access", "read:0x00,36", "--access", "write:0x48=55"});
-  const Outcome read = run("registers {}", capture);
-  EXPECT_THAT(read.err, HasSubstr("2 accesses (37 bytes or commands)"));
+  EXPECT_THAT(run("registers {}", capture).err, HasSubstr("2 accesses (37 bytes or commands)"));
 }
 
 TEST_F(HeardRegisters, CaptureWithoutControl_SaysSo) {
   run_ok("simulate -f resolute-26 -o {}", capture);
-  const Outcome read = run_ok("registers {}", capture);
-  EXPECT_THAT(read.err, HasSubstr("0 accesses"));
+  EXPECT_THAT(run_ok("registers {}", capture).err, HasSubstr("0 accesses"));
   EXPECT_EQ(run("registers {} --dump {}", capture, folder.path("x")).status, 1);
   EXPECT_EQ(run("registers {} -o {}", capture, capture).status, 2);
 }

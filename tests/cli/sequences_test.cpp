@@ -120,8 +120,7 @@ TEST(Sequences, UndamagedFrame_IsShownWithTheFourBefore) {
 
 TEST(Sequences, CatalogueName_IsMonitoredByTheFirstConfigurationOfItsWords) {
   const Words few("--kind repetition --faults 3000");
-  const Outcome named = ok(sequences("fortis-fs-36-28", few));
-  EXPECT_EQ(named.out, sequences("fs-36-28", few).out);
+  EXPECT_EQ(ok(sequences("fortis-fs-36-28", few)).out, sequences("fs-36-28", few).out);
 }
 
 TEST(Sequences, WrongUsage_IsTold) {
