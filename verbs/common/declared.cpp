@@ -211,6 +211,8 @@ void Verb::add_help_flag() const {
 
 void Verb::on_run(Run run) const { verb_->run = std::move(run); }
 
+bool Verb::parsed() const { return verb_->parsed; }
+
 void wrong_value(const std::string& name, const std::string& why) {
   throw WrongUsage(name + ": " + why);
 }

@@ -150,6 +150,8 @@ class Verb {
   Verb add_verb(const VerbText& text, Run run = {}) const;
   void on_run(Run run) const;
   void add_help_flag() const;
+  /// The command line names this verb.
+  bool parsed() const;
   /// Calls `check` when the command line of this verb is parsed; see wrong_value().
   void after_parsing(std::function<void()> check) const;
 

@@ -125,7 +125,7 @@ std::string detail(const CatalogueEntry& entry) {
   return out.text();
 }
 
-FieldRow fields_of(const CatalogueEntry& entry) {
+FieldRow encoder_fields(const CatalogueEntry& entry) {
   const DeviceTiming& timing = entry.timing;
   const bool fixed = timing.ack_clocks != 0;
   return {{"name", entry.name},
@@ -167,7 +167,7 @@ ExitStatus run_encoders(const EncodersOptions& options, Host& host) {
   const ExitStatus written = write_output(host, options.output, [&](Output& output) {
     if (as_table)
       return exact != nullptr ? output.write(detail(*exact)) : write_lists(found, output);
-    return write_rows(found.encoders, options.to, output, fields_of);
+    return write_rows(found.encoders, options.to, output, encoder_fields);
   });
   if (written == ExitStatus::done && exact == nullptr && as_table) {
     host.print_summary(fmt::format(

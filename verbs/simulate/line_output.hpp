@@ -15,12 +15,6 @@
 
 namespace biss::verbs {
 
-inline std::vector<report::Column> columns_of(const FieldRow& row) {
-  std::vector<report::Column> columns;
-  for (const Field& field : row) columns.push_back(field.column);
-  return columns;
-}
-
 /// A capture, and a table as CSV. After the first failure nothing more is written.
 class LineOutput {
  public:
@@ -47,9 +41,7 @@ class LineOutput {
     if (rows_) good_ = rows_->row(cells) && good_;
   }
   void row(const FieldRow& fields) {
-    std::vector<report::Cell> cells;
-    for (const Field& field : fields) cells.push_back(field.cell());
-    row(cells);
+    if (rows_) good_ = write_row(*rows_, fields) && good_;
   }
   /// False when any output failed, rows included.
   bool write(std::span<const wire::Edge> edges) {
