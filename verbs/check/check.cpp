@@ -53,7 +53,7 @@ Picoseconds count_of(std::uint64_t count) {
 
 // Limits are times for some rules and counts or shares for others. Thousandths of any unit are
 // written like picoseconds as nanoseconds.
-FieldRow fields_of(Rule rule, const RuleResult& result) {
+FieldRow rule_fields(Rule rule, const RuleResult& result) {
   const decode::RuleText& text = text_of(rule);
   std::optional<Picoseconds> limit, worst, margin;
   if (result.measured) {
@@ -77,7 +77,7 @@ FieldRow fields_of(Rule rule, const RuleResult& result) {
           {"note", unless_empty(result.note)}};
 }
 
-std::vector<report::Column> check_columns() { return columns_of(fields_of(Rule{}, {})); }
+std::vector<report::Column> check_columns() { return columns_of(rule_fields(Rule{}, {})); }
 
 // Reads --against into the limits and, if it names a type and -f is not given, the format.
 // \return why that is wrong usage; empty if it is not
@@ -209,7 +209,7 @@ class CheckRun {
       const auto rule = static_cast<Rule>(i);
       const RuleResult result = check.result(rule);
       verdicts[static_cast<std::size_t>(result.verdict)].push_back(text_of(rule).name);
-      write_row(writer, fields_of(rule, result));
+      write_row(writer, rule_fields(rule, result));
     }
     messages.add_summary(summary(verdicts));
     if (!verdicts[static_cast<std::size_t>(Verdict::fail)].empty()) return ExitStatus::data_failed;

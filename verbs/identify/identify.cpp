@@ -118,8 +118,8 @@ std::string alternatives_of(const FormatFinding& finding, report::Format to) {
 }
 
 // The row of a format, or of another protocol.
-FieldRow fields_of(const std::string& file, const ProtocolGuess& guess, const Line& line,
-                   const identify::FormatPart& part, report::Format to) {
+FieldRow format_fields(const std::string& file, const ProtocolGuess& guess, const Line& line,
+                       const identify::FormatPart& part, report::Format to) {
   const decode::Statistics& statistics = line.statistics;
   std::optional<Hertz> clock;
   std::optional<Picoseconds> delay;
@@ -188,7 +188,7 @@ class IdentifyRun {
     if (opened != ExitStatus::done) return opened;
     return write_captures(
         capture_, options_.output, options_.to,
-        [this] { return columns_of(fields_of("", {}, {}, {}, options_.to)); }, true,
+        [this] { return columns_of(format_fields("", {}, {}, {}, options_.to)); }, true,
         std::bind_front(&IdentifyRun::judge, this));
   }
 
@@ -201,7 +201,7 @@ class IdentifyRun {
     Line line;
     const std::string& name = capture_.input().name();
     if (!capture_.has_lines() || other) {
-      write_row(writer, fields_of(name, guess, line, {}, options_.to));
+      write_row(writer, format_fields(name, guess, line, {}, options_.to));
       report::Summary summary;
       summary.title(name);
       add_protocol(summary, guess);
@@ -222,7 +222,7 @@ class IdentifyRun {
     if (line.parts.empty()) line.parts.emplace_back();
     bool sure = true;
     for (const identify::FormatPart& part : line.parts) {
-      write_row(writer, fields_of(name, guess, line, part, options_.to));
+      write_row(writer, format_fields(name, guess, line, part, options_.to));
       sure = sure && part.finding.sure() != nullptr;
     }
     messages.add_summary(summary(guess, line));

@@ -15,7 +15,7 @@ namespace {
 
 using decode::SeenAccess;
 
-FieldRow fields_of(const SeenAccess& access, std::optional<std::uint8_t> id) {
+FieldRow access_fields(const SeenAccess& access, std::optional<std::uint8_t> id) {
   std::optional<std::string> address, name, data;
   if (access.kind == SeenAccess::Kind::command) {
     name = name_of(access.command);
@@ -38,17 +38,17 @@ FieldRow fields_of(const SeenAccess& access, std::optional<std::uint8_t> id) {
 
 }  // namespace
 
-std::vector<report::Column> access_columns() { return columns_of(fields_of({}, {})); }
+std::vector<report::Column> access_columns() { return columns_of(access_fields({}, {})); }
 
 void write_access(report::TableWriter& writer, const SeenAccess& access) {
   const bool command = access.kind == SeenAccess::Kind::command;
   if (!command || access.slaves == 0) {
     const bool known = access.header_sent && !command;
-    write_row(writer, fields_of(access, known ? std::optional(access.id) : std::nullopt));
+    write_row(writer, access_fields(access, known ? std::optional(access.id) : std::nullopt));
     return;
   }
   for (std::uint8_t id = 0; id < control_max_slaves; ++id) {
-    if ((access.slaves >> id & 1U) != 0) write_row(writer, fields_of(access, id));
+    if ((access.slaves >> id & 1U) != 0) write_row(writer, access_fields(access, id));
   }
 }
 
