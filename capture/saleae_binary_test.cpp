@@ -160,7 +160,7 @@ TEST(SaleaeBinary, WhatTheFormatDoesNotAllow_IsNamed) {
   EXPECT_EQ(cause(version_1({{0, 1e6, 0, 1, {}}, {0, 1e6, 0.5, 2, {}}})),
             CaptureCause::time_backwards);
   EXPECT_EQ(cause(header(2, 0)), CaptureCause::unknown_format);
-  EXPECT_EQ(cause(header(0, 1)), CaptureCause::malformed);
+  EXPECT_EQ(cause(header(0, 1)), CaptureCause::truncated);
   EXPECT_EQ(cause(header(0, 2)), CaptureCause::malformed);
 }
 

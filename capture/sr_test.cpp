@@ -176,7 +176,7 @@ TEST(Sr, ChunkMissingBetweenOthers_ReportsItBehindTheEdges) {
 TEST(Sr, MembersThatAreMissing_AreNamed) {
   EXPECT_EQ(read_sr(zip_of(session_of({}))).cause(), CaptureCause::empty);
   EXPECT_EQ(read_sr(zip_of(session_of({""}))).cause(), CaptureCause::empty);
-  EXPECT_EQ(read_sr(zip_of({{"header", "x"}})).cause(), CaptureCause::unknown_format);
+  EXPECT_EQ(read_sr(zip_of({{"other", "x"}})).cause(), CaptureCause::unknown_format);
   EXPECT_EQ(read_sr(zip_of({})).cause(), CaptureCause::unknown_format);
   EXPECT_EQ(read_sr(zip_of({{"version", "2"}})).cause(), CaptureCause::unknown_format);
   EXPECT_EQ(read_sr(zip_of({{"version", "3"}, {"metadata", ""}})).cause(), CaptureCause::malformed);
