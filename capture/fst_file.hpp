@@ -381,7 +381,8 @@ class FstFile {
     const Packing packing = section.kind == hierarchy ? Packing::gzip : Packing::lz4;
     bool good = unpack(packing, place, packed, into, false);
     if (twice) {
-      const auto once = std::exchange(into, std::vector<std::uint8_t>(std::size_t{size}));
+      const auto once = std::exchange(into, {});
+      into.resize(static_cast<std::size_t>(size));
       good = good && capture::unpack(Packing::lz4, once, into, inflater_);
     }
     return good || damaged(part, "data that unpacks to its size");
