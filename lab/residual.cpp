@@ -1,9 +1,7 @@
 #include "lab/residual.hpp"
 
 #include <algorithm>
-#include <boost/math/tools/minima.hpp>
 #include <cstddef>
-#include <limits>
 #include <queue>
 #include <utility>
 #include <vector>
@@ -49,6 +47,20 @@ std::pair<Piece, Piece> halves_of(const Piece& piece) {
   return {std::move(left), std::move(right)};
 }
 
+// Ternary search: the peak may be flat, so a good probability alone does not locate it.
+long double climb(const Undetected& undetected, long double low, long double high) {
+  for (int i = 0; i < 200; ++i) {
+    const long double left = low + (high - low) / 3;
+    const long double right = high - (high - low) / 3;
+    if (probability(undetected, left) < probability(undetected, right)) {
+      low = left;
+    } else {
+      high = right;
+    }
+  }
+  return (low + high) / 2;
+}
+
 }  // namespace
 
 Undetected undetected_of(const Polynomial<Count>& weights) {
@@ -91,11 +103,9 @@ WorstRate worst_rate(const Undetected& undetected) {
     open.push(std::move(left));
     open.push(std::move(right));
   }
-  const auto [peak, least] = boost::math::tools::brent_find_minima(
-      [&](long double rate) { return -probability(undetected, rate); },
-      std::max(0.0L, worst.bit_error_rate - 0.01L), std::min(highest, worst.bit_error_rate + 0.01L),
-      std::numeric_limits<long double>::digits / 2);
-  consider(peak, -least);
+  const long double peak = climb(undetected, std::max(0.0L, worst.bit_error_rate - 0.01L),
+                                 std::min(highest, worst.bit_error_rate + 0.01L));
+  consider(peak, probability(undetected, peak));
   worst.bound = std::max(open.top().bound(), worst.probability);
   return worst;
 }
