@@ -24,9 +24,10 @@ double deviation_of(std::uint64_t count, long double expected, long double varia
   const bool above = events >= expected;
   const long double tail =
       above ? boost::math::gamma_p(events, expected) : boost::math::gamma_q(events + 1, expected);
-  if (tail >= 0.5L) return 0;
   const long double deviation =
-      tail == 0 ? largest_deviation : std::sqrt(2.0L) * boost::math::erfc_inv(2 * tail);
+      tail == 0 ? largest_deviation
+                : std::min(largest_deviation,
+                           std::sqrt(2.0L) * boost::math::erfc_inv(std::min(1.0L, 2 * tail)));
   return static_cast<double>(above ? deviation : -deviation);
 }
 
