@@ -27,15 +27,12 @@ class Blocks {
   read(place, length) {
     const left = this.#source.size - place;
     if (left <= 0) return new Uint8Array(0);
-    const within = place - this.#start;
-    if (within < 0 || within >= this.#block.length) {
-      const wanted = Math.min(left, Math.max(length, blockBytes));
-      if (wanted > blockBytes) return this.#source.read(place, Math.min(length, left));
-      this.#block = this.#source.read(place, wanted);
+    if (length > blockBytes) return this.#source.read(place, Math.min(length, left));
+    if (place < this.#start || place >= this.#start + this.#block.length) {
+      this.#block = this.#source.read(place, Math.min(left, blockBytes));
       this.#start = place;
-      return this.#block.subarray(0, length);
     }
-    return this.#block.subarray(within, within + length);
+    return this.#block.subarray(place - this.#start, place - this.#start + length);
   }
 }
 
@@ -153,17 +150,8 @@ class Session {
     if (kind === 'bits') return { kind, present, values: new BigUint64Array(0), texts: [] };
     const Type = { real: Float64Array, time: BigInt64Array, signed: BigInt64Array }[kind];
     const values = this.#core.array(Type ?? BigUint64Array, at, count);
-    const texts = kind === 'text' ? this.#texts(index) : kind === 'flag' ? ['0', '1'] : [];
-    return { kind, present, values, texts };
-  }
-
-  #texts(column) {
-    const texts = [];
-    for (;;) {
-      const text = this.#core.text(this.#call('column_text', column, texts.length));
-      if (text === undefined) return texts;
-      texts.push(text);
-    }
+    if (kind === 'text') return { kind, present, values, texts: this.#core.object(this.#call('column_texts', index)) };
+    return { kind, present, values, texts: kind === 'flag' ? ['0', '1'] : [] };
   }
 
   view(line, from, to, columns) {

@@ -59,29 +59,6 @@ std::string_view line_kind(const verbs::CaptureInput& input) {
   return input.sample_period() == Picoseconds{} ? "changes" : "samples";
 }
 
-// The edges of both lines in time order, of each line only the first ones if there are many.
-std::vector<wire::Edge> edges_between(const LineStore& ma, const LineStore& slo,
-                                      const decode::Lines& lines, Picoseconds from,
-                                      Picoseconds to) {
-  std::vector<wire::Edge> edges;
-  const auto add = [&](const LineStore& store, wire::LineIndex line) {
-    constexpr std::size_t most = 32'768;
-    const std::size_t begin = edges.size();
-    const Level before = store.level_at(from - picoseconds(1));
-    if (before != Level::unknown) edges.push_back({from, line, before});
-    store.for_each(from, [&](Picoseconds time, Level level) {
-      if (time > to || edges.size() - begin == most) return false;
-      edges.push_back({time, line, level});
-      return true;
-    });
-  };
-  add(ma, lines.ma);
-  add(slo, lines.slo);
-  std::stable_sort(edges.begin(), edges.end(),
-                   [](const wire::Edge& a, const wire::Edge& b) { return a.time < b.time; });
-  return edges;
-}
-
 // Grow without a copy of all.
 template <class T>
 using Blocks = std::deque<T>;
@@ -213,13 +190,18 @@ class Session final : private flow::ChangeWatcher {
     const Picoseconds from = std::max({wanted, ma_.some_before(time), slo_.some_before(time)});
     const Picoseconds to = to_end ? end : time_of(row + around + 1);
     if (!number) number = rows_->column("cycle").number(static_cast<std::size_t>(row));
+    const decode::Lines& lines = capture.lines().lines;
+    std::vector<wire::Edge> all;
+    ma_.append_edges(lines.ma, from, to, all);
+    slo_.append_edges(lines.slo, from, to, all);
+    std::stable_sort(all.begin(), all.end(),
+                     [](const wire::Edge& a, const wire::Edge& b) { return a.time < b.time; });
     std::optional<json> found;
-    decode::CycleEdgeReader cycles(
-        capture.reader(), capture.lines().lines, [&](const decode::CycleEdges& edges) {
-          if (edges.cycle.time != time) return;
-          found = cycle_json(*number, edges, capture.format(), capture.timing(), capture.margin());
-        });
-    cycles.push(edges_between(ma_, slo_, capture.lines().lines, from, to));
+    decode::CycleEdgeReader cycles(capture.reader(), lines, [&](const decode::CycleEdges& edges) {
+      if (edges.cycle.time != time) return;
+      found = cycle_json(*number, edges, capture.format(), capture.timing(), capture.margin());
+    });
+    cycles.push(all);
     if (!found) cycles.finish(to);
     if (!found) return std::nullopt;
     return dumped(*found);
@@ -405,18 +387,16 @@ EMSCRIPTEN_KEEPALIVE const std::uint64_t* biss_column(const Session* session, in
 
 EMSCRIPTEN_KEEPALIVE const std::uint8_t* biss_present() { return present.data(); }
 
-// A text of a text column; null beyond the last one.
-EMSCRIPTEN_KEEPALIVE const char* biss_column_text(const Session* session, int index, int number) {
-  const auto& texts = session->rows().columns()[static_cast<std::size_t>(index)].texts;
-  const auto at = static_cast<std::size_t>(number);
-  return at < texts.size() ? texts[at].c_str() : nullptr;
+// The texts of a text column, as a JSON array.
+EMSCRIPTEN_KEEPALIVE const char* biss_column_texts(const Session* session, int index) {
+  return keep(dumped(session->rows().columns()[static_cast<std::size_t>(index)].texts));
 }
 
 // How many entries the view has; biss_view_times() and biss_view_levels() have them.
 EMSCRIPTEN_KEEPALIVE int biss_view(const Session* session, int ma, std::int64_t from,
                                    std::int64_t to, int columns) {
-  session->line(ma != 0).view(biss::picoseconds(from), biss::picoseconds(to),
-                              static_cast<std::uint32_t>(columns), view);
+  view = session->line(ma != 0).view(biss::picoseconds(from), biss::picoseconds(to),
+                                     static_cast<std::uint32_t>(columns));
   return static_cast<int>(view.times.size());
 }
 

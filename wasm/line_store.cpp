@@ -9,8 +9,6 @@ using wire::Level;
 
 Level inverse(Level level) { return level == Level::high ? Level::low : Level::high; }
 
-Shown shown_of(Level level) { return static_cast<Shown>(level); }
-
 // A change is the time since the previous one, and whether its level is the inverse of the previous
 // level. If it is not, a byte with the level follows.
 constexpr std::uint64_t plain = 0;
@@ -106,48 +104,46 @@ LineStore::Reader LineStore::at_or_before(Picoseconds time) const {
   return at;
 }
 
-Level LineStore::level_at(Picoseconds time) const {
-  const Reader at = at_or_before(time);
-  return at.at_end() || at.time() > time.count ? Level::unknown : at.level();
-}
-
-void LineStore::for_each(Picoseconds from,
-                         const std::function<bool(Picoseconds, Level)>& on_change) const {
-  for (Reader at = at_or_before(from); !at.at_end(); at.next()) {
-    if (at.time() < from.count) continue;
-    if (!on_change(picoseconds(at.time()), at.level())) return;
+void LineStore::append_edges(wire::LineIndex line, Picoseconds from, Picoseconds to,
+                             std::vector<wire::Edge>& edges) const {
+  std::size_t left = 32'768;
+  for (Reader at = at_or_before(from - picoseconds(1));
+       !at.at_end() && at.time() <= to.count && left > 0; at.next()) {
+    if (at.time() < from.count && at.level() == Level::unknown) continue;
+    edges.push_back({picoseconds(std::max(at.time(), from.count)), line, at.level()});
+    --left;
   }
 }
 
-void LineStore::view(Picoseconds from, Picoseconds to, std::uint32_t columns,
-                     LineView& view) const {
-  view.clear();
-  if (blocks_.empty()) return;
+LineView LineStore::view(Picoseconds from, Picoseconds to, std::uint32_t columns) const {
+  LineView view;
+  if (blocks_.empty()) return view;
   const std::int64_t column = std::max<std::int64_t>(1, (to.count - from.count) / columns);
-  const auto put = [&](std::int64_t time, Shown shown) {
-    if (!view.shown.empty() && view.shown.back() == static_cast<std::uint8_t>(shown)) return;
+  const auto put = [&](std::int64_t time, std::uint8_t shown) {
+    if (!view.shown.empty() && view.shown.back() == shown) return;
     view.times.push_back(std::max(time, from.count));
-    view.shown.push_back(static_cast<std::uint8_t>(shown));
+    view.shown.push_back(shown);
   };
   Reader at = at_or_before(from);
   while (!at.at_end() && at.time() < to.count) {
     Reader next = at;
     next.next();
     if (next.at_end() || next.time() - std::max(at.time(), from.count) >= column) {
-      put(at.time(), shown_of(at.level()));
+      put(at.time(), static_cast<std::uint8_t>(at.level()));
       at = next;
       continue;
     }
     // Changes follow one another within a column: the last one of the column continues.
     const std::int64_t end = std::max(at.time(), from.count) + column;
-    put(at.time(), Shown::busy);
+    put(at.time(), busy);
     at = at_or_before(picoseconds(end));
     Reader beyond = at;
     beyond.next();
     const bool rests = beyond.at_end() || beyond.time() - end >= column;
-    if (rests) put(at.time(), shown_of(at.level()));
+    if (rests) put(at.time(), static_cast<std::uint8_t>(at.level()));
     at = beyond;
   }
+  return view;
 }
 
 }  // namespace biss::wasm

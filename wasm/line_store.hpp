@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
-#include <functional>
 #include <memory>
 #include <vector>
 
@@ -13,23 +12,13 @@
 
 namespace biss::wasm {
 
-/// The level of a line from a time on, as a page draws it.
-enum class Shown : std::uint8_t {
-  low,
-  high,
-  unknown,
-  busy,  ///< several changes up to the next time
-};
+/// In LineView: several changes up to the next time.
+inline constexpr std::uint8_t busy = 3;
 
-/// A stretch of a line: `shown[i]` from `times[i]` to `times[i + 1]`.
+/// A stretch of a line: from `times[i]` to `times[i + 1]` it has the wire::Level `shown[i]`, or is busy.
 struct LineView {
   std::vector<std::int64_t> times;
   std::vector<std::uint8_t> shown;
-
-  void clear() {
-    times.clear();
-    shown.clear();
-  }
 };
 
 class LineStore {
@@ -37,12 +26,10 @@ class LineStore {
   /// Changes in time order; a change to the present level is ignored.
   void push(Picoseconds time, wire::Level level);
 
-  /// The level at this time; `unknown` before the first change.
-  wire::Level level_at(Picoseconds time) const;
-
-  /// Calls `on_change` for each change from `from` on, until it returns false.
-  void for_each(Picoseconds from,
-                const std::function<bool(Picoseconds time, wire::Level level)>& on_change) const;
+  /// Appends the level before `from`, if it is known, then the changes from `from` to `to`; only the
+  /// first ones if there are many.
+  void append_edges(wire::LineIndex line, Picoseconds from, Picoseconds to,
+                    std::vector<wire::Edge>& edges) const;
 
   /// A time with at most the last 8192 changes before `time` after it.
   Picoseconds some_before(Picoseconds time) const;
@@ -50,7 +37,7 @@ class LineStore {
   /// How the line looks from `from` to `to` on a screen of `columns`. Changes closer than a column
   /// are shown as busy; there are at most 3 entries a column.
   /// \pre from < to, columns is 1 or more
-  void view(Picoseconds from, Picoseconds to, std::uint32_t columns, LineView& view) const;
+  LineView view(Picoseconds from, Picoseconds to, std::uint32_t columns) const;
 
  private:
   // The first change of a block of changes, and the bytes of those after it.
