@@ -340,11 +340,15 @@ Picoseconds DecodedCapture::interval() {
   return interval.count() == 0 ? Picoseconds{} : picoseconds(interval.median());
 }
 
-void DecodedCapture::begin_steps(OnCycle on_cycle, flow::ChangeWatcher* watcher) {
+void DecodedCapture::begin_reading(OnCycle on_cycle, flow::ChangeWatcher* watcher) {
   watcher_ = watcher;
   on_cycle_ = std::move(on_cycle);
   number_ = good_ = contradict_ = 0;
   wanted_ = true;
+}
+
+void DecodedCapture::begin_steps(OnCycle on_cycle, flow::ChangeWatcher* watcher) {
+  begin_reading(std::move(on_cycle), watcher);
   decoder_.emplace(reader(), [this](const decode::Cycle& cycle) { take(cycle); });
   const decode::CleanCycleFinder finder(format_, reading_timing(), margin_);
   const decode::Lines& own = lines().lines;
@@ -365,6 +369,13 @@ bool DecodedCapture::end_steps() {
 
 bool DecodedCapture::read(const OnCycle& on_cycle, flow::ChangeWatcher* watcher) {
   if (words() != nullptr) return read_words(reader(), on_cycle);
+  if (JointReading* const joint = host_.joint_reading()) {
+    begin_reading(on_cycle, watcher);
+    if (joint->join(*this)) {
+      warn_of_contradictions();
+      return true;
+    }
+  }
   begin_steps(on_cycle, watcher);
   Progress progress(host_);
   const auto go_on = [&] {
@@ -379,6 +390,14 @@ bool DecodedCapture::read(const OnCycle& on_cycle, flow::ChangeWatcher* watcher)
   const bool whole = end_steps();
   warn_of_contradictions();
   return whole;
+}
+
+bool DecodedCapture::reads_as(const DecodedCapture& other) const {
+  return lines().lines == other.lines().lines && format_ == other.format_ &&
+         reading_timing() == other.reading_timing() &&
+         margin_.compensated == other.margin_.compensated &&
+         margin_.resolution == other.margin_.resolution &&
+         (other.margin_.signal || !margin_.signal);
 }
 
 void DecodedCapture::take(const decode::Cycle& cycle) {

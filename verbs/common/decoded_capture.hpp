@@ -127,6 +127,14 @@ class DecodedCapture {
   /// not been called since
   identify::ProtocolGuess protocol();
 
+  // For a JointReading, while this capture waits in read().
+  /// The next cycle of the capture.
+  void take(const decode::Cycle& cycle);
+  flow::ChangeWatcher* watcher() const { return watcher_; }
+  void set_end_time(Picoseconds end_time) { end_time_ = end_time; }
+  /// The cycles that `other` reads are the cycles that this one would read.
+  bool reads_as(const DecodedCapture& other) const;
+
   /// Whether the cycle begins between --since and --until.
   bool is_wanted(const decode::Cycle& cycle) const;
   /// One line for users: no cycle was found, and what to check.
@@ -172,7 +180,7 @@ class DecodedCapture {
   Picoseconds interval();
 
  private:
-  void take(const decode::Cycle& cycle);
+  void begin_reading(OnCycle on_cycle, flow::ChangeWatcher* watcher);
   bool identifies() const { return arguments_.identify && arguments_.device.format.empty(); }
   bool open_next();
   bool open_words();

@@ -22,6 +22,7 @@
 
 namespace biss::verbs {
 
+class DecodedCapture;
 struct InputArguments;
 
 /// Why a verb ends early: the exit status, and one line with the reason. A verb that throws it ends
@@ -53,6 +54,15 @@ struct GivenCapture {
   std::function<capture::Opened(const InputArguments& arguments)> open;
   /// It can be opened more than once.
   bool again = true;
+};
+
+/// A reading that several verbs share.
+class JointReading {
+ public:
+  virtual ~JointReading() = default;
+  /// Waits until the capture is read, and gives it its cycles and changes, in other threads. False:
+  /// the capture has to be read for itself.
+  virtual bool join(DecodedCapture& capture) = 0;
 };
 
 /// Thrown by Host::check(). No std::exception: it must not look like a failure of one file.
@@ -92,6 +102,8 @@ class Host {
   }
   /// Null if no capture is given by that name; the name then belongs to a file.
   virtual const GivenCapture* capture(const std::string& /*name*/) const { return nullptr; }
+  /// Null if the verb reads its captures alone.
+  virtual JointReading* joint_reading() { return nullptr; }
   /// Progress lines may be shown.
   virtual bool shows_progress() const { return false; }
   /// Throws Interrupted if the run has to end; in any thread. Progress::due() calls it, so that
@@ -113,12 +125,15 @@ class MemoryHost : public Host {
  public:
   /// \param outer the host of the calling verb: its captures are available here, too, and its end
   /// also ends this run
-  explicit MemoryHost(Host* outer = nullptr) : outer_(outer) {}
+  /// \param reading as joint_reading()
+  explicit MemoryHost(Host* outer = nullptr, JointReading* reading = nullptr)
+      : outer_(outer), reading_(reading) {}
 
   void warn(std::string_view text) override;
   void print_summary(std::string_view text) override;
   std::string* output() override { return &output_; }
   const GivenCapture* capture(const std::string& name) const override;
+  JointReading* joint_reading() override { return reading_; }
   void check() override;
 
   void give(const std::string& name, GivenCapture capture) { captures_[name] = std::move(capture); }
@@ -137,6 +152,7 @@ class MemoryHost : public Host {
 
  private:
   Host* outer_;
+  JointReading* reading_;
   std::map<std::string, GivenCapture> captures_;
   std::function<bool()> go_on_;
   std::thread::id asks_;

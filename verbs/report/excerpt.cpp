@@ -31,19 +31,45 @@ void Excerpt::take(std::span<const Edge> edges) {
   }
 }
 
-// The cycles of these changes have been added, too.
+// Takes changes of which only few are needed.
 void Excerpt::take(const capture::PairPiece& changes) {
-  const auto append = [this](wire::LineIndex index, const wire::LineRun& line) {
-    const auto place = static_cast<std::ptrdiff_t>(held_.size());
-    for (std::size_t i = 0; i < line.times.size(); ++i) {
-      held_.push_back({picoseconds(line.times[i]), index, line.level(i)});
-    }
-    return place;
-  };
-  const std::ptrdiff_t ma = append(0, changes.ma.run());
-  const std::ptrdiff_t slo = append(1, changes.slo.run());
-  std::inplace_merge(held_.begin() + ma, held_.begin() + slo, held_.end(), is_earlier);
+  std::array<std::size_t, 2> at{};
+  for (auto& [window, to] : queue_) {
+    fetch(changes, window.from, to, at);
+    copy(window, to);
+  }
+  queue_.clear();
+  fetch(changes, needed_from(), std::numeric_limits<std::int64_t>::max(), at);
   settle();
+}
+
+// Appends the changes between two times; `at` is the first change of each line that has not been
+// visited.
+void Excerpt::fetch(const capture::PairPiece& changes, std::int64_t from, std::int64_t to,
+                    std::array<std::size_t, 2>& at) {
+  leave(from);
+  const auto append = [&](wire::LineIndex index, const capture::LineChanges& line) {
+    const auto level = [&](std::size_t place) {
+      return line.first_high == (place % 2 == 0) ? Level::high : Level::low;
+    };
+    const auto place_of = [&](std::int64_t time) {
+      const auto begin = line.times.begin() + static_cast<std::ptrdiff_t>(at[index]);
+      const auto found = std::lower_bound(begin, line.times.end(), time);
+      return static_cast<std::size_t>(found - line.times.begin());
+    };
+    const std::size_t first = place_of(from);
+    if (first != at[index]) levels_[index] = level(first - 1);
+    at[index] = first;
+    const std::size_t end = place_of(to);
+    for (; at[index] != end; ++at[index]) {
+      held_.push_back({picoseconds(line.times[at[index]]), index, level(at[index])});
+    }
+    return static_cast<std::ptrdiff_t>(held_.size());
+  };
+  const auto begin = static_cast<std::ptrdiff_t>(held_.size());
+  const std::ptrdiff_t slo = append(0, changes.ma);
+  append(1, changes.slo);
+  std::inplace_merge(held_.begin() + begin, held_.begin() + slo, held_.end(), is_earlier);
 }
 
 void Excerpt::add(ExcerptCycle cycle) {
@@ -68,9 +94,9 @@ void Excerpt::queue(std::int64_t to) {
 void Excerpt::settle() {
   for (auto& [window, to] : queue_) copy(window, to);
   queue_.clear();
-  leave(needed_from());
-  const std::size_t needed = held_.size() - static_cast<std::size_t>(left_);
-  if (needed > held_max) leave(dropped_to_ = held_.back().time.count);
+  std::int64_t keep = needed_from();
+  if (held_.size() > held_max) keep = dropped_to_ = held_.back().time.count;
+  leave(keep);
   held_.erase(held_.begin(), held_.begin() + left_);
   left_ = 0;
 }

@@ -55,6 +55,8 @@ class Excerpt final : public flow::ChangeWatcher {
 
   std::int64_t needed_from() const { return pending_ ? pending_->from : before_all; }
   void settle();
+  void fetch(const capture::PairPiece& changes, std::int64_t from, std::int64_t to,
+             std::array<std::size_t, 2>& at);
   void queue(std::int64_t to);
   void copy(Pending& window, std::int64_t to);
   void leave(std::int64_t time);

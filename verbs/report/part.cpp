@@ -1,20 +1,21 @@
 #include "verbs/report/part.hpp"
 
 #include <fmt/format.h>
-#include <openssl/evp.h>
 
 #include <algorithm>
 #include <filesystem>
-#include <future>
 #include <nlohmann/json.hpp>
+#include <system_error>
+#include <thread>
 
 #include "biss/frame/format_text.hpp"
-#include "capture/zip.hpp"
 #include "decode/control_listener.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/registers/access_rows.hpp"
 #include "verbs/report/excerpt.hpp"
 #include "verbs/report/overview.hpp"
+#include "verbs/report/packed.hpp"
+#include "verbs/report/shared_reading.hpp"
 
 namespace biss::verbs {
 
@@ -66,19 +67,33 @@ class PartMaker {
     if (begun != ExitStatus::done) return begun;
     LineRows rows(run_.columns(), overview_);
     header_ = rows.header();
-    // Each in a thread of its own, as long as the system gives threads.
     std::vector<Panel> panels = panels_for(given);
+    SharedReading reading(capture, excerpt_, panels.size());
+    std::vector<std::jthread> threads;
+    const EndOfReading at_end{reading};
+    std::vector<Panel*> later;
     for (Panel& panel : panels) {
-      panel.answer = std::async([this, &panel] { return answer(panel); });
+      try {
+        threads.emplace_back([this, &panel, &reading] { answer(panel, reading); });
+      } catch (const std::system_error&) {
+        // The system gives no further threads.
+        later.push_back(&panel);
+        const SharedReading::Guest absent(reading);
+      }
     }
+    reading.wait();
     const auto take = [&](std::uint64_t number, const decode::Cycle& cycle) {
+      reading.take(cycle);
       listener_.push(number, cycle);
       run_.take(number, cycle, rows);
       excerpt_.add({number, cycle.time, rows.take(), run_.took_error(), choose()});
       return true;
     };
     RunMessages messages;
-    const ExitStatus ended = run_.end_rows(capture.read(take, &excerpt_), messages);
+    const ExitStatus ended = run_.end_rows(capture.read(take, &reading), messages);
+    reading.end();
+    threads.clear();
+    for (Panel* panel : later) answer(*panel, reading);
     listener_.finish();
     access_rows_->finish();
     excerpt_.finish(capture.input().end_time());
@@ -195,13 +210,23 @@ class PartMaker {
     return notes;
   }
 
+  // After an exception, the threads end before their variables do.
+  struct EndOfReading {
+    SharedReading& reading;
+    ~EndOfReading() { reading.end(); }
+  };
+
   // A panel of the page, and the verb whose answer it shows.
   struct Panel {
     std::string name;
     std::string verb;
     GivenOptions options;
-    // As RunResult of wasm/biss.d.mts, or the error of a verb that could not judge the capture.
-    std::future<tl::expected<json, VerbError>> answer{};
+    ExitStatus status = ExitStatus::done;
+    std::string out{};
+    std::string err{};
+    // The error of a verb that could not judge the capture.
+    std::string error{};
+    std::exception_ptr thrown{};
   };
 
   // `check` runs with the limits of the profiles, and with the limits of the encoder that the format
@@ -212,8 +237,7 @@ class PartMaker {
       if (option.scope() == Scope::command || option.name() == "--format") continue;
       options.emplace_back(option.name(), option.values());
     }
-    std::vector<Panel> panels;
-    panels.push_back({"identify", "identify", options});
+    std::vector<Panel> panels{{"identify", "identify", options}};
     std::vector<std::string> limits{"biss-c", "renishaw"};
     const std::string& format = options_.capture.device.format;
     if (!format.empty()) options.emplace_back("--format", std::vector{format});
@@ -227,30 +251,37 @@ class PartMaker {
     return panels;
   }
 
-  tl::expected<json, VerbError> answer(const Panel& panel) const {
-    MemoryHost host(&run_.capture().host());
-    Command command(host);
-    add_verbs(command, panel.verb);
-    std::vector<std::string> words{panel.verb};
-    const std::vector<std::string>& files = options_.capture.files;
-    words.insert(words.end(), files.begin(), files.end());
-    const ExitStatus status = command.run(words, panel.options);
-    if (status >= ExitStatus::usage) {
-      const std::string error = host.lines().empty() ? "no message" : host.lines().back();
-      return tl::unexpected(VerbError{status, panel.name + ": " + error});
+  // The thread of a panel.
+  void answer(Panel& panel, SharedReading& reading) const {
+    try {
+      SharedReading::Guest guest(reading);
+      MemoryHost host(&run_.capture().host(), &guest);
+      Command command(host);
+      add_verbs(command, panel.verb);
+      std::vector<std::string> words{panel.verb};
+      const std::vector<std::string>& files = options_.capture.files;
+      words.insert(words.end(), files.begin(), files.end());
+      panel.status = command.run(words, panel.options);
+      panel.out = plain(host.output_text());
+      panel.err = plain(host.text());
+      if (panel.status >= ExitStatus::usage) {
+        panel.error = host.lines().empty() ? "no message" : host.lines().back();
+      }
+    } catch (...) {
+      panel.thrown = std::current_exception();
     }
-    return json{{"status", static_cast<int>(status)},
-                {"out", plain(host.output_text())},
-                {"err", plain(host.text())}};
   }
 
   // \return the status of the first verb that could not judge the capture
-  ExitStatus collect(std::vector<Panel>& panels) {
+  ExitStatus collect(const std::vector<Panel>& panels) {
     answers_["registers"] = {{"status", 0}, {"out", access_text_.text()}, {"err", ""}};
-    for (Panel& panel : panels) {
-      auto answer = panel.answer.get();
-      if (!answer) return run_.capture().host().fail(answer.error());
-      answers_[panel.name] = std::move(*answer);
+    for (const Panel& panel : panels) {
+      if (panel.thrown) std::rethrow_exception(panel.thrown);
+      if (panel.status >= ExitStatus::usage) {
+        return run_.capture().host().fail(panel.status, panel.name + ": " + panel.error);
+      }
+      answers_[panel.name] = {
+          {"status", static_cast<int>(panel.status)}, {"out", panel.out}, {"err", panel.err}};
     }
     return ExitStatus::done;
   }
@@ -304,16 +335,6 @@ class PartMaker {
 };
 
 }  // namespace
-
-std::string packed(std::string_view bytes) {
-  const std::string zipped = capture::Deflater().gzip(bytes);
-  std::string out((zipped.size() + 2) / 3 * 4 + 1, '\0');
-  EVP_EncodeBlock(reinterpret_cast<unsigned char*>(out.data()),
-                  reinterpret_cast<const unsigned char*>(zipped.data()),
-                  static_cast<int>(zipped.size()));
-  out.pop_back();  // the zero that it writes
-  return out;
-}
 
 tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, DecodeRun& run,
                                                       const std::vector<Option>& given,
