@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <bitset>
 #include <string>
 #include <vector>
 
@@ -16,7 +15,11 @@ constexpr unsigned word_bits = 64;
 
 // The lowest `count` bits as digits.
 void append_bits(std::string& out, std::uint64_t word, unsigned count) {
-  out.append(std::bitset<word_bits>(word).to_string(), word_bits - count);
+  std::array<char, word_bits> digits;
+  for (unsigned i = 0; i < count; ++i) {
+    digits[i] = static_cast<char>('0' + (word >> (count - 1 - i) & 1U));
+  }
+  out.append(digits.data(), count);
 }
 
 // As GTKWave reads strings: a backslash and three octal digits for a character that would end the

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "biss/timing/device_timing.hpp"
+#include "sim/encoder_side_steps.hpp"
 
 namespace biss::sim {
 
@@ -86,55 +87,6 @@ void EncoderSide::switch_channels() {
   }
 }
 
-Picoseconds EncoderSide::next_event() const {
-  Picoseconds next = std::min({schedule_.next(), ma_pipe_.front(), filter_due_});
-  for (const Node& node : nodes_) next = std::min({next, node.due, node.slo.front()});
-  return next;
-}
-
-// The edge that arrives now, if there is one.
-bool EncoderSide::take(Pipe& pipe, bool& level) const {
-  if (pipe.front() > now_) return false;
-  pipe.pop();
-  level = !level;
-  return true;
-}
-
-bool EncoderSide::step() {
-  const bool slo_before = slo_;
-  if (schedule_.next() <= now_) act();
-  if (take(ma_pipe_, ma_raw_)) filter_due_ = ma_raw_ == ma_slave_ ? never : now_ + ma_filter_;
-  const bool ma_changed = filter_due_ <= now_;
-  if (ma_changed) {
-    filter_due_ = never;
-    ma_slave_ = ma_raw_;
-    if (setup_.record_at_slave) record(ma_at_slave_line, ma_slave_);
-  }
-  for (std::size_t k = 0; k < nodes_.size() && !foreign_level_; ++k) {
-    const bool sli_changed = k != 0 && take(nodes_[k - 1U].slo, nodes_[k].sli);
-    if (ma_changed || sli_changed || nodes_[k].due <= now_) step_node(k, ma_changed);
-  }
-  if (take(nodes_.back().slo, slo_arrived_)) put_slo();
-  return slo_ != slo_before;
-}
-
-void EncoderSide::step_node(std::size_t k, bool ma_changed) {
-  Node& node = nodes_[k];
-  if (k == 0 && start_ && ma_changed && !ma_slave_) apply_start();
-  waiting_ = false;
-  const SlaveState before = node.slave.state();
-  const StepOutput out = node.slave.step(now_, ma_slave_, node.sli);
-  node.due = out.deadline;
-  const SlaveState after = node.slave.state();
-  node.slave.source().follow(after);
-  // A bit of the payload follows each rising edge of MA.
-  if (k + 1U == nodes_.size() && ma_changed && ma_slave_ && after >= SlaveState::data &&
-      after <= SlaveState::stop) {
-    payload_bit_ = before == SlaveState::start ? 0U - 1U : payload_bit_ + 1U;
-  }
-  put_node(k, out.level);
-}
-
 // The pending step comes first: at the highest rate an encoder becomes idle with the request.
 void EncoderSide::apply_start() {
   Node& far = nodes_.front();
@@ -145,41 +97,6 @@ void EncoderSide::apply_start() {
     start_refused_ = far.slave.timing() != *start_;
   }
   start_.reset();
-}
-
-void EncoderSide::put_ma() {
-  const bool wire = disturbance_.level(Place::ma_master, ma_);
-  if (wire != ma_wire_) {
-    ma_wire_ = wire;
-    record(ma_line, wire);
-  }
-  const bool level = disturbance_.level(Place::ma_slave, wire);
-  if (level == ma_sent_) return;
-  ma_sent_ = level;
-  ma_pipe_.send(now_, setup_.ma_delay, setup_.ma_jitter, random_);
-}
-
-void EncoderSide::put_node(std::size_t k, bool level) {
-  Node& node = nodes_[k];
-  const bool last = k + 1U == nodes_.size();
-  if (last && disturbance_.active() != 0) {
-    const SlaveState state = node.slave.state();
-    const bool sends = state == SlaveState::data || state == SlaveState::stop;
-    level = disturbance_.level(Place::slo_slave,
-                               level != (sends && disturbance_.inverts(payload_bit_)));
-  }
-  if (level == node.level) return;
-  node.level = level;
-  if (!last) return node.slo.send(now_, setup_.internal_delay, {}, random_);
-  if (setup_.record_at_slave) record(slo_at_slave_line, level);
-  node.slo.send(now_, setup_.internal_delay + slo_delay_, setup_.slo_jitter, random_);
-}
-
-void EncoderSide::put_slo() {
-  const bool level = disturbance_.level(Place::slo_master, slo_arrived_);
-  if (level == slo_) return;
-  slo_ = level;
-  record(slo_line, level);
 }
 
 void EncoderSide::put_flags() {
@@ -198,12 +115,12 @@ void EncoderSide::act() {
     action.begins ? begin_fault(action.kind) : end_fault(action.kind);
   }
   put_flags();
-  put_ma();
+  put_ma<true>();
   Node& last = nodes_.back();
   bool level = foreign_level_.value_or(true);
   if (!foreign_level_ && !waiting_) level = last.slave.step(now_, ma_slave_, last.sli).level;
-  put_node(nodes_.size() - 1U, level);
-  put_slo();
+  put_node<true>(nodes_.size() - 1U, level);
+  put_slo<true>();
 }
 
 void EncoderSide::begin_fault(FaultKind kind) {

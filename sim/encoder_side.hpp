@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <optional>
 #include <vector>
 
@@ -40,19 +39,27 @@ class Pipe {
       const auto width = static_cast<std::uint64_t>(2 * jitter.count + 1);
       arrival += picoseconds(static_cast<std::int64_t>(random.below(width))) - jitter;
     }
-    if (!times_.empty()) arrival = std::max(arrival, times_.back() + picoseconds(1));
-    times_.push_back(arrival);
-    front_ = times_.front();
+    if (front_ == never) {
+      front_ = arrival;
+    } else {
+      const Picoseconds last = later_.empty() ? front_ : later_.back();
+      later_.push_back(std::max(arrival, last + picoseconds(1)));
+    }
   }
   /// \pre front() is not `never`
   void pop() {
-    times_.pop_front();
-    front_ = times_.empty() ? never : times_.front();
+    front_ = next_ == later_.size() ? never : later_[next_++];
+    if (next_ == 0 || (next_ < later_.size() && next_ < kept_max)) return;
+    later_.erase(later_.begin(), later_.begin() + static_cast<std::ptrdiff_t>(next_));
+    next_ = 0;
   }
 
  private:
-  std::deque<Picoseconds> times_;
+  static constexpr std::size_t kept_max = 1024;
+
   Picoseconds front_ = never;
+  std::vector<Picoseconds> later_;
+  std::size_t next_ = 0;  // to be in front; the arrivals before it have been
 };
 
 /// Line and FarEnd decide when a cycle begins, drive MA by put_ma(), and call step() at each event.
@@ -85,11 +92,17 @@ class EncoderSide {
   void set_start(const SlaveTiming& timing);
   void switch_channels();
   void put_flags();
-  void put_ma();
-  void put_node(std::size_t k, bool level);
 
+  // Full: there may be faults, several encoders, control communication or a filter. Without them
+  // this takes two thirds of the time.
+  template <bool Full>
+  void put_ma();
+  template <bool Full>
+  void put_node(std::size_t k, bool level);
+  template <bool Full>
   Picoseconds next_event() const;
   /// Everything that happens now at this side. True: SLO has changed at the master.
+  template <bool Full>
   bool step();
 
   LineSetup setup_;
@@ -124,8 +137,12 @@ class EncoderSide {
 
  private:
   bool take(Pipe& pipe, bool& level) const;
+  template <bool Full>
   void step_node(std::size_t k, bool ma_changed);
+  template <bool Full>
   void put_slo();
+  template <bool Full>
+  bool level_at(Place place, bool level) const;
   void record(wire::LineIndex line, bool level) {
     edges_.push_back({now_, line, level ? wire::Level::high : wire::Level::low});
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "sim/encoder_side_steps.hpp"
 #include "sim/line.hpp"
 
 namespace biss::sim {
@@ -30,11 +31,11 @@ FarEndOutput FarEnd::step(Picoseconds now, bool ma, bool foreign_slo) {
   if (ma != ma_) {
     ma ? take_rise() : take_fall();
     ma_ = ma;
-    put_ma();
+    put_ma<true>();
   }
   if (foreign_level_) {
     foreign_level_ = foreign_slo;
-    put_node(0, foreign_slo);
+    put_node<true>(0, foreign_slo);
   }
   run(now);
   if (encoder().sampled() != cycle_.sampled) {
@@ -44,14 +45,14 @@ FarEndOutput FarEnd::step(Picoseconds now, bool ma, bool foreign_slo) {
   cycle_.faults = faults_;
   cycle_.injected = injected_;
   cycle_.lateness = lateness_;
-  return {slo_, ma_slave_, next_event()};
+  return {slo_, ma_slave_, next_event<true>()};
 }
 
 // Without delays, one event makes the next at the same time.
 void FarEnd::run(Picoseconds end) {
-  for (Picoseconds next = next_event(); next <= end; next = next_event()) {
+  for (Picoseconds next = next_event<true>(); next <= end; next = next_event<true>()) {
     now_ = std::max(now_, next);
-    EncoderSide::step();
+    EncoderSide::step<true>();
   }
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "biss/timing/device_timing.hpp"
+#include "sim/encoder_side_steps.hpp"
 
 namespace biss::sim {
 
@@ -68,6 +69,7 @@ Line::Line(const LineSetup& setup, const NominalCycle& nominal)
     : EncoderSide(setup, nominal),
       // The master checks each frame alone, without its neighbours.
       master_(Codec(setup.format.without_previous()), master_setup(setup)),
+      full_(setup.slaves > 1 || !schedule_.empty() || setup.has_control()),
       next_begin_(setup.begin + idle_periods * nominal.period),
       number_(setup.first_cycle) {
   if (setup.has_control()) {
@@ -79,7 +81,7 @@ Line::Line(const LineSetup& setup, const NominalCycle& nominal)
 const SimulatedCycle& Line::next() {
   edges_.clear();
   begin_request();
-  run_request();
+  full_ ? run_request<true>() : run_request<false>();
   cycle_.reading = master_.reading();
   // Without CDS, CDM is unknown: the master stopped before it.
   if (control_ && !answered_) control_->step(number_, begin_, now_, CdsBit::missing);
@@ -100,7 +102,7 @@ void Line::begin_request() {
   ma_ = out.level;
   master_due_ = out.deadline;
   if (slo_ != seen) master_due_ = master_.step(now_, slo_).deadline;
-  put_ma();
+  full_ ? put_ma<true>() : put_ma<false>();
 }
 
 StepOutput Line::ask(bool seen) {
@@ -123,20 +125,21 @@ StepOutput Line::ask(bool seen) {
                        is_reduced ? RequestKind::reduced : RequestKind::control_only);
 }
 
+template <bool Full>
 void Line::run_request() {
   while (!master_.done()) {
     const Picoseconds due = master_due_ < pause_ ? master_due_ : std::max(master_due_, pause_end_);
-    now_ = std::min(due, next_event());
-    const bool slo_changed = step();
+    now_ = std::min(due, next_event<Full>());
+    const bool slo_changed = step<Full>();
     const bool pauses = now_ >= pause_ && now_ < pause_end_;
     if (!slo_changed && (pauses || now_ < master_due_)) continue;
     // A pausing master keeps its clock, but sees the level of SLO.
     const StepOutput out = master_.step(pauses ? pause_ - picoseconds(1) : now_, slo_);
     master_due_ = out.deadline;
-    if (control_) answer_cds();
+    if (Full && control_) answer_cds();
     if (out.level == ma_) continue;
     ma_ = out.level;
-    put_ma();
+    put_ma<Full>();
     if (ma_) pause();
   }
 }
@@ -168,18 +171,22 @@ void Line::rest() {
   const Picoseconds period = nominal().period;
   const bool sees_slo = setup_.interval.count == 0;
   const Picoseconds rested = sees_slo || !master_.reading().frame.ok() ? now_ + period : now_;
-  run_rest(std::max({begin_ + interval() + lateness_, master_.earliest(), rested}), false);
+  const auto run = [this](Picoseconds end, bool until_ready) {
+    full_ ? run_rest<true>(end, until_ready) : run_rest<false>(end, until_ready);
+  };
+  run(std::max({begin_ + interval() + lateness_, master_.earliest(), rested}), false);
   if (!slo_ && !master_.ready_by_time(now_)) {
-    run_rest(now_ + slo_wait_max, true);
-    run_rest(now_ + period, false);
+    run(now_ + slo_wait_max, true);
+    run(now_ + period, false);
   }
   next_begin_ = now_;
 }
 
+template <bool Full>
 void Line::run_rest(Picoseconds end, bool until_ready) {
-  for (Picoseconds next = next_event(); next <= end; next = next_event()) {
+  for (Picoseconds next = next_event<Full>(); next <= end; next = next_event<Full>()) {
     now_ = next;
-    step();
+    step<Full>();
     if (until_ready && slo_) return;
   }
   now_ = end;
@@ -222,15 +229,15 @@ const std::vector<wire::Edge>& Line::configure_next() {
   edges_.clear();
   const std::uint32_t made = configurer_->configurator().requests();
   while (!configurer_->done() && configurer_->configurator().requests() == made) {
-    now_ = std::min(master_due_, next_event());
-    const bool slo_changed = step();
+    now_ = std::min(master_due_, next_event<true>());
+    const bool slo_changed = step<true>();
     if (!slo_changed && now_ < master_due_) continue;
     switch_channels();
     const StepOutput out = configurer_->step(now_, slo_);
     master_due_ = out.deadline;
     if (out.level == ma_) continue;
     ma_ = out.level;
-    put_ma();
+    put_ma<true>();
   }
   if (configurer_->done()) end_configuration();
   return edges_;
@@ -249,7 +256,7 @@ void Line::end_configuration() {
     found.timing.clock_max = hertz_max;
     master_ = RequestCycle<Codec>(Codec((*configuration_)->format), found);
   }
-  run_rest(now_ + common_cycle, false);
+  run_rest<true>(now_ + common_cycle, false);
   next_begin_ = now_;
 }
 

@@ -86,15 +86,18 @@ class Line : public EncoderSide {
 
   void begin_request();
   StepOutput ask(bool seen);
+  template <bool Full>
   void run_request();
   void pause();
   void answer_cds();
   void rest();
+  template <bool Full>
   void run_rest(Picoseconds end, bool until_ready);
   void set_sent();
   void end_configuration();
 
   RequestCycle<Codec> master_;
+  bool full_;  // see put_ma()
   std::unique_ptr<ControlMaster> control_;
   std::unique_ptr<ConfigureCycle> configurer_;
   std::optional<Result<Configuration, ConfigureFault>> configuration_;
