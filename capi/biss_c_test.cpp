@@ -9,7 +9,7 @@
 
 #include "biss/catalogue/catalogue.hpp"
 #include "capi/c11_test.h"
-#include "capi/handles.hpp"
+#include "capi/test_handles.hpp"
 
 namespace biss::capi {
 namespace biss_c_test {

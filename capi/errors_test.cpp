@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "capi/handles.hpp"
+#include "capi/test_handles.hpp"
 
 namespace biss::capi {
 namespace errors_test {
