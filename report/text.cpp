@@ -111,12 +111,6 @@ char* put_hex(char* at, BitView bits) {
   return at;
 }
 
-void append_hex(std::string& out, BitView bits) {
-  const std::size_t before = out.size();
-  out.resize(before + hex_chars(bits));
-  out.resize(static_cast<std::size_t>(put_hex(out.data() + before, bits) - out.data()));
-}
-
 CodePoint front_code_point(std::string_view text) {
   const auto byte = [text](std::size_t i) {
     return static_cast<char32_t>(static_cast<unsigned char>(text[i]));

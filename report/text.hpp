@@ -65,7 +65,6 @@ void append_fixed(std::string& out, Magnitude number, unsigned shift, unsigned p
 char* put_hex(char* at, BitView bits);
 /// The most characters that put_hex() writes.
 constexpr std::size_t hex_chars(BitView bits) { return bits.size_bits() / 4 + 3; }
-void append_hex(std::string& out, BitView bits);
 
 /// One character of UTF-8.
 struct CodePoint {

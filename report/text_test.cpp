@@ -27,8 +27,8 @@ std::string fixed(std::int64_t value, unsigned shift, unsigned places) {
 }
 
 std::string hex(BitView bits) {
-  std::string out;
-  append_hex(out, bits);
+  std::string out(hex_chars(bits), ' ');
+  out.resize(static_cast<std::size_t>(put_hex(out.data(), bits) - out.data()));
   return out;
 }
 

@@ -1,6 +1,7 @@
 #include "verbs/report/part.hpp"
 
 #include <fmt/format.h>
+#include <openssl/evp.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -9,12 +10,12 @@
 #include <thread>
 
 #include "biss/frame/format_text.hpp"
+#include "capture/zip.hpp"
 #include "decode/control_listener.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/registers/access_rows.hpp"
 #include "verbs/report/excerpt.hpp"
 #include "verbs/report/overview.hpp"
-#include "verbs/report/packed.hpp"
 #include "verbs/report/shared_reading.hpp"
 
 namespace biss::verbs {
@@ -335,6 +336,16 @@ class PartMaker {
 };
 
 }  // namespace
+
+std::string packed(std::string_view bytes) {
+  const std::string zipped = capture::Deflater().gzip(bytes);
+  std::string out((zipped.size() + 2) / 3 * 4 + 1, '\0');
+  EVP_EncodeBlock(reinterpret_cast<unsigned char*>(out.data()),
+                  reinterpret_cast<const unsigned char*>(zipped.data()),
+                  static_cast<int>(zipped.size()));
+  out.pop_back();  // the zero that it writes
+  return out;
+}
 
 tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, DecodeRun& run,
                                                       const std::vector<Option>& given,

@@ -12,6 +12,9 @@
 
 namespace biss::verbs {
 
+/// Bytes as text of a page: base64 of gzip; the same bytes give the same text.
+std::string packed(std::string_view bytes);
+
 struct CapturePart {
   /// A VCD and the JSON object of view/src/core/report.ts, as packed() gives them.
   std::string capture;

@@ -13,7 +13,6 @@
 #include "verbs/common/text_file.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/decode/decode_run.hpp"
-#include "verbs/report/packed.hpp"
 #include "verbs/report/part.hpp"
 
 namespace biss::verbs {
