@@ -17,7 +17,6 @@
 #include "verbs/common/files.hpp"
 #include "verbs/common/host.hpp"
 #include "verbs/common/program.hpp"
-#include "verbs/common/shard_option.hpp"
 #include "verbs/common/verb.hpp"
 
 namespace biss::verbs {

@@ -11,7 +11,6 @@
 #include "capture/edge_source.hpp"
 #include "capture/pair_source.hpp"
 #include "decode/lines.hpp"
-#include "verbs/common/exit_status.hpp"
 #include "verbs/common/host.hpp"
 #include "verbs/common/raw_samples.hpp"
 

@@ -14,6 +14,11 @@
 
 namespace biss::verbs {
 
+std::string program_text() {
+  const std::string_view commit = build_commit;
+  return fmt::format("biss {}{}{}", BISS_VERSION, commit.empty() ? "" : " ", commit);
+}
+
 struct HelpOptions {
   std::vector<std::string> verb;
   std::string to = "text";

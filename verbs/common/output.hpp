@@ -9,7 +9,6 @@
 
 #include "report/sink.hpp"
 #include "report/table.hpp"
-#include "verbs/common/exit_status.hpp"
 #include "verbs/common/host.hpp"
 #include "verbs/common/temporary_file.hpp"
 

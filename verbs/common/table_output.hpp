@@ -8,7 +8,6 @@
 
 #include "report/table.hpp"
 #include "verbs/common/decoded_capture.hpp"
-#include "verbs/common/exit_status.hpp"
 #include "verbs/common/host.hpp"
 
 namespace biss::verbs {

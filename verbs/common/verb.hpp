@@ -50,10 +50,13 @@
 #include "biss/base/units.hpp"
 #include "device/quantity.hpp"
 #include "report/table.hpp"
-#include "verbs/common/exit_status.hpp"
 #include "verbs/common/files.hpp"
 #include "verbs/common/host.hpp"
 #include "verbs/common/output.hpp"
+
+namespace biss::lab {
+struct Shard;
+}
 
 namespace biss::verbs {
 
@@ -281,5 +284,8 @@ template <class Target>
 auto into(Target& target) {
   return [&target](auto value) { target = static_cast<Target>(value); };
 }
+
+/// `--shard K/N`, one of N parts of the work; `shard` must live until the command line is parsed.
+Option add_shard_option(Verb verb, lab::Shard& shard, const std::string& description);
 
 }  // namespace biss::verbs

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "cli/verb_harness.hpp"
+#include "cli/test_verb_harness.hpp"
 
 namespace biss::verbs {
 namespace crc_test {

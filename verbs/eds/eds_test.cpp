@@ -7,7 +7,7 @@
 #include <sstream>
 
 #include "capture/test_folder.hpp"
-#include "cli/verb_harness.hpp"
+#include "cli/test_verb_harness.hpp"
 
 namespace biss::verbs {
 namespace eds_test {

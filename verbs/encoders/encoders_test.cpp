@@ -15,7 +15,7 @@
 
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/safety/configurations.hpp"
-#include "cli/verb_harness.hpp"
+#include "cli/test_verb_harness.hpp"
 
 namespace biss::verbs {
 namespace encoders_test {

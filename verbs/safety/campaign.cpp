@@ -11,7 +11,6 @@
 #include <memory>
 
 #include "archive/hash.hpp"
-#include "verbs/common/shard_option.hpp"
 #include "verbs/common/terminal.hpp"
 #include "verbs/common/text_file.hpp"
 #include "verbs/common/verb.hpp"

@@ -9,7 +9,7 @@
 #include <sstream>
 
 #include "biss/safety/configurations.hpp"
-#include "cli/verb_harness.hpp"
+#include "cli/test_verb_harness.hpp"
 #include "lab/pair.hpp"
 #include "sim/fault.hpp"
 #include "verbs/common/safety_format.hpp"

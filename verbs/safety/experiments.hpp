@@ -15,7 +15,6 @@
 #include "lab/campaign_theory.hpp"
 #include "lab/sequence.hpp"
 #include "sim/fault.hpp"
-#include "verbs/common/exit_status.hpp"
 #include "verbs/common/fields.hpp"
 #include "verbs/common/host.hpp"
 #include "verbs/common/safety_format.hpp"

@@ -6,12 +6,10 @@
 #include <vector>
 
 #include "sim/encoder_registers.hpp"
-#include "verbs/common/exit_status.hpp"
 #include "verbs/common/format_option.hpp"
+#include "verbs/common/host.hpp"
 
 namespace biss::verbs {
-
-class Host;
 
 struct LoadedRegisters {
   /// By ID.

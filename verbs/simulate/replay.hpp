@@ -3,14 +3,12 @@
 
 #include <string>
 
-#include "verbs/common/exit_status.hpp"
+#include "verbs/common/host.hpp"
 #include "verbs/common/raw_samples.hpp"
 #include "verbs/simulate/setup.hpp"
 #include "verbs/simulate/write.hpp"
 
 namespace biss::verbs {
-
-class Host;
 
 struct ReplayOptions {
   /// Exactly one of these two is set.

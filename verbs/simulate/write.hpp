@@ -7,11 +7,9 @@
 
 #include "biss/base/units.hpp"
 #include "sim/line_setup.hpp"
-#include "verbs/common/exit_status.hpp"
+#include "verbs/common/host.hpp"
 
 namespace biss::verbs {
-
-class Host;
 
 inline constexpr std::uint64_t usual_cycles = 100;
 
