@@ -17,6 +17,16 @@ bool certainly_shorter(Picoseconds level, Picoseconds than, Picoseconds resoluti
 // Consecutive short levels are one pulse. The levels before and after it are the rest of the level
 // that the pulse interrupts.
 void measure_ma(const SignalSpan& span, LineSignal& signal) {
+  Picoseconds shortest = signal.pulse_max;
+  if (span.ma.size() > 1) shortest = elapsed(span.ma[0].time, span.ma[1].time);
+  for (std::size_t i = 2; i < span.ma.size(); ++i) {
+    shortest = std::min(shortest, elapsed(span.ma[i - 1].time, span.ma[i].time));
+  }
+  // Nearly always there is no pulse.
+  if (!certainly_shorter(shortest, signal.pulse_max, span.resolution)) {
+    if (span.ma.size() > 1) signal.ma_shortest = shortest;
+    return;
+  }
   bool after_pulse = false;
   std::optional<Picoseconds> last;
   for (std::size_t i = 1; i < span.ma.size(); ++i) {

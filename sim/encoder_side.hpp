@@ -49,14 +49,12 @@ class Pipe {
   /// \pre front() is not `never`
   void pop() {
     front_ = next_ == later_.size() ? never : later_[next_++];
-    if (next_ == 0 || (next_ < later_.size() && next_ < kept_max)) return;
+    if (next_ == 0 || (next_ < later_.size() && next_ < 1024)) return;
     later_.erase(later_.begin(), later_.begin() + static_cast<std::ptrdiff_t>(next_));
     next_ = 0;
   }
 
  private:
-  static constexpr std::size_t kept_max = 1024;
-
   Picoseconds front_ = never;
   std::vector<Picoseconds> later_;
   std::size_t next_ = 0;  // to be in front; the arrivals before it have been

@@ -7,7 +7,6 @@
 #include <optional>
 #include <utility>
 
-#include "lab/shard.hpp"
 #include "report/text.hpp"
 #include "verbs/common/verb.hpp"
 

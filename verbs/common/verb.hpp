@@ -49,14 +49,11 @@
 
 #include "biss/base/units.hpp"
 #include "device/quantity.hpp"
+#include "lab/shard.hpp"
 #include "report/table.hpp"
 #include "verbs/common/files.hpp"
 #include "verbs/common/host.hpp"
 #include "verbs/common/output.hpp"
-
-namespace biss::lab {
-struct Shard;
-}
 
 namespace biss::verbs {
 

@@ -12,7 +12,6 @@
 #include "biss/eds/profile.hpp"
 #include "biss/frame/format_text.hpp"
 #include "device/quantity.hpp"
-#include "verbs/common/host.hpp"
 #include "verbs/eds/rows.hpp"
 #include "verbs/eds/source.hpp"
 

@@ -18,7 +18,6 @@
 #include "sim/ma_replay.hpp"
 #include "sim/slo_replay.hpp"
 #include "verbs/common/capture_input.hpp"
-#include "verbs/common/host.hpp"
 #include "verbs/common/terminal.hpp"
 #include "verbs/common/text_file.hpp"
 #include "verbs/simulate/line_output.hpp"

@@ -17,7 +17,6 @@
 #include "verbs/common/access_option.hpp"
 #include "verbs/common/fields.hpp"
 #include "verbs/common/format_option.hpp"
-#include "verbs/common/host.hpp"
 #include "verbs/common/output.hpp"
 #include "verbs/common/terminal.hpp"
 #include "verbs/eds/rows.hpp"
