@@ -280,9 +280,10 @@ tl::expected<Settings, std::string> read_settings(Role role, std::string_view te
     return Failed(fmt::format("format: {}", read.error()));
   }
   for (const auto& [key, value] : pairs) {
-    const auto setting = std::find_if(
-        std::begin(setting_list), std::end(setting_list),
-        [&](const Setting& one) { return one.name == key && one.role.value_or(role) == role; });
+    const auto setting = std::find_if(std::begin(setting_list), std::end(setting_list),
+                                      [&, name = key](const Setting& one) {
+                                        return one.name == name && one.role.value_or(role) == role;
+                                      });
     if (setting == std::end(setting_list)) return Failed(fmt::format("no setting '{}'", key));
     const auto read = setting->read(value, settings);
     if (!read) return Failed(fmt::format("{}: {}", key, read.error()));
