@@ -104,6 +104,20 @@ std::string text_of(const Frame& frame) {
   return text;
 }
 
+// A clock that never rests, on a cable in which 4000 edges are on their way.
+TEST(FarEnd, ThousandsOfEdgesOnTheirWay_ArriveInOrderAndOnTime) {
+  LineSetup line = line_setup();
+  line.ma_delay = nanoseconds(200'010);
+  FarEnd far(far_setup(line));
+  constexpr int in_flight = 4'001;
+  for (int edge = 1; edge < 4 * in_flight; ++edge) {
+    const bool ma = edge % 2 == 0;
+    const FarEndOutput out = far.step(nanoseconds(50) * edge, ma, true);
+    const int arrived = edge - in_flight;
+    ASSERT_EQ(out.ma, arrived <= 0 || arrived % 2 == 0) << edge;
+  }
+}
+
 // Both ways of simulating a line agree, with each kind of fault.
 TEST(FarEnd, EachFault_GivesWhatTheLineGives) {
   std::size_t damaged = 0;

@@ -38,11 +38,11 @@ TEST(Sequences, UndamagedFrames_HaveNoFalseAlarmWithAnyCounter) {
 
 // The same for a format whose theory of corruption takes seconds, without that theory.
 TEST(Sequences, SevenKindsWithStrongChecksums_AreToldWithinTheirCycles) {
-  const Outcome told = ok(sequences(
+  const Outcome given = ok(sequences(
       "fs-36-28",
       "--faults 10000 --kind repetition --kind sequence --kind loss --kind delay --kind insertion "
       "--kind masquerade --kind addressing"));
-  EXPECT_EQ(rows_of(told.out).size(), 24U + 7U);
+  EXPECT_EQ(rows_of(given.out).size(), 24U + 7U);
 }
 
 TEST(Sequences, EveryKindOfFault_IsToldWithinItsCycles) {
