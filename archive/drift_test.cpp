@@ -50,12 +50,12 @@ TEST(Drift, Days_HaveTheMedianOfTheirCaptures) {
   ASSERT_TRUE(write_summary(summary, sink));
   const auto rows = nlohmann::json::parse(sink.text())["encoders"][0]["days"];
   ASSERT_EQ(rows.size(), 2U);
-  EXPECT_EQ(rows[0]["date"], "1970-01-11");
-  EXPECT_EQ(rows[1]["captures"], 3);
-  EXPECT_EQ(rows[1]["cycles"], 300);
-  EXPECT_EQ(rows[1]["faults"], 5);
-  EXPECT_EQ(rows[1]["line_delay_ps"], 20);
-  EXPECT_TRUE(rows[1]["ack_ps"].is_null());
+  EXPECT_EQ(rows[0].at("date"), "1970-01-11");
+  EXPECT_EQ(rows[1].at("captures"), 3);
+  EXPECT_EQ(rows[1].at("cycles"), 300);
+  EXPECT_EQ(rows[1].at("faults"), 5);
+  EXPECT_EQ(rows[1].at("line_delay_ps"), 20);
+  EXPECT_TRUE(rows[1].at("ack_ps").is_null());
   // 10 000, 0, 20 000 and 30 000 in a million.
   EXPECT_EQ(fault_rates_of(captures_of(summary).begin()->second)[3].value, 30'000);
 }

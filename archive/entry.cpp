@@ -125,7 +125,8 @@ std::string utf8_text(std::string_view text) {
 // ---- Days
 
 std::optional<Day> day_in(std::string_view path) {
-  // Digits in a path are not all dates: `2024-03-17`, `20240317`, `20240317093000`.
+  // `2024-03-17`, `20240317` or `20240317093000`. Not all digits in a path are dates, so the years
+  // are limited.
   static const std::regex date(
       "(?:^|[^0-9])"
       "(?:(199[0-9]|20[0-9]{2})([-_./])([0-9]{2})\\2([0-9]{2})"

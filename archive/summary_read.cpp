@@ -103,9 +103,11 @@ Summary summary_from(std::string_view text) {
 
 tl::expected<Summary, std::string> read_summary(std::istream& text) {
   try {
+    // Any other file, such as a capture, may be larger than the memory.
+    if (text.peek() != '{') wrong_json("it is not JSON, or ends early");
     std::ostringstream all;
     all << text.rdbuf();
-    return summary_from(all.str());
+    return summary_from(std::move(all).str());
   } catch (const std::exception& error) {
     return tl::unexpected(std::string(error.what()));
   }

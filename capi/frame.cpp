@@ -63,10 +63,19 @@ Frame from_c(const biss_frame& frame) {
 }
 
 biss_status status_of(EncodeError error) {
-  if (error == EncodeError::channel_count) return BISS_CHANNEL_COUNT;
-  if (error == EncodeError::needs_previous) return BISS_BAD_FORMAT;
-  const bool of_clocks = error == EncodeError::ack_range || error == EncodeError::lead_range;
-  return of_clocks ? BISS_CLOCK_RANGE : BISS_VALUE_RANGE;
+  switch (error) {
+    case EncodeError::channel_count:
+      return BISS_CHANNEL_COUNT;
+    case EncodeError::position_too_large:
+    case EncodeError::life_counter_too_large:
+      return BISS_VALUE_RANGE;
+    case EncodeError::ack_range:
+    case EncodeError::lead_range:
+      break;
+    case EncodeError::needs_previous:
+      return BISS_BAD_FORMAT;
+  }
+  return BISS_CLOCK_RANGE;
 }
 
 }  // namespace

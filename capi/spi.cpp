@@ -36,10 +36,20 @@ SpiSetup from_c(const biss_spi_setup& setup) {
 biss_status check_spi(const Device& device, const SpiSetup& setup) {
   const auto error = biss::check_spi(device.format, setup, device.timing);
   if (!error) return BISS_OK;
-  if (*error == SpiSetupError::clock) return BISS_CLOCK_MAX;
-  if (*error == SpiSetupError::error_flag) return BISS_NO_ERROR_FLAG;
-  if (*error == SpiSetupError::crc) return BISS_NO_CRC;
-  return *error == SpiSetupError::previous ? BISS_BAD_FORMAT : BISS_BAD_SETUP;
+  switch (*error) {
+    case SpiSetupError::clock:
+      return BISS_CLOCK_MAX;
+    case SpiSetupError::error_flag:
+      return BISS_NO_ERROR_FLAG;
+    case SpiSetupError::crc:
+      return BISS_NO_CRC;
+    case SpiSetupError::previous:
+      return BISS_BAD_FORMAT;
+    case SpiSetupError::period:
+    case SpiSetupError::line_delay:
+      break;
+  }
+  return BISS_BAD_SETUP;
 }
 
 }  // namespace biss::capi

@@ -471,8 +471,11 @@ class LayoutParser {
   }
 
   const char* take_columns() {
-    layout_.time_scale = event_csv_time_scale(cells(header_[0])[0]).value_or(0);
-    return take_named(cells(header_[0]));
+    const Cells names = cells(header_[0]);
+    const auto scale = event_csv_time_scale(names[0]);
+    if (!scale) return expected_header;
+    layout_.time_scale = *scale;
+    return take_named(names);
   }
 
   const char* take_tektronix_old() {

@@ -215,6 +215,8 @@ TEST(SampledCsv, HeadersThatCannotBe_NameWhatIsMissing) {
            "; CSV generated\nlogic\n0\n",
            "Source,CH1\nSecond,Volt\n",
            "Model,\n",
+           // With the numbers of the rows in a column without a name.
+           "\tTime\tCH1\n0\t0.0\t3.3\n1\t1e-6\t0.1\n2\t2e-6\t3.3\n",
        }) {
     const Read read = read_as_csv(text);
     ASSERT_TRUE(read.error) << text;

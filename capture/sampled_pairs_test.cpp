@@ -203,7 +203,7 @@ TEST(SampledPairs, AnyPieceSizeAndStart_AgreesWithTheEdges) {
     const RawLayout layout =
         layout_of(Hertz{2U + static_cast<std::uint32_t>(random())}, unit, 0, 7);
     const std::string bytes =
-        two_lines(random, unit, 0, 7, test::rounds(30'000, 5'000)) + std::string(unit - 1, 'x');
+        two_lines(random, unit, 0, 7, test::rounds(30'000, 10'000)) + std::string(unit - 1, 'x');
     const PairRead edges = pair_of(read_raw(bytes, layout), 0, 1);
     for (const std::size_t piece : {std::size_t{1}, std::size_t{64}, std::size_t{1'000},
                                     std::size_t{65'536}, std::size_t{64} << 20U}) {

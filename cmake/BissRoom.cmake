@@ -90,7 +90,7 @@ endfunction()
 
 # biss_room_test(NAME [LONG] SOURCE…): the room's unit tests, one CTest a case, labelled with the
 # room's name. LONG tests take minutes: they are labelled `long`, built with BISS_LONG_TESTS, and
-# optimised like a room. Other tests try more in `make test-long`: tests/common/long_run.hpp.
+# optimised like a room. Others try more if the environment has BISS_LONG: tests/common/long_run.hpp.
 function(biss_room_test name)
   cmake_parse_arguments(PARSE_ARGV 1 test "LONG" "" "")
   if(NOT BISS_TESTS OR (test_LONG AND NOT BISS_LONG_TESTS))

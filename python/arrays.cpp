@@ -18,6 +18,7 @@ using wire::Level;
 
 // Enough changes to give a thread a piece of its own.
 constexpr std::size_t elements_in_piece = 32'768;
+// A block of edges.
 constexpr std::size_t elements_in_block = 4'096;
 
 const std::vector<std::string>& line_names() {

@@ -165,12 +165,11 @@ class StreamObject {
     }
     check_sample(last);
     std::vector<std::int64_t> times;
+    times.reserve(numbers.size());
     for (const std::int64_t number : numbers) {
       times.push_back(clock_->time_of(static_cast<std::uint64_t>(number)).count);
     }
-    py::list rows = take_edges(times, ma, slo);
-    next_sample_ = static_cast<std::uint64_t>(last + 1);
-    return rows;
+    return take_edges(times, ma, slo, static_cast<std::uint64_t>(last + 1));
   }
 
   py::list samples(const py::array& array, unsigned ma_bit, unsigned slo_bit) {
@@ -321,7 +320,8 @@ class StreamObject {
   }
 
   py::list take_edges(std::span<const std::int64_t> times, std::span<const std::uint8_t> ma,
-                      std::span<const std::uint8_t> slo) {
+                      std::span<const std::uint8_t> slo,
+                      std::optional<std::uint64_t> next_sample = {}) {
     std::int64_t last = last_time_;
     for (std::size_t i = 0; i < times.size(); ++i) {
       if (times[i] < last) throw UsageError(backwards(i));
@@ -330,6 +330,7 @@ class StreamObject {
     for (std::size_t i = 0; i < times.size(); ++i) {
       push(picoseconds(times[i]), ma[i] != 0, slo[i] != 0);
     }
+    if (next_sample) next_sample_ = *next_sample;
     return decoded();
   }
 
@@ -372,17 +373,18 @@ class StreamObject {
 
   py::list take() {
     if (rows_.empty()) return py::list();
+    // First, so that rows are lost together if memory ends.
+    const auto places = std::exchange(rows_, {});
     const std::vector<Rows::Stored> columns = kept_->take_columns();
     kept_.emplace(columns_);
     py::list rows;
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
+    for (std::size_t i = 0; i < places.size(); ++i) {
       py::tuple values(columns.size());
       for (std::size_t k = 0; k < columns.size(); ++k) values[k] = object_of(columns[k], i);
       py::list fields;
-      for (const StreamField& field : rows_[i].fields) fields.append(tuple_of(field));
-      rows.append(py::make_tuple(values, rows_[i].begin.count, rows_[i].end.count, fields));
+      for (const StreamField& field : places[i].fields) fields.append(tuple_of(field));
+      rows.append(py::make_tuple(values, places[i].begin.count, places[i].end.count, fields));
     }
-    rows_.clear();
     return rows;
   }
 

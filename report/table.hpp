@@ -29,7 +29,7 @@ enum class Kind : std::uint8_t {
   nanoseconds,       ///< a Picoseconds, written as nanoseconds with up to three decimals, exact
   real,              ///< a double: the fewest digits that give the same double; not finite: absent
   text,              ///< any bytes; UTF-8 if users read it
-  bits,              ///< a bit string, written as one hexadecimal number (see append_hex)
+  bits,              ///< a bit string, written as one hexadecimal number (see put_hex)
   flag,              ///< 0 or 1
 };
 

@@ -46,7 +46,7 @@ constexpr std::uint64_t with_start(const CrcSpec& spec, std::uint64_t data, unsi
   return spec.start == 0 ? data : data ^ (std::uint64_t{spec.start} << (bits - spec.width_bits));
 }
 
-// A sum in a tree of sums: look-ups complete together, so a tree is faster than a chain. GCC would
+// One XOR of a tree: the look-ups complete together, so a tree is faster than a chain. GCC would
 // make a chain of the tree.
 template <std::unsigned_integral Word>
 constexpr Word pair(Word a, Word b) {
@@ -173,8 +173,7 @@ class CrcSliced {
  private:
   static constexpr unsigned slices = 8;
 
-  // Data of up to 40 bits. The look-ups complete together, so a tree of XORs is faster than a
-  // chain.
+  // Data of up to 40 bits.
   constexpr std::uint16_t low_slices(std::uint64_t data) const {
     using crc_detail::pair;
     const std::uint32_t early = pair(pair(at(0, data), at(1, data)), at(4, data));

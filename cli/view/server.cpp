@@ -5,10 +5,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <boost/asio/basic_waitable_timer.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/signal_set.hpp>
-#include <boost/asio/steady_timer.hpp>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/basic_stream.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
@@ -33,7 +33,7 @@ namespace http = boost::beast::http;
 using boost::beast::flat_buffer;
 using boost::system::error_code;
 using tcp = asio::ip::tcp;
-// With this executor, and not any executor, the file is compiled in half the time.
+// This executor instead of asio::any_io_executor makes this file compile in two thirds of the time.
 using Executor = asio::io_context::executor_type;
 using Socket = asio::basic_stream_socket<tcp, Executor>;
 

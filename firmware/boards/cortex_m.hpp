@@ -1,4 +1,4 @@
-// Parts that both boards share: registers, the interrupt mask, the timer of the control cycle.
+// Parts of every Cortex-M: registers, the interrupt mask, the timer of the control cycle.
 #pragma once
 
 #include <cstdint>

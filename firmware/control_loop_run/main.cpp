@@ -134,7 +134,7 @@ constexpr std::uint32_t ticks_a_period = 4;
 struct Summary {
   std::uint32_t damaged = 0;
   /// Cycles with each Quality.
-  std::array<std::uint32_t, 5> with{};
+  std::array<std::uint32_t, static_cast<std::size_t>(Quality::tripped) + 1> with{};
   std::uint32_t tripped_at = 0;
   std::uint32_t wrong = 0;
   std::int64_t turns_most = 0;

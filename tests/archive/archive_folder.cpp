@@ -106,6 +106,8 @@ bool killed_at(const std::vector<std::string>& arguments, const std::string& jou
                std::size_t bytes) {
   const std::size_t before = size_of(journal);
   const pid_t child = start(Words{BISS_COMMAND} + arguments);
+  EXPECT_GT(child, 0);
+  if (child <= 0) return false;
   int status = 0;
   while (waitpid(child, &status, WNOHANG) == 0) {
     if (size_of(journal) >= before + bytes) {

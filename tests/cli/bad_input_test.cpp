@@ -318,6 +318,7 @@ TEST_F(BadInput, FormatWithAMistake_PointsAtIt) {
     SCOPED_TRACE(format);
     for (const std::string verb : {"decode", "crc", "plan", "simulate"}) {
       const std::string output = folder.path("never.csv");
+      SCOPED_TRACE(verb);
       Words words{verb, "-f", format};
       if (verb == "decode") words.push_back(capture);
       if (verb == "crc") words.emplace_back("0");
@@ -332,6 +333,7 @@ TEST_F(BadInput, FormatWithAMistake_PointsAtIt) {
 TEST_F(BadInput, PositionTooLargeOrNoNumber_IsWrongUsage) {
   for (const char* position :
        {"67108864", "0x4000000", "99999999999999999999999", "-1", "1.5", "x", "0x", "1e3"}) {
+    SCOPED_TRACE(position);
     expect_usage(run("crc -f {} -- {}", usual, position), "position");
   }
 }

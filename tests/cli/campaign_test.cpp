@@ -181,7 +181,8 @@ TEST_F(Campaign, WrongUsage_IsNamed) {
         Words("-f rxm --shard 6/18446744073709551615"), Words("-f rxm --replay 1"),
         Words("-f rxm --fault flips:0.1:fitting --replay 4194304"),
         Words("-f rxm --fault burst:16 --replay 70368744177664")}) {
-    EXPECT_THAT(run(Words("safety campaign") + more), refuses(2, "")) << more.size();
+    EXPECT_THAT(run(Words("safety campaign") + more), refuses(2, ""))
+        << testing::PrintToString(more);
   }
   EXPECT_THAT(run("safety campaign -f rxm --save-every 1"), fails(2, "--save-every: '1': no unit"));
 }

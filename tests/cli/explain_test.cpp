@@ -226,9 +226,6 @@ TEST_F(ExplainVerb, FaultsOfALine_AreNamedWithTheirEvidence) {
           Case{format, "--clock 2.5MHz --cable 60m --processing 10us --fault short_frame:0.1",
                format, "healthy"},
           Case{format, usual + "slo_low:1", format, "stuck_low"},
-          // The master sees SLO low and stops after two clocks: no answer is read.
-          Case{format, usual + "swap_slo:1", format, "slo_inverted",
-               "SLO rests low and goes high with ACK"},
           Case{format, "--clock 10MHz --internal-delay 66ns", format, "healthy"},
           Case{format, "--clock 10MHz --internal-delay 70ns", format, "healthy"},
           Case{format, "--clock 10MHz --internal-delay 73ns", format, "healthy"},

@@ -88,7 +88,8 @@ TEST(Help, EveryVerb_IsReachedAndFits) {
 TEST(Help, UnknownVerb_IsWrongUsage) {
   EXPECT_THAT(
       run("help deocde"),
-      refuses(2, "biss: unknown verb 'deocde'; did you mean 'decode'? (see 'biss --help')"));
+      fails(2, testing::Eq(
+                   "biss: unknown verb 'deocde'; did you mean 'decode'? (see 'biss --help')\n")));
 }
 
 TEST(Help, Version_HasAShortOption) {

@@ -89,6 +89,7 @@ TEST_F(ReportVerb, LargeCapture_ItsPanelsHaveTheAnswersOfTheVerbs) {
     EXPECT_EQ(made["verbs"].size(), panels.size() + 1);  // and registers
     for (const auto& [panel, words] : panels) {
       const Outcome alone = run(words + more + Words("--to jsonl {}", capture));
+      ASSERT_TRUE(made.at("verbs").contains(panel)) << panel;
       const auto& answer = made["verbs"][panel];
       EXPECT_EQ(answer["status"], alone.status) << panel;
       EXPECT_EQ(answer["out"], without_folder(alone.out)) << panel;

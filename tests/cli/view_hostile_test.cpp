@@ -48,10 +48,10 @@ std::vector<Hostile> each(const std::string& answers, std::string (*request)(con
 Tables first_lines() {
   return {
       each("403", with_target,
-           {"/", "/capture", "/00000000000000000000000000000000/capture", "/PART/", "/.PATHcapture",
-            "/PATH", "/TOKEN0/capture", "/?TOKEN", "/x/TOKEN/capture", "/TOKEN;/capture",
-            "/TOKEN#/capture", "/TOKEN%00/capture", "/x/../TOKEN/capture", "http://HOSTPATHcapture",
-            "TOKEN/", "*"}),
+           {"/", "/capture", "/00000000000000000000000000000000/capture", "/NEAR/", "/NEAR/capture",
+            "/PART/", "/.PATHcapture", "/PATH", "/TOKEN0/capture", "/?TOKEN", "/x/TOKEN/capture",
+            "/TOKEN;/capture", "/TOKEN#/capture", "/TOKEN%00/capture", "/x/../TOKEN/capture",
+            "http://HOSTPATHcapture", "TOKEN/", "*"}),
       each("404", with_target,
            {"/TOKEN",
             "PATHTOKEN/capture",
@@ -205,9 +205,11 @@ std::string answers_in(const std::string& text) {
 
 std::string filled_in(const Server& server, std::string text) {
   const std::string token = server.path().substr(1, server.path().size() - 2);
+  std::string near = token;
+  near[0] = near[0] == '0' ? '1' : '0';
   for (const auto& [name, value] :
        {std::pair{std::string("PATH"), server.path()}, std::pair{std::string("TOKEN"), token},
-        std::pair{std::string("PART"), token.substr(0, 19)},
+        std::pair{std::string("PART"), token.substr(0, 19)}, std::pair{std::string("NEAR"), near},
         std::pair{std::string("HOST"), server.host()},
         std::pair{std::string("PORT"), fmt::format("{}", server.port())}}) {
     for (std::size_t at = 0; (at = text.find(name, at)) != std::string::npos; at += value.size()) {
@@ -231,6 +233,9 @@ TEST_F(HostileView, EachRequest_HasItsAnswerAndTheNextOneToo) {
         EXPECT_THAT(received, Not(HasSubstr("secret"))) << hostile.situation;
         if (hostile.answers.find("200/38") == std::string::npos) {
           EXPECT_THAT(received, Not(HasSubstr("time"))) << hostile.situation;
+        }
+        if (hostile.answers == "200/38") {
+          EXPECT_EQ(body_of(received), capture_text) << hostile.situation;
         }
         if (hostile.answers == "405") {
           EXPECT_THAT(received, HasSubstr("Allow: GET, HEAD\r\n")) << hostile.situation;

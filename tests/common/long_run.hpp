@@ -1,4 +1,4 @@
-// Tests that try more in `make test-long`.
+// Tests that try more in a long run.
 #pragma once
 
 #include <cstdint>
@@ -6,7 +6,8 @@
 
 namespace biss::test {
 
-/// True if the environment has BISS_LONG, as in `make test-long` and `make test-release`.
+/// True if the environment has BISS_LONG, as in stages of `make test-long` and
+/// `make test-release`.
 inline bool long_run() { return std::getenv("BISS_LONG") != nullptr; }
 
 /// Rounds of a loop: `full` in a long run, otherwise `few`.

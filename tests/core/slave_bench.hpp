@@ -1,6 +1,8 @@
 // A slave's owner that keeps a log, and a chain of slaves on a clock of 1 MHz.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 
 #include "biss/frame/codec.hpp"

@@ -62,33 +62,36 @@ std::vector<std::string> read_list(const std::string& path) {
   constexpr std::size_t most_lines = 10'000'000;
   constexpr std::string_view mark = "\xEF\xBB\xBF";
   std::ifstream file(path, std::ios::binary);
-  const auto require = [&](bool good, const std::string& why) {
-    if (!good) throw VerbError{ExitStatus::io, fmt::format("{}: {}", path, why)};
-  };
-  require(file.is_open(), "cannot open it");
+  const auto fail = [&](const std::string& why) { throw wrong_file("{}: {}", path, why); };
+  if (!file.is_open()) fail("cannot open it");
   std::vector<std::string> lines;
   std::array<char, PATH_MAX + 2> buffer{};
   std::size_t number = 1;
   for (; file.getline(buffer.data(), buffer.size()); ++number) {
-    require(number <= most_lines,
-            fmt::format("more than {} lines; give several lists, and merge their summaries",
-                        most_lines));
+    if (number > most_lines) {
+      fail(fmt::format("more than {} lines; give several lists, and merge their summaries",
+                       most_lines));
+    }
     // The count has the line feed, except at the end of the file.
     std::string_view line(buffer.data(),
                           static_cast<std::size_t>(file.gcount()) - (file.eof() ? 0U : 1U));
     if (number == 1 && line.starts_with(mark)) line.remove_prefix(mark.size());
     if (line.ends_with('\r')) line.remove_suffix(1);
     const auto has = [line](char c) { return line.find(c) != std::string_view::npos; };
-    require(!has('\0'),
-            fmt::format("line {} has a zero byte; write a text in UTF-8, one path a line", number));
-    require(!has('\r') || std::filesystem::exists(line),
-            fmt::format("line {} has a CR inside; end each line in LF or CRLF", number));
+    if (has('\0')) {
+      fail(fmt::format("line {} has a zero byte; write a text in UTF-8, one path a line", number));
+    }
+    if (has('\r') && !std::filesystem::exists(line)) {
+      fail(fmt::format("line {} has a CR inside; end each line in LF or CRLF", number));
+    }
     if (!line.empty()) lines.emplace_back(line);
   }
-  require(!file.bad(), "cannot read it");
-  require(file.eof(), fmt::format("line {} has more than {} bytes, more than any path has; write "
-                                  "one path a line",
-                                  number, PATH_MAX));
+  if (file.bad()) fail("cannot read it");
+  if (!file.eof()) {
+    fail(
+        fmt::format("line {} has more than {} bytes, more than any path has; write one path a line",
+                    number, PATH_MAX));
+  }
   return lines;
 }
 
@@ -140,11 +143,10 @@ ExitStatus run_merge(const ArchiveOptions& options, Host& host) {
   std::vector<archive::NamedSummary> parts;
   for (const std::string& path : options.parts) {
     std::ifstream file(path, std::ios::binary);
-    if (!file) throw VerbError{ExitStatus::io, fmt::format("{}: cannot open it", path)};
+    if (!file) throw wrong_file("{}: cannot open it", path);
     auto part = archive::read_summary(file);
     if (!part) {
-      throw VerbError{ExitStatus::io,
-                      fmt::format("{}: not a usable summary: {}", path, part.error())};
+      throw wrong_file("{}: not a usable summary: {}", path, part.error());
     }
     parts.emplace_back(path, std::move(*part));
   }

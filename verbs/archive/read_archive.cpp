@@ -91,7 +91,7 @@ class Journal {
       }
       if (::fstat(file_, &opened) != 0) fail_with(errno);
       if (!S_ISREG(opened.st_mode)) fail("not a regular file");
-      // The one who had the lock before may have replaced the file.
+      // Again if the process that had the lock before has replaced the file.
     } while (::stat(path_.c_str(), &named) != 0 || named.st_ino != opened.st_ino ||
              named.st_dev != opened.st_dev);
   }
@@ -151,9 +151,7 @@ class Journal {
     }
   }
 
-  [[noreturn]] void fail(const std::string& why) const {
-    throw VerbError{ExitStatus::io, fmt::format("{}: {}", path_, why)};
-  }
+  [[noreturn]] void fail(const std::string& why) const { throw wrong_file("{}: {}", path_, why); }
   [[noreturn]] void fail_with(int cause) const { fail(std::generic_category().message(cause)); }
 
   void close() {

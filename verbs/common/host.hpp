@@ -44,6 +44,11 @@ template <class... Arguments>
 VerbError wrong_usage(fmt::format_string<Arguments...> text, Arguments&&... arguments) {
   return {ExitStatus::usage, fmt::format(text, std::forward<Arguments>(arguments)...)};
 }
+/// The error of a file or a folder.
+template <class... Arguments>
+VerbError wrong_file(fmt::format_string<Arguments...> text, Arguments&&... arguments) {
+  return {ExitStatus::io, fmt::format(text, std::forward<Arguments>(arguments)...)};
+}
 /// The value; throws a VerbError if there is none.
 template <class Value>
 Value value_or_fail(tl::expected<Value, std::string> result,

@@ -100,12 +100,18 @@ bool TemporaryFile::take_name() {
   // Each close flushes: the last chance of a network file system to report that it is full.
   const int copy = ::fcntl(descriptor_, F_DUPFD_CLOEXEC, 0);
   if (copy < 0 || ::close(copy) != 0) return false;
-  // No call replaces a file by a file without a name, so the new file gets a name for a moment.
   if (name_.empty()) {
-    name_ = make_beside(target_, [this](const std::string& name) {
+    const auto link_to = [this](const std::string& name) {
       return ::linkat(AT_FDCWD, descriptor_path(descriptor_).c_str(), AT_FDCWD, name.c_str(),
                       AT_SYMLINK_FOLLOW) == 0;
-    });
+    };
+    if (link_to(target_)) {
+      ::close(std::exchange(descriptor_, -1));
+      return true;
+    }
+    // No call replaces a file by a file without a name, so the new file gets a name for a moment.
+    if (errno != EEXIST) return false;
+    name_ = make_beside(target_, link_to);
   }
   if (name_.empty() || std::rename(name_.c_str(), target_.c_str()) != 0) return false;
   forget(std::exchange(name_, {}));

@@ -32,7 +32,8 @@ bool looks_like_description(std::string_view head);
 
 struct Description {
   dump::RegisterDump dump;
-  /// The parts that are given by fields, even those to which no register leads.
+  /// The parts that a description gives by fields, even those to which no register leads; empty
+  /// for other files.
   dump::DataSheet drafted;
 };
 

@@ -33,7 +33,7 @@ std::string message_of(const dump::DumpError& error) {
 
 Description read_file(const EdsArguments& arguments) {
   const auto fail = [&](const std::string& why) {
-    return VerbError{ExitStatus::io, fmt::format("'{}': {}", arguments.file, why)};
+    return wrong_file("'{}': {}", arguments.file, why);
   };
   std::ifstream file;
   const bool is_stdin = arguments.file == "-";

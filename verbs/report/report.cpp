@@ -124,6 +124,8 @@ void add_report(Command& command) {
       [options](Host& host) { return ReportRun(*options, host).run(); });
   CaptureArguments& capture = options->decode.capture;
   capture.identify = true;
+  // For the verbs that judge the same cycles.
+  capture.signal = true;
   verb.add_option("FILE", capture.files,
                   "The capture (VCD, FST, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV "
                   "and binary, raw samples; also compressed by gzip or zstd); files with one line "

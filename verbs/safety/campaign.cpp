@@ -74,7 +74,7 @@ void add_importance(const lab::CampaignFrame& frame, lab::CampaignPlan& plan) {
 
 // The fault of a state file.
 VerbError wrong_state(const std::string& path, std::string_view why) {
-  return {ExitStatus::io, fmt::format("{}: {}", path, why)};
+  return wrong_file("{}: {}", path, why);
 }
 
 lab::CampaignState read_state_of(const std::string& path) {

@@ -28,13 +28,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-template <class... Arguments>
-VerbError wrong_folder(fmt::format_string<Arguments...> text, Arguments&&... arguments) {
-  return {ExitStatus::io, fmt::format(text, std::forward<Arguments>(arguments)...)};
-}
-
 VerbError cannot_write(const fs::path& path, int cause) {
-  return wrong_folder("cannot write '{}': {}", path.string(), std::strerror(cause));
+  return wrong_file("cannot write '{}': {}", path.string(), std::strerror(cause));
 }
 
 // Blocks signals while a folder with a temporary name exists, which is a short time.
@@ -150,16 +145,16 @@ void check_target(const std::string& folder, bool replace) {
     return;
   }
   if (status.type() != fs::file_type::directory) {
-    throw wrong_folder("'{}' exists and is not a folder; name another one", folder);
+    throw wrong_file("'{}' exists and is not a folder; name another one", folder);
   }
   const std::vector<std::string> names = archive::names_in(target, error);
   if (error) throw cannot_write(target, error.value());
   const bool bundle = is_bundle(target, names);
   if (names.empty() || (bundle && replace)) return;
-  throw wrong_folder("'{}' is not empty; name another folder{}", folder,
-                     bundle    ? ", or replace this bundle with --force"
-                     : replace ? ": --force replaces bundles only"
-                               : "");
+  throw wrong_file("'{}' is not empty; name another folder{}", folder,
+                   bundle    ? ", or replace this bundle with --force"
+                   : replace ? ": --force replaces bundles only"
+                             : "");
 }
 
 void write_bundle(const std::string& folder, const std::vector<EvidenceFile>& files, bool replace) {
@@ -186,11 +181,11 @@ ReadBundle read_bundle(const std::string& folder) {
   ReadBundle bundle;
   std::error_code error;
   std::vector<std::string> names = archive::names_in(folder, error);
-  if (error) throw wrong_folder("cannot read '{}': {}", folder, error.message());
+  if (error) throw wrong_file("cannot read '{}': {}", folder, error.message());
   const auto listed = read_hash_list(folder);
   if (!listed) {
-    throw wrong_folder("'{}' is not a bundle: {} is missing or not a list of hashes", folder,
-                       hash_list_name);
+    throw wrong_file("'{}' is not a bundle: {} is missing or not a list of hashes", folder,
+                     hash_list_name);
   }
   std::erase(names, hash_list_name);
   for (const auto& [name, hash] : *listed) {

@@ -88,10 +88,10 @@ class Recording {
     return done ? ExitStatus::done : output_.status();
   }
 
-  // A row of the truth or of the readings.
-  template <class Row>
-  void row(const Row& row) {
-    output_.row(row);
+  // Writes the row of the truth or of the readings that `make` returns, if there are rows.
+  template <class Make>
+  void row(const Make& make) {
+    if (output_.has_rows()) output_.row(make());
   }
 
   // Passes all edges of the capture to `push`, which appends the edges that it makes. `finish` does
@@ -241,7 +241,9 @@ ExitStatus answer_recording(const ReplayOptions& options, const WriteOptions& wr
         return encoder.sample(moment);
       },
       [&](const sim::Answer& answer) {
-        recorded.row(answer_row(setup.format, counts.total++, answer, encoder.sampled()));
+        recorded.row(
+            [&] { return answer_row(setup.format, counts.total, answer, encoder.sampled()); });
+        ++counts.total;
         ++counts.of_kind[static_cast<std::size_t>(answer.kind)];
       });
   return recorded.run([&](auto edges, const decode::Lines& lines,
@@ -328,7 +330,8 @@ ExitStatus replay_slo(const ReplayOptions& options, const WriteOptions& write,
   sim::SloReplay replay({FrameCodec<>(setup->format), master},
                         [&](const sim::ReplayReading& reading) {
                           const decode::Cycle cycle = cycle_of(reading, setup->format);
-                          recorded.row(table.cells(total++, cycle));
+                          recorded.row([&] { return table.cells(total, cycle); });
+                          ++total;
                           if (cycle.frame) ++good;
                           if (reading.reading.marginal) ++marginal;
                         });

@@ -5,10 +5,8 @@
 
 #include <cstddef>
 #include <deque>
-#include <memory>
 #include <mutex>
 #include <string>
-#include <vector>
 
 #include "viewers/saleae/row_reader.hpp"
 #include "viewers/saleae/settings.hpp"

@@ -37,8 +37,8 @@ tl::expected<void, std::string> set_format(RowSetup& setup, std::string_view for
 /// A row and the samples of its first and last edge of MA.
 struct Row {
   CycleStatus status{};
+  /// Both are valid during the call that delivers the row.
   const std::vector<report::Column>& columns;
-  /// Valid during the call that delivers the row.
   const std::vector<report::Cell>& cells;
   std::uint64_t first_sample = 0;
   std::uint64_t last_sample = 0;

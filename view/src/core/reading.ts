@@ -47,7 +47,7 @@ export function reopen(): Promise<void> {
 
 // A request of the user does not wait until a file that has grown is read again.
 function endBehind(): void {
-  void core().ask('endBehind', {});
+  core().ask('endBehind', {}).catch(() => {}); // A core that has failed is reported by start().
 }
 
 // A request that fails does not stop the requests after it.

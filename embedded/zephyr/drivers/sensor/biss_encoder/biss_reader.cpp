@@ -25,10 +25,22 @@ static_assert(sizeof(Reader) <= BISS_READER_BYTES && alignof(Reader) <= alignof(
 static_assert(std::is_trivially_destructible_v<Reader>);
 
 int error_of(biss::FrameError cause) {
-  using enum biss::FrameError;
-  if (cause == no_response) return -ENODEV;
-  if (cause == not_ready) return -EBUSY;
-  return cause == cds || cause == crc || cause == stop_bit ? -EBADMSG : -ERANGE;
+  switch (cause) {
+    case biss::FrameError::no_response:
+      return -ENODEV;
+    case biss::FrameError::not_ready:
+      return -EBUSY;
+    case biss::FrameError::cds:
+    case biss::FrameError::crc:
+    case biss::FrameError::stop_bit:
+      return -EBADMSG;
+    case biss::FrameError::response_range:
+    case biss::FrameError::no_start:
+    case biss::FrameError::ack_range:
+    case biss::FrameError::truncated:
+      return -ERANGE;
+  }
+  return -ERANGE;
 }
 
 }  // namespace
