@@ -268,12 +268,11 @@ Bp3Part random_part(test::Random& random) {
   return part;
 }
 
-BISS_TEST(EdsImage, RandomGoodParts_AreGoodAndBuildBack) {
+BISS_TEST(EdsImage, RandomGoodParts_AreGood) {
   BISS_RANDOM(random, 0x600D);
   for (std::uint64_t round = test::rounds(100'000, 300); round-- > 0;) {
     const Bp3Part part = random_part(random);
     const EdsBank bank = sealed(build_bank(part));
-    BISS_ASSERT(build_bank(parse_bp3_part(bank)) == bank);
     Only found;
     check_bp3_part(bank, found);
     BISS_ASSERT_EQ(found.count, 0U) << found.last.value;
