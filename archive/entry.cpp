@@ -6,7 +6,6 @@
 #include <chrono>
 #include <compare>
 #include <limits>
-#include <regex>
 
 #include "report/text.hpp"
 
@@ -76,6 +75,25 @@ std::optional<Day> day_of_parts(std::string_view year, std::string_view month,
   return static_cast<Day>(std::chrono::sys_days(date).time_since_epoch().count());
 }
 
+bool is_digit(char c) { return c >= '0' && c <= '9'; }
+
+// The day of `2024-03-17`, `20240317` or `20240317093000` at the front, without a further digit. Not
+// all digits in a path are dates, so the years are limited.
+std::optional<Day> front_day(std::string_view text) {
+  if (text < "1990" || text >= "21") return std::nullopt;
+  const auto digits =
+      static_cast<std::size_t>(std::find_if_not(text.begin(), text.end(), is_digit) - text.begin());
+  if (digits == 8 || digits == 14) {
+    return day_of_parts(text.substr(0, 4), text.substr(4, 2), text.substr(6, 2));
+  }
+  constexpr std::string_view separators = "-_./";
+  if (digits != 4 || text.size() < 10 || separators.find(text[4]) == separators.npos ||
+      text[7] != text[4] || (text.size() > 10 && is_digit(text[10]))) {
+    return std::nullopt;
+  }
+  return day_of_parts(text.substr(0, 4), text.substr(5, 2), text.substr(8, 2));
+}
+
 }  // namespace
 
 bool is_foreign(std::string_view cause) {
@@ -125,20 +143,10 @@ std::string utf8_text(std::string_view text) {
 // ---- Days
 
 std::optional<Day> day_in(std::string_view path) {
-  // `2024-03-17`, `20240317` or `20240317093000`. Not all digits in a path are dates, so the years
-  // are limited.
-  static const std::regex date(
-      "(?:^|[^0-9])"
-      "(?:(199[0-9]|20[0-9]{2})([-_./])([0-9]{2})\\2([0-9]{2})"
-      "|(199[0-9]|20[0-9]{2})()([0-9]{2})([0-9]{2})(?:[0-9]{6})?)"
-      "(?![0-9])");
   std::optional<Day> last;
-  const char* const end = path.data() + path.size();
-  for (std::cregex_iterator at(path.data(), end, date), none; at != none; ++at) {
-    const std::cmatch& found = *at;
-    const std::size_t year = found[1].matched ? 1 : 5;
-    const auto day = day_of_parts(found.str(year), found.str(year + 2), found.str(year + 3));
-    if (day) last = day;
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    if (i != 0 && is_digit(path[i - 1])) continue;
+    if (const auto day = front_day(path.substr(i))) last = day;
   }
   return last;
 }

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
-#include <regex>
 #include <sstream>
 #include <utility>
 
@@ -328,8 +327,20 @@ std::vector<std::string> not_run(const EvidenceOptions& options) {
 }
 
 std::string page_of_bundle(std::string_view page) {
-  static const std::regex link("\\[([^\\]]*)\\]\\((?!safety\\.md|safety-matrix\\.md)[^)]*\\)");
-  return std::regex_replace(std::string(page), link, "$1");
+  std::string text;
+  for (;;) {
+    const auto label_end = page.find("](");
+    const auto label = page.substr(0, label_end).rfind('[');
+    const auto end = page.find(')', label_end);
+    if (label == page.npos || end == page.npos) return text.append(page);
+    const std::string_view link = page.substr(label_end + 2, end - label_end - 2);
+    if (link.starts_with("safety.md") || link.starts_with("safety-matrix.md")) {
+      text.append(page.substr(0, end + 1));
+    } else {
+      text.append(page.substr(0, label)).append(page.substr(label + 1, label_end - label - 1));
+    }
+    page.remove_prefix(end + 1);
+  }
 }
 
 EvidenceFile readme_file(const EvidenceSubject& subject,
