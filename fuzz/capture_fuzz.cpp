@@ -124,7 +124,9 @@ void check_sampled_csv(std::string_view text) {
 }
 
 std::string change_sampled_csv(std::string text, SplitMix& random) {
-  return TokenMutator(std::move(text), ",;\n", sampled_words, random).mutate();
+  // Each change of the grid ends the capture: mostly one, so that enough inputs have a cycle.
+  return TokenMutator(std::move(text), ",;\n", sampled_words, random)
+      .mutate(random() % 4 == 0 ? 3 : 1);
 }
 
 // ---- Text that is compressed

@@ -37,9 +37,9 @@ class TokenMutator {
                SplitMix& random)
       : text_(std::move(text)), delimiters_(delimiters), words_(words), random_(random) {}
 
-  /// The text with one to three changes.
-  std::string mutate() {
-    const std::size_t times = 1 + below(3);
+  /// The text with one to `most` changes.
+  std::string mutate(std::size_t most = 3) {
+    const std::size_t times = 1 + below(most);
     for (std::size_t i = 0; i < times && !text_.empty(); ++i) change_one();
     return std::move(text_);
   }
