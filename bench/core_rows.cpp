@@ -1,7 +1,6 @@
 // Format text, turns, and the machine itself.
 #include <cstdint>
 #include <cstring>
-#include <string>
 #include <string_view>
 #include <vector>
 

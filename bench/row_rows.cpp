@@ -1,7 +1,6 @@
 // The rows of `decode`, from request cycles in memory to text.
 #include <algorithm>
 #include <cstring>
-#include <functional>
 #include <string>
 #include <vector>
 

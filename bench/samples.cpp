@@ -1,8 +1,6 @@
 #include "bench/samples.hpp"
 
 #include <algorithm>
-#include <string_view>
-#include <utility>
 
 #include "bench/pool.hpp"
 #include "biss/frame/encode.hpp"

@@ -1,10 +1,7 @@
 // Registers, commands and data sheets through the C interface: a master reads a simulated encoder.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
-#include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 

@@ -1,8 +1,5 @@
 #include "capi/device.hpp"
 
-#include <cstddef>
-#include <string_view>
-
 namespace biss::capi {
 
 static_assert(BISS_MAX_CHANNELS == max_channels);

@@ -2,7 +2,6 @@
 #include "capi/frame.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>

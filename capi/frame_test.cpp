@@ -6,8 +6,6 @@
 #include <array>
 #include <climits>
 #include <cstring>
-#include <memory>
-#include <string>
 #include <vector>
 
 #include "capi/test_handles.hpp"

@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <exception>
 #include <iterator>
-#include <new>
 #include <optional>
 #include <string_view>
 #include <utility>

@@ -1,7 +1,6 @@
 // The simulated far end of a line through the C interface.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <functional>
 #include <set>
 #include <string>

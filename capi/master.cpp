@@ -1,5 +1,4 @@
 // biss_master: a handle of the core's RequestCycle.
-#include <algorithm>
 #include <cstdint>
 
 #include "biss/frame/codec.hpp"

@@ -1,6 +1,4 @@
 // biss_safety: a handle of the core's SafetyMonitor.
-#include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>

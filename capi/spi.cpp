@@ -1,5 +1,4 @@
 // biss_spi: a handle of the core's SpiReader.
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <span>

@@ -1,7 +1,6 @@
 // Names and texts of the status codes and causes of the C interface, and its version.
 #include <algorithm>
 #include <array>
-#include <functional>
 #include <string_view>
 
 #include "biss/frame/status.hpp"

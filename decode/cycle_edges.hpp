@@ -8,7 +8,6 @@
 #include <optional>
 #include <span>
 #include <utility>
-#include <vector>
 
 #include "decode/cycle_rules.hpp"
 #include "decode/decoder.hpp"

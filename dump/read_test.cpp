@@ -1,6 +1,5 @@
 #include "dump/read.hpp"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "dump/test_dumps.hpp"

@@ -2,7 +2,6 @@
 // that takes the fewest bits to write the frames down is the likeliest.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <vector>
 

@@ -4,7 +4,6 @@
 
 #include <set>
 #include <string>
-#include <vector>
 
 #include "biss/frame/format_text.hpp"
 #include "biss/master/request.hpp"

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
-#include <utility>
 
 #include "biss/configure/named_device.hpp"
 #include "biss/timing/device_timing.hpp"

@@ -3,7 +3,6 @@
 #pragma once
 
 #include <algorithm>
-#include <cstdint>
 
 #include "biss/base/units.hpp"
 #include "biss/configure/configurator.hpp"

@@ -2,7 +2,6 @@
 // turns and a rate, and the BP3 part that describes it.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string_view>

@@ -1,7 +1,6 @@
 // Shared by the checks of all parts: the options, and the check of each field by its table.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string_view>

@@ -22,7 +22,6 @@
 #include <optional>
 #include <string_view>
 #include <utility>
-#include <vector>
 
 namespace biss::cli {
 

@@ -4,7 +4,6 @@
 #include <biss_c.h>
 #include <verilated.h>
 
-#include <algorithm>
 #include <cinttypes>
 #include <cstdint>
 #include <cstdio>

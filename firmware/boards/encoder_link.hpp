@@ -16,7 +16,6 @@
 // that they call; begin an access of session() while they are masked.
 #pragma once
 
-#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <optional>

@@ -9,7 +9,6 @@
 // needed. The frame is decoded once, in the second interrupt, before the first one needs it.
 #pragma once
 
-#include <array>
 #include <concepts>
 #include <cstddef>
 #include <cstdint>

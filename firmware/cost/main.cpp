@@ -2,7 +2,6 @@
 // each call. Prints `row NAME|TITLE|MEAN|MOST|STACK` for firmware/sizes.
 #include <algorithm>
 #include <array>
-#include <cstddef>
 #include <cstdint>
 
 #include "firmware/cost/prepare.hpp"

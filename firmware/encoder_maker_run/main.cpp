@@ -1,8 +1,6 @@
 // Runs the encoder of firmware/encoder_maker under QEMU: a software master clocks MA, reads
 // positions and accesses the registers in the same frames. Every result is checked.
-#include <algorithm>
 #include <array>
-#include <cstddef>
 #include <cstdint>
 #include <span>
 

@@ -1,8 +1,6 @@
 // Vector table, start-up from reset to firmware_main(), and the message of a fault.
 #include "firmware/platform/startup.hpp"
 
-#include <cstddef>
-
 #include "firmware/platform/console.hpp"
 
 extern "C" {

@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <functional>
 
 #include "capture/event_csv.hpp"
 #include "capture/saleae_binary.hpp"

@@ -1,6 +1,5 @@
 #include "tests/data/vectors.hpp"
 
-#include <cstdio>
 #include <fstream>
 #include <stdexcept>
 

@@ -2,7 +2,6 @@
 // a sanitizer detects an access outside. Texts of formats: fuzz/format_fuzz.cpp.
 #include <gtest/gtest.h>
 
-#include <string>
 #include <vector>
 
 #include "tests/core/test.hpp"

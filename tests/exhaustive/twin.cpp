@@ -1,7 +1,6 @@
 #include "tests/exhaustive/twin.hpp"
 
 #include <array>
-#include <optional>
 #include <stdexcept>
 #include <string_view>
 

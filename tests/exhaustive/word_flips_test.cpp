@@ -2,8 +2,6 @@
 // the weight distribution of the code gives. Also lines that end too early.
 #include <gtest/gtest.h>
 
-#include <string>
-
 #include "biss/frame/format_text.hpp"
 #include "tests/core/test.hpp"
 #include "tests/exhaustive/scale.hpp"

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
 
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/format_text.hpp"

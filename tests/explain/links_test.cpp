@@ -1,7 +1,6 @@
 // A sample of the captures of every cause; all of them are in the long tests.
 #include "tests/explain/links.hpp"
 
-#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "biss/frame/format_text.hpp"

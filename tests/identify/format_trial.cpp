@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <vector>
 
 #include "biss/frame/codec.hpp"
 #include "biss/frame/format_text.hpp"

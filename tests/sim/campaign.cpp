@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <deque>
-#include <optional>
 #include <span>
 
 #include "decode/decoder.hpp"

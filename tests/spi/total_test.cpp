@@ -2,7 +2,6 @@
 // requested at the interval of the cycle budget, read by SpiReader.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <cstdio>
 #include <string>

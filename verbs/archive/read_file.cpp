@@ -1,7 +1,6 @@
 #include "verbs/archive/archive.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>

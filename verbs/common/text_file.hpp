@@ -1,7 +1,6 @@
 // A whole file as text, up to a largest size, or line by line.
 #pragma once
 
-#include <cstddef>
 #include <functional>
 #include <string>
 #include <string_view>

@@ -3,7 +3,6 @@
 #include <fmt/ranges.h>
 
 #include <cmath>
-#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>

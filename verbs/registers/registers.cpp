@@ -3,7 +3,6 @@
 
 #include <array>
 #include <map>
-#include <vector>
 
 #include "decode/control_listener.hpp"
 #include "decode/seen_registers.hpp"

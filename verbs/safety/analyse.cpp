@@ -2,9 +2,7 @@
 #include <fmt/format.h>
 
 #include <memory>
-#include <optional>
 #include <string>
-#include <vector>
 
 #include "lab/pair.hpp"
 #include "report/text.hpp"

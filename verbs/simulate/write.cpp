@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <memory>
 #include <utility>
 #include <vector>
 
@@ -16,7 +15,6 @@
 #include "sim/line.hpp"
 #include "verbs/common/access_option.hpp"
 #include "verbs/common/fields.hpp"
-#include "verbs/common/format_option.hpp"
 #include "verbs/common/output.hpp"
 #include "verbs/common/terminal.hpp"
 #include "verbs/eds/rows.hpp"

@@ -3,7 +3,6 @@
 
 #include <AnalyzerResults.h>
 
-#include <cstddef>
 #include <deque>
 #include <mutex>
 #include <string>

@@ -2,7 +2,6 @@
 // Saleae's software.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <memory>
