@@ -3,168 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <limits>
 #include <vector>
 
-#include "lab/equations.hpp"
+#include "lab/frame_line.hpp"
 
 namespace biss::lab {
 namespace {
-
-// Unknown bit k * max_data_bits + shift is a data bit of channel k.
-constexpr std::size_t unknowns = max_channels * max_data_bits;
-using LineBit = LinearBit<unknowns>;
-using LineEquations = Equations<unknowns>;
-using Bits = std::vector<LineBit>;
-
-LineBit constant(bool level) { return LineBit().set(unknowns, level); }
-
-std::uint64_t position_mask(const ChannelFormat& channel) {
-  return channel.position.placed(~std::uint64_t{0}) | channel.multiturn.placed(~std::uint64_t{0}) |
-         channel.singleturn.placed(~std::uint64_t{0});
-}
-
-// The checksum of data bits, the first bit first.
-Bits checksum_of(const CrcSpec& spec, const LineBit* data, unsigned data_bits) {
-  Bits reg(spec.width_bits);  // [i] is the bit of x^i
-  for (unsigned i = 0; i < spec.width_bits; ++i) reg[i] = constant(((spec.start >> i) & 1U) != 0);
-  for (unsigned k = 0; k < data_bits; ++k) {
-    const LineBit feedback = reg.back() ^ data[k];
-    for (std::size_t i = reg.size(); i-- > 1;) reg[i] = reg[i - 1];
-    reg[0].reset();
-    for (unsigned i = 0; i < spec.width_bits; ++i) {
-      if (((spec.polynomial >> i) & 1U) != 0) reg[i] ^= feedback;
-    }
-  }
-  std::reverse(reg.begin(), reg.end());
-  for (LineBit& bit : reg) bit ^= constant(spec.inverted);
-  return reg;
-}
-
-// How the encoder sends a frame.
-struct Sending {
-  bool cds = false;
-  bool healthy_flags = true;
-  // The first channels: their positions are the upper bits of the first channel's position.
-  std::size_t aligned_channels = 1;
-  // Bits of their positions that the first channel's position does not have: evenly distributed, or 0.
-  bool extra_bits = true;
-  // Before them the line is 1.
-  unsigned ack_clocks = std::numeric_limits<std::uint16_t>::max();
-};
-
-// The bits on the line, and the checks of a reader that reads some other bits.
-class Line {
- public:
-  Line(const FrameFormat& format, const Sending& sending)
-      : format_(format), sending_(sending), frame_bits_(format.payload_bits() + 3) {
-    sent_.push_back(constant(true));
-    sent_.push_back(constant(sending.cds));
-    for (std::size_t k = 0; k < format.channel_count; ++k) send(k);
-  }
-
-  // START, CDS, payload, STOP.
-  unsigned frame_bits() const { return frame_bits_; }
-
-  LineBit sent(int place) const {
-    if (place < 0) return constant(place < -static_cast<int>(sending_.ack_clocks));
-    const auto at = static_cast<std::size_t>(place);
-    return at < sent_.size() ? sent_[at] : constant(false);
-  }
-
-  // The frame as it is read if the 1 at this place is taken for START.
-  Bits read_from(int place) const {
-    Bits seen;
-    for (unsigned at = 0; at < frame_bits_; ++at) {
-      seen.push_back(sent(place + static_cast<int>(at)));
-    }
-    return seen;
-  }
-
-  void require_structure(LineEquations& equations, const Bits& seen) const {
-    if (format_.cds0) equations.require(seen[1], false);
-    equations.require(seen.back(), false);
-  }
-
-  void require_checksum(LineEquations& equations, const Bits& seen, std::size_t k) const {
-    const ChannelFormat& channel = format_.channel_list[k];
-    if (!channel.crc.present()) return;
-    std::size_t at = starts_[k] + channel.data_bits;
-    for (const LineBit& bit : checksum_of(channel.crc, &seen[starts_[k]], channel.data_bits)) {
-      equations.require_zero(bit ^ seen[at++]);
-    }
-  }
-
-  void require_word_as_sent(LineEquations& equations, const Bits& seen, std::size_t k) const {
-    for (unsigned bit = 0; bit < format_.channel_list[k].total_bits(); ++bit) {
-      equations.require_zero(seen[starts_[k] + bit] ^ sent_[starts_[k] + bit]);
-    }
-  }
-
-  void require_no_error(LineEquations& equations, const Bits& seen) const {
-    for (std::size_t k = 0; k < format_.channel_count; ++k) {
-      const FlagField& error = format_.channel_list[k].error;
-      if (error.present) equations.require(seen[place_of(k, error.shift)], !error.active_high);
-    }
-  }
-
-  void require_as_sent(LineEquations& equations, const Bits& seen, std::size_t k,
-                       std::uint64_t mask) const {
-    for (unsigned shift = 0; shift < max_data_bits; ++shift) {
-      if (((mask >> shift) & 1U) == 0) continue;
-      const std::size_t at = place_of(k, shift);
-      equations.require_zero(seen[at] ^ sent_[at]);
-    }
-  }
-
-  // The place of a data bit in the frame.
-  std::size_t place_of(std::size_t k, unsigned shift) const {
-    return starts_[k] + format_.channel_list[k].data_bits - 1U - shift;
-  }
-
- private:
-  void send(std::size_t k) {
-    const ChannelFormat& channel = format_.channel_list[k];
-    const std::size_t first = sent_.size();
-    starts_[k] = first;
-    std::vector<ComparedBit> aligned;
-    std::uint64_t random = position_mask(channel) | channel.life_counter.placed(~std::uint64_t{0});
-    if (k != 0 && k < sending_.aligned_channels) {
-      aligned = compared_bits(format_.channel_list[0], channel);
-      if (!sending_.extra_bits) random &= ~position_mask(channel);
-      for (const ComparedBit& bit : aligned) random |= std::uint64_t{1} << bit.safety_shift;
-    }
-    if (!sending_.healthy_flags) {
-      random |= channel.error.placed(!channel.error.active_high) |
-                channel.warning.placed(!channel.warning.active_high);
-    }
-    const std::uint64_t flags = channel.error.placed(true) | channel.warning.placed(true);
-    for (unsigned shift = channel.data_bits; shift-- > 0;) {
-      const bool is_random = ((random >> shift) & 1U) != 0;
-      LineBit bit = constant(!is_random && ((flags >> shift) & 1U) != 0);
-      if (is_random) bit[unknown(k, shift, aligned)] = true;
-      sent_.push_back(bit);
-    }
-    if (!channel.crc.present()) return;
-    for (const LineBit& bit : checksum_of(channel.crc, &sent_[first], channel.data_bits)) {
-      sent_.push_back(bit);
-    }
-  }
-
-  static std::size_t unknown(std::size_t k, unsigned shift,
-                             const std::vector<ComparedBit>& aligned) {
-    for (const ComparedBit& bit : aligned) {
-      if (bit.safety_shift == shift) return bit.control_shift;
-    }
-    return k * max_data_bits + shift;
-  }
-
-  const FrameFormat& format_;
-  Sending sending_;
-  unsigned frame_bits_;
-  std::array<std::size_t, max_channels> starts_{};
-  Bits sent_;
-};
 
 // The frames of a StructureModel with a fault, as they are read and checked.
 class DamagedFrames {
@@ -183,7 +27,7 @@ class DamagedFrames {
 
   // The shares that pass with a wrong position.
   PassedShares passed(const FaultChoice& fault, int place) const {
-    const Bits seen = read(fault, place);
+    const LinearBits seen = read(fault, place);
     PassedShares shares;
     LineEquations equations = given(fault, place);
     line_.require_structure(equations, seen);
@@ -204,7 +48,7 @@ class DamagedFrames {
 
   // \param counter_zero only frames in which the counter is 0
   AcceptedShares accepted(const FaultChoice& fault, int place, bool counter_zero) const {
-    const Bits seen = read(fault, place);
+    const LinearBits seen = read(fault, place);
     LineEquations sent = given(fault, place);
     const Field& counter = format_.channel_list[1].life_counter;
     for (unsigned bit = 0; counter_zero && bit < counter.bits; ++bit) {
@@ -238,13 +82,13 @@ class DamagedFrames {
 
  private:
   // The frame as it is read.
-  Bits read(const FaultChoice& fault, int place) const {
-    Bits seen;
+  LinearBits read(const FaultChoice& fault, int place) const {
+    LinearBits seen;
     for (unsigned at = 0; at < frame_bits(); ++at) {
       seen.push_back(bit_of(fault, place, static_cast<int>(at)));
     }
-    if (fault.kind == FaultKind::cds_high) seen[1] = constant(true);
-    if (fault.kind == FaultKind::stop_high) seen.back() = constant(true);
+    if (fault.kind == FaultKind::cds_high) seen[1] = level_bit(true);
+    if (fault.kind == FaultKind::stop_high) seen.back() = level_bit(true);
     return seen;
   }
 
@@ -266,21 +110,21 @@ class DamagedFrames {
         return line_.sent(at <= place ? at : at - 1);
       case FaultKind::inserted_low:
       case FaultKind::inserted_high:
-        if (at == place) return constant(fault.kind == FaultKind::inserted_high);
+        if (at == place) return level_bit(fault.kind == FaultKind::inserted_high);
         return line_.sent(at < place ? at : at - 1);
       case FaultKind::slo_low:
       case FaultKind::slo_high:
-        return at < place ? line_.sent(at) : constant(fault.kind == FaultKind::slo_high);
+        return at < place ? line_.sent(at) : level_bit(fault.kind == FaultKind::slo_high);
       case FaultKind::gap_low:
       case FaultKind::gap_high:
         return at < place || at >= place + static_cast<int>(fault.length_bits)
                    ? line_.sent(at)
-                   : constant(fault.kind == FaultKind::gap_high);
+                   : level_bit(fault.kind == FaultKind::gap_high);
       case FaultKind::burst: {
         const int after = at - place;
         const auto last = static_cast<int>(fault.length_bits) - 1;
         if (after < 0 || after > last) return line_.sent(at);
-        LineBit wrong = constant(after == 0 || after == last);
+        LineBit wrong = level_bit(after == 0 || after == last);
         // Unknown bits of a third channel, which no safety frame has.
         if (after != 0 && after != last)
           wrong[2 * max_data_bits + static_cast<unsigned>(after)] = true;
@@ -296,17 +140,17 @@ class DamagedFrames {
   }
 
   // The share that satisfies the equations, without the share whose first position is right.
-  long double wrong_share(LineEquations equations, const Bits& seen) const {
+  long double wrong_share(LineEquations equations, const LinearBits& seen) const {
     const long double all = equations.share();
     if (all == 0) return 0;
     line_.require_as_sent(equations, seen, 0, position_mask(format_.channel_list[0]));
     return all - equations.share();
   }
 
-  LineBit control_bit(const Bits& seen, std::size_t i) const {
+  LineBit control_bit(const LinearBits& seen, std::size_t i) const {
     return seen[line_.place_of(0, compared_[i].control_shift)];
   }
-  LineBit safety_bit(const Bits& seen, std::size_t i) const {
+  LineBit safety_bit(const LinearBits& seen, std::size_t i) const {
     return seen[line_.place_of(1, compared_[i].safety_shift)];
   }
 
@@ -314,7 +158,8 @@ class DamagedFrames {
   // linear, but divides into linear cases that exclude each other: the values are equal, or one is
   // the other plus one and the carry ends at a certain bit.
   template <class Visit>
-  void for_each_agreement(LineEquations equations, const Bits& seen, const Visit& visit) const {
+  void for_each_agreement(LineEquations equations, const LinearBits& seen,
+                          const Visit& visit) const {
     line_.require_as_sent(equations, seen, 1,
                           format_.channel_list[1].life_counter.placed(~std::uint64_t{0}));
     if (!equations.possible()) return;
@@ -345,7 +190,7 @@ class DamagedFrames {
 
   const FrameFormat& format_;
   StructureModel model_;
-  Line line_;
+  FrameLine line_;
   std::vector<ComparedBit> compared_;
 };
 
@@ -404,29 +249,6 @@ StructureRow structure_row(const FrameFormat& format, FaultKind fault,
     }
   }
   return row;
-}
-
-std::optional<unsigned> slip_conditions(const FrameFormat& format, const Slip& slip,
-                                        const SlipModel& model) {
-  const Line line(format, {.cds = model.cds,
-                           .healthy_flags = model.healthy_flags,
-                           .aligned_channels = model.aligned_words ? max_channels : 1U,
-                           .ack_clocks = slip.ack_clocks});
-  const Bits seen = line.read_from(slip.place);
-  LineEquations equations;
-  for (int at = 1; at <= slip.place; ++at) {
-    equations.require(line.sent(at), at <= int{slip.ones_clocks} || at == slip.place);
-  }
-  line.require_structure(equations, seen);
-  const int stop = static_cast<int>(line.frame_bits()) - 1;
-  for (int at = slip.place + stop + 1; model.tail_checked && at < stop; ++at) {
-    equations.require(line.sent(at), false);
-  }
-  if (model.trusted_only) line.require_no_error(equations, seen);
-  for (std::size_t k = 0; k < format.channel_count; ++k) {
-    line.require_checksum(equations, seen, k);
-  }
-  return equations.possible() ? std::optional(equations.rank()) : std::nullopt;
 }
 
 }  // namespace biss::lab

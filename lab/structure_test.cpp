@@ -16,6 +16,7 @@
 #include "biss/frame/decode.hpp"
 #include "biss/frame/encode.hpp"
 #include "biss/frame/format_text.hpp"
+#include "lab/test_slip.hpp"
 
 namespace biss::lab {
 namespace structure_test {

@@ -8,7 +8,7 @@
 #include <iterator>
 #include <string>
 
-#include "lab/structure.hpp"
+#include "lab/test_slip.hpp"
 #include "tests/core/test.hpp"
 #include "tests/exhaustive/scale.hpp"
 #include "tests/exhaustive/twin.hpp"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "biss/frame/format_text.hpp"
-#include "lab/structure.hpp"
+#include "lab/test_slip.hpp"
 #include "tests/spi/effort.hpp"
 #include "tests/spi/line_model.hpp"
 

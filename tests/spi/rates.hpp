@@ -1,4 +1,4 @@
-// Computes the rate of accepted damaged transfers from the exact shares of lab/structure.hpp.
+// Computes the rate of accepted damaged transfers from the exact shares of lab/test_slip.hpp.
 #pragma once
 
 #include <algorithm>
@@ -11,7 +11,7 @@
 
 #include "biss/frame/format.hpp"
 #include "biss/frame/frame.hpp"
-#include "lab/structure.hpp"
+#include "lab/test_slip.hpp"
 
 namespace biss::test::spi {
 
