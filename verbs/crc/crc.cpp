@@ -358,8 +358,7 @@ std::string summary_of(const CrcOptions& options, const FrameFormat& format,
                           text_of(period * (ones - 1)));
     }
     out.entry("leading ones", fmt::format("{}", ones), delay);
-    const unsigned zeros = received.start->ack_clocks;
-    out.entry("ACK", fmt::format("{} clock{}", zeros, zeros == 1 ? "" : "s"));
+    out.entry("ACK", report::counted(received.start->ack_clocks, "clock"));
   }
   if (!fitting.empty()) out.entry("try", fitting);
   return out.text();

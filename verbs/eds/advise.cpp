@@ -75,8 +75,7 @@ void take_options(const AdviseOptions& options, AdviceWish& wish) {
 }
 
 std::string alignment_text(unsigned zeros, const char* where, const char* otherwise) {
-  return zeros == 0 ? std::string(otherwise)
-                    : fmt::format("{} zero{} {}", zeros, zeros == 1 ? "" : "s", where);
+  return zeros == 0 ? otherwise : report::counted(zeros, "zero") + ' ' + where;
 }
 
 std::string summary_of(const AdviceWish& wish, const Advice& advice, const FrameFormat& format) {

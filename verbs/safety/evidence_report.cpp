@@ -11,10 +11,10 @@
 #include "device/quantity.hpp"
 #include "lab/campaign_fault.hpp"
 #include "lab/pair.hpp"
-#include "lab/residual.hpp"
 #include "lab/sequence.hpp"
 #include "lab/statistics.hpp"
 #include "lab/weights.hpp"
+#include "report/summary.hpp"
 #include "sim/fault.hpp"
 #include "verbs/common/fields.hpp"
 #include "verbs/safety/evidence.hpp"
@@ -185,9 +185,9 @@ void add_unchecked(std::string& text, const SafetyFormat& monitored) {
   const std::uint64_t counts = setup.comparison.tolerance_lsb;
   if (counts != 0) {
     add(text,
-        "* **A difference of up to {} count{}** of the lowest bit compared, in the CPW {}, is "
+        "* **A difference of up to {}** of the lowest bit compared, in the CPW {}, is "
         "permanently `safe`.\n",
-        counts, counts == 1 ? "" : "s", counts << alignment.cpw_shift);
+        report::counted(counts, "count"), counts << alignment.cpw_shift);
   }
   const unsigned period = counter_period(setup.counter.mode);
   add(text,

@@ -8,6 +8,7 @@
 
 #include "biss/timing/cable.hpp"
 #include "device/quantity.hpp"
+#include "report/summary.hpp"
 #include "sim/encoder.hpp"
 #include "sim/line.hpp"
 #include "verbs/simulate/fault_option.hpp"
@@ -125,8 +126,8 @@ std::string put_processing(const LineOptions& options, sim::LineSetup& setup) {
   if (!options.processing) return {};
   const DeviceTiming& timing = setup.timing;
   if (timing.ack_clocks != 0) {
-    return fmt::format("--processing: ACK of this encoder has a fixed length of {} clock{}",
-                       timing.ack_clocks, timing.ack_clocks == 1 ? "" : "s");
+    return "--processing: ACK of this encoder has a fixed length of " +
+           report::counted(timing.ack_clocks, "clock");
   }
   if (*options.processing > timing.ack_max) {
     return fmt::format("--processing: this encoder takes at most {}{}", text_of(timing.ack_max),
