@@ -71,18 +71,13 @@ void add_importance(const lab::CampaignFrame& frame, lab::CampaignPlan& plan) {
   }
 }
 
-// The fault of a state file.
-VerbError wrong_state(const std::string& path, std::string_view why) {
-  return wrong_file("{}: {}", path, why);
-}
-
 lab::CampaignState read_state_of(const std::string& path) {
   const auto file = read_text_file(path);
-  if (!file) throw wrong_state(path, file.error());
+  if (!file) throw wrong_file("{}: {}", path, file.error());
   auto state = lab::read_state(*file);
   if (!state || !archive::checksum_holds(*file)) {
-    throw wrong_state(path, fmt::format("not a usable campaign state: {}",
-                                        state ? archive::checksum_wrong : state.error()));
+    throw wrong_file("{}: not a usable campaign state: {}", path,
+                     state ? archive::checksum_wrong : state.error());
   }
   return *std::move(state);
 }
@@ -90,7 +85,7 @@ lab::CampaignState read_state_of(const std::string& path) {
 void check_fit(const lab::CampaignFrame& frame, const lab::CampaignState& state,
                const std::string& path) {
   if (fits(frame, state)) return;
-  throw wrong_state(path, "not a usable campaign state: more wrong bits than the words have");
+  throw wrong_file("{}: not a usable campaign state: more wrong bits than the words have", path);
 }
 
 using lab::Acceptance;
@@ -253,9 +248,10 @@ ExitStatus run_counts(const lab::CampaignFrame& frame, lab::CampaignPlan plan,
   if (!options.state.empty() && std::filesystem::exists(options.state)) {
     state = read_state_of(options.state);
     if (state.plan != plan) {
-      throw wrong_state(options.state,
-                        "state of another campaign (format, faults, frames or seed differ); give "
-                        "another file");
+      throw wrong_file(
+          "{}: state of another campaign (format, faults, frames or seed differ); give another "
+          "file",
+          options.state);
     }
     check_fit(frame, state, options.state);
   }
@@ -298,14 +294,14 @@ ExitStatus run_merge(const CampaignOptions& options, Host& host) {
     lab::CampaignState part = read_state_of(path);
     const auto frame = frame_of(part.plan.format);
     if (!frame || rules_of(*frame) != part.plan.rules) {
-      throw wrong_state(path, "made with monitor rules that this program does not have");
+      throw wrong_file("{}: made with monitor rules that this program does not have", path);
     }
     check_fit(*frame, part, path);
     if (!sum) {
       sum = std::move(part);
     } else if (!sum->merge(part)) {
-      throw wrong_state(path,
-                        "state of another campaign, or with blocks that an earlier file has too");
+      throw wrong_file("{}: state of another campaign, or with blocks that an earlier file has too",
+                       path);
     }
   }
   const auto frame = frame_of(sum->plan.format);
