@@ -92,12 +92,11 @@ ExitStatus run_view(const ViewOptions& options, Host& host) {
   ServedCapture capture;
   const auto opened = capture.open(path, options.follow, sample_bytes);
   if (!opened) return host.fail(opened.error());
-  const auto text = read_page(options.page);
-  if (!text) return host.fail(text.error());
+  const std::string text = read_page(options.page);
 
   const std::string view = page_settings(options.verb->given_options()).link_text();
   ServedPage page(capture, [&](std::uint64_t size) {
-    return page_with(*text, "biss-capture",
+    return page_with(text, "biss-capture",
                      {{"name", name_of_file(path)},
                       {"address", "capture"},
                       {"size", fmt::format("{}", size)},

@@ -130,11 +130,11 @@ tl::expected<ControlAccess, std::string> read_access(const std::string& text) {
       fmt::format("--access: '{}{}': {}", text.substr(0, 60), cut ? "..." : "", wrong));
 }
 
-tl::expected<Accesses, VerbError> read_accesses(const std::vector<std::string>& texts) {
+Accesses read_accesses(const std::vector<std::string>& texts) {
   Accesses accesses;
   for (const std::string& text : texts) {
     if (const std::string path = file_of_accesses(text); !path.empty()) {
-      const auto read = read_lines("--access", path, [&](std::string_view line) {
+      read_lines("--access", path, [&](std::string_view line) {
         if (accesses.size() == max_accesses) {
           return fmt::format("more than {} accesses", max_accesses);
         }
@@ -143,11 +143,8 @@ tl::expected<Accesses, VerbError> read_accesses(const std::vector<std::string>& 
         accesses.push_back(std::move(*access));
         return std::string();
       });
-      if (!read) return tl::make_unexpected(read.error());
     } else {
-      auto access = read_access(text);
-      if (!access) return tl::make_unexpected(VerbError{ExitStatus::usage, access.error()});
-      accesses.push_back(std::move(*access));
+      accesses.push_back(value_or_fail(read_access(text)));
     }
   }
   return accesses;

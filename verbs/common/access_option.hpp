@@ -26,10 +26,9 @@ inline constexpr std::size_t max_accesses = 1'000'000;
 tl::expected<sim::ControlAccess, std::string> read_access(const std::string& text);
 
 /// Reads accesses in order. `@FILE` stands for the accesses in a file (`@-`: standard input), one
-/// per line of at most dump::max_line_bytes, with comments after `#`. A mistake in the file is `io`
-/// and names the line.
-tl::expected<std::vector<sim::ControlAccess>, VerbError> read_accesses(
-    const std::vector<std::string>& texts);
+/// per line of at most dump::max_line_bytes, with comments after `#`. Throws a VerbError: a mistake
+/// in the file is `io` and names the line.
+std::vector<sim::ControlAccess> read_accesses(const std::vector<std::string>& texts);
 
 /// FILE of `@FILE`; empty for an access.
 std::string file_of_accesses(const std::string& text);

@@ -18,11 +18,7 @@ namespace fs = std::filesystem;
 // The capture comes before the core, so that the browser has it when the page's script runs.
 constexpr std::string_view core_element = R"(<script type="text/plain" id="biss-core">)";
 
-tl::unexpected<VerbError> no_page(std::string text) {
-  return tl::unexpected(VerbError{ExitStatus::io, std::move(text)});
-}
-
-tl::expected<fs::path, VerbError> find_page() {
+fs::path find_page() {
   std::error_code problem;
   const fs::path above = fs::read_symlink("/proc/self/exe", problem).parent_path().parent_path();
   std::string tried;
@@ -31,10 +27,9 @@ tl::expected<fs::path, VerbError> find_page() {
     if (!above.empty() && fs::is_regular_file(place, problem)) return place;
     if (!above.empty()) tried += (tried.empty() ? "" : " and ") + place.string();
   }
-  return no_page(
-      fmt::format("the page biss.html is not there{}{}; build it (make view), or name "
-                  "it with --page FILE",
-                  tried.empty() ? "" : ": looked for ", tried));
+  throw wrong_file(
+      "the page biss.html is not there{}{}; build it (make view), or name it with --page FILE",
+      tried.empty() ? "" : ": looked for ", tried);
 }
 
 std::string link_value(std::string_view text) {
@@ -74,20 +69,14 @@ Option add_page_option(Verb verb, std::string& path) {
       .file(FileUse::read);
 }
 
-tl::expected<std::string, VerbError> read_page(const std::string& path) {
-  fs::path file = path;
-  if (path.empty()) {
-    const auto found = find_page();
-    if (!found) return tl::unexpected(found.error());
-    file = *found;
-  }
-  const auto text = read_text_file(file.string());
-  if (!text) return no_page(fmt::format("{}: {}", file.string(), text.error()));
+std::string read_page(const std::string& path) {
+  const std::string file = path.empty() ? find_page().string() : path;
+  auto text = read_text_file(file);
+  if (!text) throw wrong_file("{}: {}", file, text.error());
   if (text->find(core_element) == std::string::npos) {
-    return no_page(
-        fmt::format("{}: is not the page of biss, which make view builds", file.string()));
+    throw wrong_file("{}: is not the page of biss, which make view builds", file);
   }
-  return *text;
+  return *std::move(text);
 }
 
 std::string page_with(std::string_view page, std::string_view id,

@@ -43,32 +43,28 @@ tl::expected<std::string, std::string> read_text_file(const std::string& path) {
   }
 }
 
-tl::expected<void, VerbError> read_lines(
-    std::string_view option, const std::string& path,
-    const std::function<std::string(std::string_view line)>& take) {
+void read_lines(std::string_view option, const std::string& path,
+                const std::function<std::string(std::string_view line)>& take) {
   const bool is_stdin = path == "-";
   std::ifstream file;
   if (!is_stdin) file.open(path);
   std::error_code ignored;
   if (!is_stdin && (!file || std::filesystem::is_directory(path, ignored))) {
-    return tl::make_unexpected(
-        VerbError{ExitStatus::io, fmt::format("{}: cannot open '{}'", option, path)});
+    throw wrong_file("{}: cannot open '{}'", option, path);
   }
   dump::LineSource lines(is_stdin ? std::cin : file, {});
   const auto wrong = [&](std::uint64_t line, std::string_view what) {
-    return tl::make_unexpected(
-        VerbError{ExitStatus::io,
-                  fmt::format("{}: line {}: {}", is_stdin ? "standard input" : path, line, what)});
+    return wrong_file("{}: line {}: {}", is_stdin ? "standard input" : path, line, what);
   };
   while (lines.next()) {
     const std::string_view line = dump::without_comment(lines.line());
     const std::string why = line.empty() ? "" : take(line);
-    if (!why.empty()) return wrong(lines.number(), why);
+    if (!why.empty()) throw wrong(lines.number(), why);
   }
-  if (!lines.error()) return {};
-  return wrong(lines.error()->line, lines.error()->cause == dump::DumpCause::line_too_long
-                                        ? fmt::format("longer than {} bytes", dump::max_line_bytes)
-                                        : "cannot be read");
+  if (!lines.error()) return;
+  throw wrong(lines.error()->line, lines.error()->cause == dump::DumpCause::line_too_long
+                                       ? fmt::format("longer than {} bytes", dump::max_line_bytes)
+                                       : "cannot be read");
 }
 
 }  // namespace biss::verbs

@@ -50,8 +50,7 @@ class ReportRun {
           ExitStatus::usage,
           fmt::format("{}: a report reads a capture several times; give a file", file));
     }
-    const auto page = read_page(options_.page);
-    if (!page) return host_.fail(page.error());
+    const std::string page = read_page(options_.page);
     DecodeRun decode(options_.decode, host_);
     ExitStatus status = decode.open();
     if (status != ExitStatus::done) return status;
@@ -67,14 +66,14 @@ class ReportRun {
     const std::string name = fs::path(files.front()).filename().string();
     if (const auto text = whole_capture()) {
       const std::string view = page_settings(given).link_text();
-      return write(page_with(*page, "biss-capture", {{"name", name}, {"view", view}}, *text),
+      return write(page_with(page, "biss-capture", {{"name", name}, {"view", view}}, *text),
                    "the whole capture");
     }
-    const std::size_t room = report_max - std::min(report_max, page->size());
+    const std::size_t room = report_max - std::min(report_max, page.size());
     const auto part = part_of_capture(options_.decode, decode, given, name, room);
     if (!part) return part.error();
     const std::string view = part->settings.link_text();
-    return write(page_with(page_with(*page, "biss-report", {}, part->report), "biss-capture",
+    return write(page_with(page_with(page, "biss-report", {}, part->report), "biss-capture",
                            {{"name", name}, {"view", view}}, part->capture),
                  fmt::format("{}", fmt::join(part->notes, " ")));
   }

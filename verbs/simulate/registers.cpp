@@ -1,7 +1,5 @@
 #include "verbs/simulate/registers.hpp"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -88,22 +86,18 @@ std::string file_of_registers(const std::string& argument) {
   return has_id(argument) ? argument.substr(2) : argument;
 }
 
-tl::expected<LoadedRegisters, ExitStatus> load_registers(const std::vector<std::string>& arguments,
-                                                         Host& host) {
+LoadedRegisters load_registers(const std::vector<std::string>& arguments, Host& host) {
   LoadedRegisters all;
   std::vector<FormatArguments> devices;  // by ID
   std::array<bool, control_max_slaves> given{};
-  const auto refuse = [&host](std::string_view text) {
-    return tl::unexpected(host.fail(ExitStatus::usage, text));
-  };
   for (const std::string& argument : arguments) {
     std::size_t id = devices.size();
     if (has_id(argument)) id = static_cast<std::size_t>(argument[0] - '0');
     if (id >= control_max_slaves) {
-      return refuse("--registers: only eight encoders have an ID, 0 to 7");
+      throw wrong_usage("--registers: only eight encoders have an ID, 0 to 7");
     }
     if (std::exchange(given[id], true)) {
-      return refuse(fmt::format("--registers: ID {} is given twice", id));
+      throw wrong_usage("--registers: ID {} is given twice", id);
     }
     EdsArguments file;
     file.file = file_of_registers(argument);

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <string>
-#include <tl/expected.hpp>
 #include <vector>
 
 #include "sim/encoder_registers.hpp"
@@ -30,8 +29,7 @@ struct LoadedRegisters {
 /// Every byte in a file is readable. BSEL is writable if the file has it or has more than one bank;
 /// so are all bytes that are neither in the register map (0x41 … 0x47, 0x78 … 0x7F) nor in a bank
 /// of the data sheet. All other accesses are refused.
-tl::expected<LoadedRegisters, ExitStatus> load_registers(const std::vector<std::string>& arguments,
-                                                         Host& host);
+LoadedRegisters load_registers(const std::vector<std::string>& arguments, Host& host);
 
 /// The file that one of these arguments names.
 std::string file_of_registers(const std::string& argument);

@@ -30,13 +30,11 @@ namespace {
 // The time between two requests that motions assume: the recorded one is not known in advance.
 constexpr Picoseconds motion_interval = microseconds(100);
 
-using Positions = tl::expected<std::vector<std::uint64_t>, VerbError>;
-
 // One position a line. At least one position, at most a million.
-Positions read_positions(const std::string& path, unsigned bits) {
+std::vector<std::uint64_t> read_positions(const std::string& path, unsigned bits) {
   constexpr std::size_t max_positions = 1'000'000;
   std::vector<std::uint64_t> positions;
-  const auto read = read_lines("--positions", path, [&](std::string_view line) {
+  read_lines("--positions", path, [&](std::string_view line) {
     if (positions.size() == max_positions) {
       return fmt::format("more than {} positions", max_positions);
     }
@@ -47,11 +45,7 @@ Positions read_positions(const std::string& path, unsigned bits) {
     positions.push_back(*position);
     return std::string();
   });
-  if (!read) return tl::make_unexpected(read.error());
-  if (positions.empty()) {
-    return tl::make_unexpected(VerbError{
-        ExitStatus::io, fmt::format("{}: no position", path == "-" ? "standard input" : path)});
-  }
+  if (positions.empty()) throw wrong_file("{}: no position", path == "-" ? "standard input" : path);
   return positions;
 }
 
@@ -82,7 +76,7 @@ class Recording {
       if (!found) return found.error();
       lines_.ma = *found;
     }
-    if (!input_.error().empty()) return host_.fail(ExitStatus::io, input_.error());
+    fail_if(input_.error(), ExitStatus::io);
     const bool done =
         output_.open(write.output, {"MA", "SLO"}, clock(), write.sample_rate, rows_path, columns);
     return done ? ExitStatus::done : output_.status();
@@ -103,16 +97,14 @@ class Recording {
     for (auto block = input_.next(); !block.empty(); block = input_.next()) {
       if (progress.due()) progress.show(input_.progress_text(progress.seconds()));
       if (block.front().time < -sim::replay_time_max || block.back().time > sim::replay_time_max) {
-        return host_.fail(
-            ExitStatus::io,
-            fmt::format("{}: has times beyond ten days; cut the part to be replayed out of it",
-                        input_.name()));
+        throw wrong_file("{}: has times beyond ten days; cut the part to be replayed out of it",
+                         input_.name());
       }
       made.clear();
       push(block, lines_, made);
       if (!output_.write(made)) return output_.status();
     }
-    if (!input_.error().empty()) return host_.fail(ExitStatus::io, input_.error());
+    fail_if(input_.error(), ExitStatus::io);
     made.clear();
     const Picoseconds end = finish(input_.end_time(), made);
     if (total == 0) {
@@ -252,33 +244,25 @@ ExitStatus answer_recording(const ReplayOptions& options, const WriteOptions& wr
                       counts.total);
 }
 
-ExitStatus check_rerun(const ReplayOptions& options, const WriteOptions& write, Host& host) {
-  if (options.rerun.empty()) return ExitStatus::done;
-  if (options.ma_from != "-" && write.output != "-" && options.positions != "-") {
-    return ExitStatus::done;
+void check_rerun(const ReplayOptions& options, const WriteOptions& write) {
+  if (options.rerun.empty()) return;
+  if (options.ma_from == "-" || write.output == "-" || options.positions == "-") {
+    throw wrong_usage("--rerun: give files, not -: the command writes and reads them");
   }
-  return host.fail(ExitStatus::usage,
-                   "--rerun: give files, not -: the command writes and reads them");
 }
 
 }  // namespace
 
 ExitStatus replay_ma(const ReplayOptions& options, const WriteOptions& write,
                      const LineOptions& line, Host& host) {
-  const auto setup = line_setup(line);
-  if (!setup) return host.fail(ExitStatus::usage, setup.error());
+  const sim::LineSetup setup = value_or_fail(line_setup(line));
   if (!line.register_busy.empty() && !parse_count(line.register_busy).ok()) {
-    return host.fail(ExitStatus::usage,
-                     "--register-busy: with --ma-from give a number of frames, not a time");
+    throw wrong_usage("--register-busy: with --ma-from give a number of frames, not a time");
   }
-  if (const ExitStatus wrong = check_rerun(options, write, host); wrong != ExitStatus::done)
-    return wrong;
+  check_rerun(options, write);
   std::vector<std::uint64_t> positions;
   if (!options.positions.empty()) {
-    auto read =
-        read_positions(options.positions, sim::position_word(setup->format).position_bits());
-    if (!read) return host.fail(read.error());
-    positions = std::move(*read);
+    positions = read_positions(options.positions, sim::position_word(setup.format).position_bits());
   }
   const bool timeout_known =
       choose_device(line.device)->timing_known() || !line.device.timeout.empty();
@@ -286,7 +270,7 @@ ExitStatus replay_ma(const ReplayOptions& options, const WriteOptions& write,
   for (std::uint64_t answered = 0;;) {
     AnswerCounts counts;
     const ExitStatus status =
-        answer_recording(options, write, *setup, timeout_known, positions, counts, host);
+        answer_recording(options, write, setup, timeout_known, positions, counts, host);
     if (status != ExitStatus::done) return status;
     host.print_summary(counts.text());
     if (!counts.cut()) return ExitStatus::done;
@@ -303,33 +287,31 @@ ExitStatus replay_ma(const ReplayOptions& options, const WriteOptions& write,
     answered = counts.answered() + 1;
     // The master reads the answers and writes the recording again.
     if (std::system(options.rerun.c_str()) != 0) {
-      return host.fail(ExitStatus::io,
-                       fmt::format("--rerun: the command failed: '{}'", options.rerun));
+      throw wrong_file("--rerun: the command failed: '{}'", options.rerun);
     }
   }
 }
 
 ExitStatus replay_slo(const ReplayOptions& options, const WriteOptions& write,
                       const LineOptions& line, Host& host) {
-  const auto setup = line_setup(line);
-  if (!setup) return host.fail(ExitStatus::usage, setup.error());
-  if (setup->format.needs_previous()) {
-    return host.fail(ExitStatus::usage, "-f: with :previous a master cannot check a frame");
+  const sim::LineSetup setup = value_or_fail(line_setup(line));
+  if (setup.format.needs_previous()) {
+    throw wrong_usage("-f: with :previous a master cannot check a frame");
   }
   Recording recorded(options, host);
-  rows::DecodeTable table(setup->format);
+  rows::DecodeTable table(setup.format);
   ExitStatus status = recorded.open(write, options.readings, table.columns());
   if (status != ExitStatus::done) return status;
 
   MasterSetup master{
-      .timing = setup->timing, .slaves = setup->slaves, .compensate = setup->compensate};
-  if (options.own_clock) master.period = period_of(setup->clock);
+      .timing = setup.timing, .slaves = setup.slaves, .compensate = setup.compensate};
+  if (options.own_clock) master.period = period_of(setup.clock);
   std::uint64_t total = 0;
   std::uint64_t good = 0;
   std::uint64_t marginal = 0;
-  sim::SloReplay replay({FrameCodec<>(setup->format), master},
+  sim::SloReplay replay({FrameCodec<>(setup.format), master},
                         [&](const sim::ReplayReading& reading) {
-                          const decode::Cycle cycle = cycle_of(reading, setup->format);
+                          const decode::Cycle cycle = cycle_of(reading, setup.format);
                           recorded.row([&] { return table.cells(total, cycle); });
                           ++total;
                           if (cycle.frame) ++good;

@@ -49,71 +49,61 @@ class SimulateRun {
   ExitStatus run() {
     const auto format = capture_format_of(options_.write.output);
     if (is_only_read(options_.write.output)) {
-      return host_.fail(
-          ExitStatus::usage,
-          fmt::format("--output: '{}': the extension names a format that is not written; "
-                      "use .vcd, .csv, .sr, .dsl, .bin or .raw",
-                      options_.write.output));
+      throw wrong_usage(
+          "--output: '{}': the extension names a format that is not written; use .vcd, .csv, .sr, "
+          ".dsl, .bin or .raw",
+          options_.write.output);
     }
     if (options_.write.sample_rate && !is_sampled(format.value_or(CaptureFormat::vcd))) {
-      return host_.fail(
-          ExitStatus::usage,
+      throw wrong_usage(
           "--sample-rate: this format stores changes, not samples; write .sr, .dsl, .bin or .raw");
     }
     const bool replays = !options_.replay.ma_from.empty() || !options_.replay.slo_from.empty();
     if (options_.replay.raw.rate && !replays) {
-      return host_.fail(ExitStatus::usage,
-                        "--raw-rate: needs --ma-from or --slo-from; for -o use --sample-rate");
+      throw wrong_usage("--raw-rate: needs --ma-from or --slo-from; for -o use --sample-rate");
     }
     if (options_.replay.raw.analog.given() && !replays) {
-      return host_.fail(ExitStatus::usage,
-                        "--threshold and --differential: need --ma-from or --slo-from");
+      throw wrong_usage("--threshold and --differential: need --ma-from or --slo-from");
     }
     LineOptions line = options_.line;
-    if (const ExitStatus status = load_control(line); status != ExitStatus::done) return status;
+    load_control(line);
     if (line.device.format.empty()) {
-      return host_.fail(ExitStatus::usage,
-                        "give --format, or --registers with a profile identifier for each encoder");
+      throw wrong_usage("give --format, or --registers with a profile identifier for each encoder");
     }
     if (replays) {
       const auto replay = options_.replay.ma_from.empty() ? replay_slo : replay_ma;
       return replay(options_.replay, options_.write, line, host_);
     }
-    const auto setup = line_setup(line);
-    if (!setup) return host_.fail(ExitStatus::usage, setup.error());
-    if (const std::string wrong = check_run(*setup); !wrong.empty()) {
-      return host_.fail(ExitStatus::usage, wrong);
-    }
+    const sim::LineSetup setup = value_or_fail(line_setup(line));
+    fail_if(check_run(setup));
     WriteOptions write = options_.write;
-    if (const std::string wrong = put_then(line, *setup, write); !wrong.empty()) {
-      return host_.fail(ExitStatus::usage, "--then: " + wrong);
+    if (const std::string wrong = put_then(line, setup, write); !wrong.empty()) {
+      throw wrong_usage("--then: {}", wrong);
     }
-    return write_line(*setup, write, host_);
+    return write_line(setup, write, host_);
   }
 
  private:
-  ExitStatus load_control(LineOptions& line) const {
-    auto loaded = load_registers(options_.registers, host_);
-    if (!loaded) return loaded.error();
-    line.setup.registers = std::move(loaded->registers);
+  void load_control(LineOptions& line) const {
+    LoadedRegisters loaded = load_registers(options_.registers, host_);
+    line.setup.registers = std::move(loaded.registers);
     if (line.device.format.empty()) {
-      for (const std::string& finding : loaded->findings) host_.warn("--registers: " + finding);
-      if (!loaded->contradiction.empty()) {
-        return host_.fail(
+      for (const std::string& finding : loaded.findings) host_.warn("--registers: " + finding);
+      if (!loaded.contradiction.empty()) {
+        throw VerbError{
             ExitStatus::data_failed,
             fmt::format("--registers: the data sheet contradicts itself; give --format ({})",
-                        loaded->contradiction));
+                        loaded.contradiction)};
       }
-      take_described(loaded->device, line.device);
+      take_described(loaded.device, line.device);
       // At most eight encoders have registers.
       line.setup.slaves =
           std::max(line.setup.slaves, static_cast<std::uint8_t>(line.setup.registers.size()));
     }
-    auto accesses = read_accesses(options_.accesses);
-    if (!accesses) return host_.fail(accesses.error());
-    line.setup.accesses = std::move(*accesses);
-    if (!line.setup.accesses.empty() || options_.write.outcomes.empty()) return ExitStatus::done;
-    return host_.fail(ExitStatus::usage, "--outcomes: needs --access");
+    line.setup.accesses = read_accesses(options_.accesses);
+    if (line.setup.accesses.empty() && !options_.write.outcomes.empty()) {
+      throw wrong_usage("--outcomes: needs --access");
+    }
   }
 
   // The line after a change of the format, or why there is none.
