@@ -37,109 +37,92 @@ class ConvertRun {
   ConvertRun(ConvertOptions options, Host& host) : options_(std::move(options)), host_(host) {}
 
   ExitStatus run() {
-    ExitStatus status = name_files();
-    if (status == ExitStatus::done) status = open_input();
-    if (status == ExitStatus::done) status = check_format();
-    if (status == ExitStatus::done) status = copy();
-    return status;
+    name_files();
+    const ExitStatus opened = open_input();
+    if (opened != ExitStatus::done) return opened;
+    check_format();
+    return copy();
   }
 
  private:
   // The last file is the output, unless -o names it.
-  ExitStatus name_files() {
+  void name_files() {
     std::vector<std::string>& files = options_.input.files;
     std::string option = "-o";
     if (options_.output.empty()) {
       if (files.size() < 2) {
-        return host_.fail(ExitStatus::usage,
-                          "name the capture and then the file to write: biss convert IN OUT");
+        throw wrong_usage("name the capture and then the file to write: biss convert IN OUT");
       }
       option = "OUT";
       options_.output = files.back();
       files.pop_back();
     }
-    if (files.empty()) {
-      return host_.fail(ExitStatus::usage,
-                        "no capture given; name a file, or - for standard input");
-    }
+    if (files.empty()) throw wrong_usage("no capture given; name a file, or - for standard input");
     std::vector<NamedFile> named{{option, options_.output, FileUse::write}};
     for (const std::string& file : files) named.push_back({"IN", file, FileUse::read});
     if (options_.output != "-") named.push_back({"standard output", "-", FileUse::write});
-    const std::string conflict = file_conflict(named, host_);
-    if (!conflict.empty()) return host_.fail(ExitStatus::usage, conflict);
-    return choose_format();
+    fail_if(file_conflict(named, host_));
+    choose_format();
   }
 
-  ExitStatus choose_format() {
+  void choose_format() {
     std::optional<CaptureFormat> format = capture_format_of(options_.output);
     for (std::size_t i = 0; i < capture_formats.size(); ++i) {
       if (options_.to == capture_formats[i].name) format = static_cast<CaptureFormat>(i);
     }
     if (!format && options_.output == "-") {
-      return host_.fail(ExitStatus::usage,
-                        "standard output has no extension; name its format with --to");
+      throw wrong_usage("standard output has no extension; name its format with --to");
     }
     if (!format) {
-      return host_.fail(
-          ExitStatus::usage,
-          fmt::format("{}: the extension names no format that is written; use .vcd, .csv, "
-                      ".sr, .dsl, .bin, or --to",
-                      options_.output));
+      throw wrong_usage(
+          "{}: the extension names no format that is written; use .vcd, .csv, .sr, .dsl, .bin, or "
+          "--to",
+          options_.output);
     }
     format_ = *format;
-    return ExitStatus::done;
   }
 
   ExitStatus open_input() {
-    const std::string range = wrong_range(options_.since, options_.until);
-    if (!range.empty()) return host_.fail(ExitStatus::usage, range);
+    fail_if(wrong_range(options_.since, options_.until));
     std::vector<CaptureFile> files;
     for (const std::string& file : options_.input.files) files.push_back({.path = file});
     const ExitStatus opened = input_.open(std::move(files), options_.input);
     if (opened != ExitStatus::done) return opened;
-    auto selection =
-        select_lines(plain_names(input_.lines(), options_.input.files), options_.lines);
-    if (!selection) return host_.fail(ExitStatus::usage, selection.error());
-    if (selection->names.empty()) {
+    LineSelection selection = value_or_fail(
+        select_lines(plain_names(input_.lines(), options_.input.files), options_.lines));
+    if (selection.names.empty()) {
       return host_.fail(
           ExitStatus::data_failed,
           fmt::format("{}: has no line of one bit; nothing to convert", input_.name()));
     }
-    cutter_.emplace(std::move(*selection), options_.since, options_.until);
+    cutter_.emplace(std::move(selection), options_.since, options_.until);
     return ExitStatus::done;
   }
 
-  ExitStatus check_format() {
+  void check_format() {
     const std::size_t lines = cutter_->names().size();
     if (!is_sampled(format_)) {
       if (options_.rate) {
-        return host_.fail(ExitStatus::usage,
-                          "--rate: this format stores changes, not samples; leave the option out");
+        throw wrong_usage("--rate: this format stores changes, not samples; leave the option out");
       }
       if (format_ == CaptureFormat::saleae_binary && lines > 1) {
-        return host_.fail(
-            ExitStatus::usage,
-            fmt::format("Saleae's binary export has a file for each line, and this capture "
-                        "has {}; select one with --line",
-                        lines));
+        throw wrong_usage(
+            "Saleae's binary export has a file for each line, and this capture has {}; select one "
+            "with --line",
+            lines);
       }
       rate_ = input_.sample_rate();
-      return ExitStatus::done;
+      return;
     }
     constexpr std::size_t most_lines = 64;
     if (lines > most_lines) {
-      return host_.fail(
-          ExitStatus::usage,
-          fmt::format("a sample holds 64 lines, and this capture has {}; select some with "
-                      "--line",
-                      lines));
+      throw wrong_usage("a sample holds 64 lines, and this capture has {}; select some with --line",
+                        lines);
     }
     rate_ = options_.rate.value_or(input_.sample_rate());
-    if (rate_.count != 0) return ExitStatus::done;
-    return host_.fail(
-        ExitStatus::usage,
-        fmt::format("{}: holds changes, and the output holds samples; give their --rate",
-                    input_.name()));
+    if (rate_.count != 0) return;
+    throw wrong_usage("{}: holds changes, and the output holds samples; give their --rate",
+                      input_.name());
   }
 
   ExitStatus copy() {
@@ -183,17 +166,17 @@ class ConvertRun {
     return write(cutter_->finish(input_.end_time()), capture);
   }
 
-  // The time of an edge, or of the end, in the output; or why the output cannot have it.
-  tl::expected<Picoseconds, std::string> shifted(Picoseconds time) const {
+  // The time of an edge, or of the end, in the output; fails if the output cannot have it.
+  Picoseconds shifted(Picoseconds time) const {
     if (shift_.count > 0 && time.count > std::numeric_limits<std::int64_t>::max() - shift_.count) {
-      return tl::unexpected(fmt::format(
-          "{}: times of more than 106 days; cut a part out of it with --since", input_.name()));
+      throw wrong_file("{}: times of more than 106 days; cut a part out of it with --since",
+                       input_.name());
     }
     const Picoseconds moved = time + shift_;
     if (!losses_->too_many_samples(moved)) return moved;
-    return tl::unexpected(fmt::format(
+    throw wrong_file(
         "{}: more than {} samples at {}; give a lower --rate, or cut a part out with --until",
-        input_.name(), most_samples, text_of(rate_)));
+        input_.name(), most_samples, text_of(rate_));
   }
 
   // A capture that begins before zero, or at --since in samples, is moved as a whole.
@@ -214,9 +197,7 @@ class ConvertRun {
     }
     made_.clear();
     for (wire::Edge edge : edges) {
-      const auto time = shifted(edge.time);
-      if (!time) return host_.fail(ExitStatus::io, time.error());
-      edge.time = *time;
+      edge.time = shifted(edge.time);
       losses_->add(edge);
       made_.push_back(edge);
     }
@@ -227,9 +208,7 @@ class ConvertRun {
   ExitStatus finish(CaptureOutput& capture) {
     end_ = cutter_->end_of(input_.end_time());
     if (changes_ == 0) choose_shift(end_);
-    const auto end = shifted(end_);
-    if (!end) return host_.fail(ExitStatus::io, end.error());
-    return capture.finish(*end) ? ExitStatus::done : capture.status();
+    return capture.finish(shifted(end_)) ? ExitStatus::done : capture.status();
   }
 
   std::string summary() const {
