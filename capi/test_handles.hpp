@@ -13,23 +13,35 @@
 
 namespace biss::capi {
 
-struct Closer {
-  void operator()(biss_slave* slave) const { biss_slave_close(slave); }
-  void operator()(biss_master* master) const { biss_master_close(master); }
+template <auto close>
+struct HandleCloser {
+  void operator()(auto* handle) const { close(handle); }
 };
-using SlaveHandle = std::unique_ptr<biss_slave, Closer>;
-using MasterHandle = std::unique_ptr<biss_master, Closer>;
+template <class Thing, auto close>
+using Handle = std::unique_ptr<Thing, HandleCloser<close>>;
+
+/// \param open such as biss_line_open
+template <auto close, class Setup, class Thing>
+Handle<Thing, close> opened(biss_status (*open)(Setup, Thing**), Setup setup) {
+  Thing* thing = nullptr;
+  EXPECT_EQ(open(setup, &thing), BISS_OK);
+  return Handle<Thing, close>(thing);
+}
+
+using SlaveHandle = Handle<biss_slave, biss_slave_close>;
+using MasterHandle = Handle<biss_master, biss_master_close>;
+using LineHandle = Handle<biss_line, biss_line_close>;
 
 inline SlaveHandle open_slave(const biss_slave_setup& setup) {
-  biss_slave* slave = nullptr;
-  EXPECT_EQ(biss_slave_open(&setup, &slave), BISS_OK);
-  return SlaveHandle(slave);
+  return opened<biss_slave_close>(biss_slave_open, &setup);
 }
 
 inline MasterHandle open_master(const biss_master_setup& setup) {
-  biss_master* master = nullptr;
-  EXPECT_EQ(biss_master_open(&setup, &master), BISS_OK);
-  return MasterHandle(master);
+  return opened<biss_master_close>(biss_master_open, &setup);
+}
+
+inline LineHandle open_line(const biss_line_setup& setup) {
+  return opened<biss_line_close>(biss_line_open, &setup);
 }
 
 /// An encoder in a test: what it sends, and the calls that it received.
@@ -96,27 +108,6 @@ class Line {
   biss_output slo_{true, BISS_NEVER};
   std::int64_t now_ = 0;
 };
-
-template <auto close>
-struct HandleCloser {
-  void operator()(auto* handle) const { close(handle); }
-};
-template <class Thing, auto close>
-using Handle = std::unique_ptr<Thing, HandleCloser<close>>;
-
-/// \param open such as biss_line_open
-template <auto close, class Setup, class Thing>
-Handle<Thing, close> opened(biss_status (*open)(Setup, Thing**), Setup setup) {
-  Thing* thing = nullptr;
-  EXPECT_EQ(open(setup, &thing), BISS_OK);
-  return Handle<Thing, close>(thing);
-}
-
-using LineHandle = Handle<biss_line, biss_line_close>;
-
-inline LineHandle open_line(const biss_line_setup& setup) {
-  return opened<biss_line_close>(biss_line_open, &setup);
-}
 
 /// A master at the line; a request every 100 us.
 class LineReader {
