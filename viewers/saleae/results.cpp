@@ -57,6 +57,8 @@ void Results::add(const biss::saleae::Row& row) {
   Texts texts;
   texts.brief = name_of(row.status);
   texts.full = texts.brief;
+  // All rows have the same columns. Only this thread adds rows.
+  const bool is_first = rows_.empty();
   std::string heading;
   FrameV2 table_row;
   for (std::size_t i = 0; i < row.columns.size(); ++i) {
@@ -70,7 +72,7 @@ void Results::add(const biss::saleae::Row& row) {
     // No cell has a comma.
     const char end = i + 1 == row.columns.size() ? '\n' : ',';
     texts.csv += text + end;
-    heading += column.name + end;
+    if (is_first) heading += column.name + end;
   }
   Frame frame;
   // Frames may not overlap.
@@ -84,7 +86,7 @@ void Results::add(const biss::saleae::Row& row) {
   frame.mFlags = static_cast<U8>(is_good(row.status) ? 0 : DISPLAY_AS_ERROR_FLAG);
   {
     const std::lock_guard lock(mutex_);
-    heading_ = std::move(heading);
+    if (is_first) heading_ = std::move(heading);
     rows_.push_back(std::move(texts));
   }
   AddFrame(frame);
