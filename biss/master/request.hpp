@@ -476,8 +476,8 @@ class RequestCycle {
   static constexpr std::size_t capacity_bits =
       3U + max_channel_bits * (sizeof(Frame::channel_list) / sizeof(Channel));
 
-  // From the start of a request until the device is ready again, if the master sends every clock and
-  // ACK takes its longest (CycleBudget), without line delay.
+  // From the start of a request until the device is ready again, if the master sends every clock
+  // and ACK takes its longest (CycleBudget), without line delay.
   static constexpr Picoseconds full_cycle(const MasterSetup& setup, unsigned payload_bits) {
     const FrameLength length{payload_bits + setup.busy_s_clocks, setup.slaves};
     const CycleBudget budget = cycle_budget_of(length, setup.timing, setup.period, {});
@@ -590,11 +590,11 @@ class RequestCycle {
     }
   }
 
-  // The end of the idle time of MA after a failed request, at the device. Renishaw's data sheet asks
-  // for MA high "for the remaining duration of the full request cycle, including timeout", and SLO
-  // may have any level until then. Other devices end an incomplete frame one timeout after the last
-  // edge (D2). The last edge that they received is unknown, so the master also waits one timeout
-  // after its own last edge.
+  // The end of the idle time of MA after a failed request, at the device. Renishaw's data sheet
+  // asks for MA high "for the remaining duration of the full request cycle, including timeout", and
+  // SLO may have any level until then. Other devices end an incomplete frame one timeout after the
+  // last edge (D2). The last edge that they received is unknown, so the master also waits one
+  // timeout after its own last edge.
   constexpr Picoseconds reset_end() const {
     const Timeout& timeout = setup_.timing.timeout;
     if (setup_.reset_time.count != 0) return clock_.last_edge() + setup_.reset_time;

@@ -19,9 +19,9 @@ namespace cost {
 
 namespace {
 
-// ---- The ruler: counts instructions with SysTick under QEMU's -icount, which gives every instruction
-// the same virtual time. The ticks per instruction are measured on blocks of known length in the
-// same run.
+// ---- The ruler: counts instructions with SysTick under QEMU's -icount, which gives every
+// instruction the same virtual time. The ticks per instruction are measured on blocks of known
+// length in the same run.
 
 constexpr std::uint32_t long_block = 8000;
 constexpr std::uint32_t clock_mask = 0xFF'FFFFU;

@@ -7,7 +7,10 @@ export const blockRows = 64;
 /** Rows that are read at once. */
 export const stretch = 65_536;
 
-/** 64-bit integers as numbers, counted from `from`, without an object for each. */
+/**
+ * 64-bit integers as numbers, counted from `from`, without an object for each. Real numbers are
+ * returned as they are, not counted from `from`.
+ */
 export function numbersOf(values: BigUint64Array | BigInt64Array | Float64Array, from = 0n): Float64Array {
   if (values instanceof Float64Array) return values;
   const halves = new Uint32Array(values.buffer, values.byteOffset, 2 * values.length);
