@@ -312,6 +312,18 @@ TEST_F(Identify, FramesThatChangeTheirLength_HaveAFormatForEachPart) {
               fails(1, "no request cycle between --since and --until"));
 }
 
+TEST_F(Identify, FramesThatChangeTheirLengthInAWholeCapture_HaveAPartThatBeginsWithCycle0) {
+  const std::string capture = simulated(
+      "line.vcd", "-f pos19,nE,nW,crc6 --then mt12,st16,nE,nW,crc6@120 --cycles 240 --seed 2");
+  const Outcome outcome = run("identify {} --to jsonl", capture);
+  const auto one = nlohmann::json::parse(outcome.out.substr(0, outcome.out.find('\n')));
+  const auto two = nlohmann::json::parse(outcome.out.substr(outcome.out.find('\n') + 1));
+  EXPECT_EQ(one["from_cycle"], 0);
+  EXPECT_EQ(one["to_cycle"], 119);
+  EXPECT_EQ(two["from_cycle"], 120);
+  EXPECT_EQ(two["to_cycle"], 239);
+}
+
 TEST_F(Identify, FullFramesAmongShortOnes_GiveTheFormat) {
   std::vector<std::string> frames;
   for (std::uint64_t i = 0; i < 400; ++i) {
