@@ -14,7 +14,7 @@ namespace {
 void declare(CLI::App& app, const verbs::DeclaredVerb& verb) {
   app.set_help_flag();
   app.require_subcommand(0, 1);
-  for (const verbs::DeclaredOption& option : verb.options) {
+  for (const verbs::Option& option : verb.options) {
     if (option.is_flag()) {
       app.add_flag(option.names);
       continue;

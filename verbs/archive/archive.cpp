@@ -35,9 +35,9 @@ struct ArchiveOptions {
 // The options that decide how a file is read, in the order of their names.
 std::vector<std::string> settings_of(const Verb& verb) {
   std::vector<std::string> settings;
-  for (const Option& option : verb.given_options()) {
-    if (option.scope() == Scope::command) continue;
-    settings.push_back(fmt::format("{} {}", option.name(), fmt::join(option.values(), " ")));
+  for (const Option* option : verb.given_options()) {
+    if (option->scope == Scope::command) continue;
+    settings.push_back(fmt::format("{} {}", option->name(), fmt::join(option->given, " ")));
   }
   std::sort(settings.begin(), settings.end());
   for (std::string& setting : settings) setting = archive::utf8_text(setting);

@@ -34,7 +34,7 @@ std::string one_line(std::string text) {
 
 std::vector<std::string> option_names(const DeclaredVerb& verb) {
   std::vector<std::string> names;
-  for (const DeclaredOption& option : verb.options) {
+  for (const Option& option : verb.options) {
     if (!option.is_argument()) names.push_back(option.name());
   }
   return names;
@@ -67,14 +67,14 @@ std::string unknown_text(std::string_view kind, const std::string& name,
 // Removes the values of an earlier run.
 void forget_given(DeclaredVerb& verb) {
   verb.parsed = false;
-  for (DeclaredOption& option : verb.options) option.given.clear();
+  for (Option& option : verb.options) option.given.clear();
   for (DeclaredVerb& below : verb.verbs) forget_given(below);
 }
 
 // Words that name the verb, then its arguments.
 WrongWords take_given(DeclaredVerb& command, const std::vector<std::string>& words,
                       const GivenOptions& options) {
-  const auto takes_argument = [](const DeclaredOption& each) {
+  const auto takes_argument = [](const Option& each) {
     return each.is_argument() && (each.repeats || each.given.empty());
   };
   WrongWords wrong;
@@ -83,7 +83,7 @@ WrongWords take_given(DeclaredVerb& command, const std::vector<std::string>& wor
     if (DeclaredVerb* const below = find_named(verb->verbs, word)) {
       verb = below;
       verb->parsed = true;
-    } else if (DeclaredOption* const argument = find_record(verb->options, takes_argument)) {
+    } else if (Option* const argument = find_record(verb->options, takes_argument)) {
       give(*argument, word);
     } else {
       wrong.further.push_back(word);
@@ -91,7 +91,7 @@ WrongWords take_given(DeclaredVerb& command, const std::vector<std::string>& wor
   }
   for (const GivenOption& given : options) {
     const std::string& name = given.first;
-    DeclaredOption* const option = find_named(verb->options, name);
+    Option* const option = find_named(verb->options, name);
     if (option == nullptr) {
       wrong.further.push_back(name);
     } else if (!given.second.empty()) {
@@ -113,11 +113,11 @@ ExitStatus print(Host& host, const std::string& text, const std::string& path = 
 std::vector<NamedFile> named_files(const std::vector<const DeclaredVerb*>& verbs) {
   std::vector<NamedFile> files;
   for (const DeclaredVerb* verb : verbs) {
-    for (const DeclaredOption& option : verb->options) {
-      if (!option.file) continue;
+    for (const Option& option : verb->options) {
+      if (!option.file_use) continue;
       for (const std::string& value : option.given) {
         const std::string path = option.path_of == nullptr ? value : option.path_of(value);
-        if (!path.empty()) files.push_back({option.name(), path, *option.file});
+        if (!path.empty()) files.push_back({option.name(), path, *option.file_use});
       }
     }
   }

@@ -50,19 +50,19 @@ bool contains(const std::vector<T>& list, const T& item) {
 
 }  // namespace
 
-void give(DeclaredOption& option, const std::string& value) {
-  if (option.delimiter == '\0' || value.find(option.delimiter) == std::string::npos) {
+void give(Option& option, const std::string& value) {
+  if (option.separator == '\0' || value.find(option.separator) == std::string::npos) {
     option.given.push_back(value);
     return;
   }
   std::istringstream values(value);
-  for (std::string each; std::getline(values, each, option.delimiter);) {
+  for (std::string each; std::getline(values, each, option.separator);) {
     if (!each.empty()) option.given.push_back(each);
   }
 }
 
 void set_given(const DeclaredVerb& verb) {
-  for (const DeclaredOption& option : verb.options) {
+  for (const Option& option : verb.options) {
     if (option.given.empty()) continue;
     if (!option.is_flag() && contains(option.given, std::string())) {
       wrong_value(option.name(), empty_value);
@@ -83,16 +83,16 @@ void set_given(const DeclaredVerb& verb) {
 }
 
 void check_given(const DeclaredVerb& verb) {
-  for (const DeclaredOption& option : verb.options) {
+  for (const Option& option : verb.options) {
     if (option.given.empty()) {
-      if (option.required) throw WrongUsage(option.name() + " is required");
+      if (option.is_required) throw WrongUsage(option.name() + " is required");
       continue;
     }
-    for (const DeclaredOption* needed : option.needs) {
+    for (const Option* needed : option.needed) {
       if (needed->given.empty()) throw WrongUsage(option.name() + " requires " + needed->name());
     }
-    for (const DeclaredOption& other : verb.options) {
-      if (other.given.empty() || !contains(option.excludes, &other)) continue;
+    for (const Option& other : verb.options) {
+      if (other.given.empty() || !contains(option.excluded, &other)) continue;
       throw WrongUsage(option.name() + " excludes " + other.name());
     }
   }
@@ -102,54 +102,8 @@ void check_given(const DeclaredVerb& verb) {
   }
 }
 
-Option Option::type_name(const std::string& name) {
-  option_->value = name;
-  return *this;
-}
-
-Option Option::required(bool is) {
-  option_->required = is;
-  return *this;
-}
-
-Option Option::needs(const Option& other) {
-  option_->needs.push_back(other.option_);
-  return *this;
-}
-
-Option Option::excludes(const Option& other) {
-  option_->excludes.push_back(other.option_);
-  other.option_->excludes.push_back(option_);
-  return *this;
-}
-
-Option Option::delimiter(char character) {
-  option_->delimiter = character;
-  return *this;
-}
-
-Option Option::one_of(const std::vector<std::string>& values) {
-  option_->choices = values;
-  return *this;
-}
-
-Option Option::file(FileUse use, std::string (*path_of)(const std::string& value)) {
-  option_->file = use;
-  option_->path_of = path_of;
-  if (path_of == nullptr && !option_->is_argument()) option_->value = "FILE";
-  return *this;
-}
-
-Scope Option::scope() const { return option_->scope; }
-
-std::string Option::name() const { return option_->name(); }
-
-bool Option::given() const { return !option_->given.empty(); }
-
-const std::vector<std::string>& Option::values() const { return option_->given; }
-
-Option Verb::add_option(const std::string& name, Target target,
-                        const std::string& description) const {
+Option& Verb::add_option(const std::string& name, Target target,
+                         const std::string& description) const {
   // In the order of Target.
   constexpr std::array<const char*, 5> values{"TEXT", "INT", "TEXT", "FLOAT", "UINT"};
   const bool repeats = target.index() > 1;
@@ -158,42 +112,49 @@ Option Verb::add_option(const std::string& name, Target target,
   });
 }
 
-Option Verb::add_flag(const std::string& name, bool& target, const std::string& description) const {
+Option& Verb::add_flag(const std::string& name, bool& target,
+                       const std::string& description) const {
   return declared(name, "", description, true, [&target](const auto& texts) {
     target = texts.back() == "true" || texts.back() == "1";
     return target || texts.back() == "false" || texts.back() == "0";
   });
 }
 
-Option Verb::add_text_option(const std::string& name, std::function<void(const std::string&)> set,
-                             const std::string& description, bool repeats) const {
+Option& Verb::add_text_option(const std::string& name, std::function<void(const std::string&)> set,
+                              const std::string& description, bool repeats) const {
   return declared(name, "TEXT", description, repeats, [set = std::move(set)](const auto& texts) {
     std::for_each(texts.begin(), texts.end(), set);
     return true;
   });
 }
 
-Option Verb::declared(const std::string& names, const std::string& value,
-                      const std::string& meaning, bool repeats, SetValues set) const {
-  const Scope scope = names.starts_with('-') ? scope_ : Scope::command;
-  verb_->options.push_back({names, value, meaning, heading_, scope, repeats, std::move(set)});
-  return Option(&verb_->options.back());
+Option& Verb::declared(const std::string& names, const std::string& value,
+                       const std::string& meaning, bool repeats, SetValues set) const {
+  Option& option = verb_->options.emplace_back();
+  option.names = names;
+  option.value = value;
+  option.meaning = meaning;
+  option.heading = heading_;
+  option.scope = names.starts_with('-') ? scope_ : Scope::command;
+  option.repeats = repeats;
+  option.set = std::move(set);
+  return option;
 }
 
 void Verb::after_parsing(std::function<void()> check) const {
   verb_->checks.push_back(std::move(check));
 }
 
-Option Verb::get_option(const std::string& name) const {
-  DeclaredOption* const found = find_named(verb_->options, name);
+Option& Verb::get_option(const std::string& name) const {
+  Option* const found = find_named(verb_->options, name);
   if (found == nullptr) throw std::logic_error("no option " + name);
-  return Option(found);
+  return *found;
 }
 
-std::vector<Option> Verb::given_options() const {
-  std::vector<Option> given;
-  for (DeclaredOption& option : verb_->options) {
-    if (!option.given.empty()) given.emplace_back(&option);
+std::vector<const Option*> Verb::given_options() const {
+  std::vector<const Option*> given;
+  for (const Option& option : verb_->options) {
+    if (!option.given.empty()) given.push_back(&option);
   }
   return given;
 }

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <functional>
 #include <list>
-#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -15,36 +14,10 @@
 
 namespace biss::verbs {
 
-struct DeclaredOption {
-  std::string names;  ///< `-f,--format`; without a dash an argument: `FILE`
-  std::string value;  ///< the name of the value in the help; empty for a flag
-  std::string meaning;
-  std::string heading;
-  Scope scope = Scope::reading;
-  bool repeats = false;
-  /// Takes the values; false if a value cannot be converted. A flag has `true` or `false`.
-  SetValues set{};
-  bool required = false;
-  /// Splits a value into several, unless it is 0.
-  char delimiter = '\0';
-  /// Values that are allowed; empty: all.
-  std::vector<std::string> choices{};
-  std::vector<const DeclaredOption*> needs{};
-  std::vector<const DeclaredOption*> excludes{};
-  std::optional<FileUse> file{};
-  std::string (*path_of)(const std::string& value) = nullptr;
-  std::vector<std::string> given{};
-
-  bool is_flag() const { return value.empty(); }
-  bool is_argument() const { return !names.starts_with('-'); }
-  /// `--format`, `FILE`.
-  std::string name() const { return names.substr(names.find(',') + 1); }
-};
-
 struct DeclaredVerb {
   VerbText text;
   Run run{};
-  std::list<DeclaredOption> options{};
+  std::list<Option> options{};
   std::list<DeclaredVerb> verbs{};
   std::vector<std::function<void()>> checks{};
   bool parsed = false;
@@ -84,7 +57,7 @@ struct WrongWords {
 inline constexpr const char* empty_value = "empty; a value is needed";
 
 /// Adds a value as written, or the values that it is split into.
-void give(DeclaredOption& option, const std::string& value);
+void give(Option& option, const std::string& value);
 
 /// Gives the values to the options, in the order of declaration. Throws WrongUsage.
 void set_given(const DeclaredVerb& verb);

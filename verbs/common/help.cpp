@@ -38,7 +38,7 @@ void append_entry(std::string& out, const std::string& name, std::string_view te
 }
 
 // `-f, --format FORMAT`, or `FILE...` for an argument.
-std::string label_of(const DeclaredOption& option) {
+std::string label_of(const Option& option) {
   if (option.is_argument()) return option.names + (option.repeats ? "..." : "");
   std::string label = option.names;
   if (const std::size_t comma = label.find(','); comma != std::string::npos) {
@@ -47,8 +47,8 @@ std::string label_of(const DeclaredOption& option) {
   return option.is_flag() ? label : label + ' ' + option.value;
 }
 
-std::string label_text(const DeclaredOption& option) {
-  return option.meaning + (option.required && !option.is_argument() ? " (required)" : "");
+std::string label_text(const Option& option) {
+  return option.meaning + (option.is_required && !option.is_argument() ? " (required)" : "");
 }
 
 // The command has the first example of each verb.
@@ -61,21 +61,21 @@ std::vector<std::string> examples_of(const DeclaredVerb& verb, const std::string
   return examples;
 }
 
-std::string heading_of(const DeclaredOption& option) {
+std::string heading_of(const Option& option) {
   return option.is_argument() ? "Arguments" : option.heading;
 }
 
 // Options under their headings, in the order of the first option; arguments are first.
 void append_options(std::string& out, const DeclaredVerb& verb) {
   std::vector<std::string> headings{"Arguments"};
-  for (const DeclaredOption& option : verb.options) {
+  for (const Option& option : verb.options) {
     if (std::find(headings.begin(), headings.end(), heading_of(option)) == headings.end()) {
       headings.push_back(heading_of(option));
     }
   }
   for (const std::string& heading : headings) {
     std::string title = '\n' + heading + ":\n";
-    for (const DeclaredOption& option : verb.options) {
+    for (const Option& option : verb.options) {
       if (heading_of(option) != heading) continue;
       out += std::exchange(title, {});
       append_entry(out, label_of(option), label_text(option));
@@ -85,13 +85,13 @@ void append_options(std::string& out, const DeclaredVerb& verb) {
 
 std::string usage_of(const DeclaredVerb& verb, const std::string& path) {
   std::string usage = path;
-  for (const DeclaredOption& option : verb.options) {
-    if (option.required && !option.is_argument()) usage += ' ' + label_of(option);
+  for (const Option& option : verb.options) {
+    if (option.is_required && !option.is_argument()) usage += ' ' + label_of(option);
   }
   usage += " [OPTION]...";
-  for (const DeclaredOption& option : verb.options) {
+  for (const Option& option : verb.options) {
     if (!option.is_argument()) continue;
-    usage += fmt::format(fmt::runtime(option.required ? " {}" : " [{}]"), label_of(option));
+    usage += fmt::format(fmt::runtime(option.is_required ? " {}" : " [{}]"), label_of(option));
   }
   if (!verb.verbs.empty()) {
     usage += verb.options.size() > 1 && path != "biss" ? " [VERB]" : " VERB";
@@ -139,14 +139,14 @@ std::string roff(std::string_view text) {
   return out;
 }
 
-void append_manual(std::string& out, const DeclaredOption& option) {
+void append_manual(std::string& out, const Option& option) {
   out += fmt::format(".TP\n.B {}\n{}.\n", roff(label_of(option)), roff(label_text(option)));
 }
 
 void append_manual(std::string& out, const DeclaredVerb& verb, const std::string& path) {
   out += fmt::format(".SS {}\n{}.\n.PP\n.B {}\n", roff(path), roff(verb.text.purpose),
                      roff(usage_of(verb, path)));
-  for (const DeclaredOption& option : verb.options) {
+  for (const Option& option : verb.options) {
     if (option.name() != "--help") append_manual(out, option);
   }
   const std::vector<std::string> examples = examples_of(verb, path);
@@ -212,7 +212,7 @@ std::string man_page(const DeclaredVerb& command, std::string_view version) {
       version);
   out += manual_introduction;
   out += ".SH OPTIONS\n";
-  for (const DeclaredOption& option : command.options) append_manual(out, option);
+  for (const Option& option : command.options) append_manual(out, option);
   out += ".SH VERBS\n";
   for (const DeclaredVerb& verb : command.verbs) append_manual(out, verb, "biss " + verb.text.name);
   out += page_end;
@@ -222,7 +222,7 @@ std::string man_page(const DeclaredVerb& command, std::string_view version) {
 namespace {
 
 // `table|csv|jsonl` lists values; `N|TIME` names kinds of values.
-bool lists_values(const DeclaredOption& option) {
+bool lists_values(const Option& option) {
   return option.value.find('|') != std::string::npos &&
          std::none_of(option.value.begin(), option.value.end(),
                       [](char c) { return c >= 'A' && c <= 'Z'; });
@@ -237,7 +237,7 @@ struct Completion {
   void add(const DeclaredVerb& verb, const std::string& path) {
     if (!path.empty()) paths += fmt::format("{}'{}'", paths.empty() ? "" : "|", path);
     std::vector<std::string> options;
-    for (const DeclaredOption& option : verb.options) {
+    for (const Option& option : verb.options) {
       if (option.is_argument()) continue;
       std::istringstream names(option.names);
       for (std::string name; std::getline(names, name, ',');) {
@@ -301,7 +301,7 @@ constexpr std::array<const char*, 5> scope_names{"reading", "file", "judging", "
 
 nlohmann::json json_of(const DeclaredVerb& verb) {
   nlohmann::json options = nlohmann::json::array();
-  for (const DeclaredOption& option : verb.options) {
+  for (const Option& option : verb.options) {
     options.push_back({{"names", option.names},
                        {"name", option.name()},
                        {"value", option.value},
@@ -309,7 +309,7 @@ nlohmann::json json_of(const DeclaredVerb& verb) {
                        {"heading", option.heading},
                        {"scope", scope_names[static_cast<std::size_t>(option.scope)]},
                        {"repeats", option.repeats},
-                       {"required", option.required},
+                       {"required", option.is_required},
                        {"choices", option.choices}});
   }
   nlohmann::json below = nlohmann::json::array();

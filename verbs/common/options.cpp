@@ -12,7 +12,7 @@
 
 namespace biss::verbs {
 
-Option add_output_option(Verb verb, std::string& path, const std::string& help) {
+Option& add_output_option(Verb verb, std::string& path, const std::string& help) {
   return verb.scope(Scope::command).add_option("-o,--output", path, help).file(FileUse::write);
 }
 
@@ -22,9 +22,9 @@ void let_output_choose(Verb verb, const std::vector<std::string>& names,
       {{".csv", "csv"}, {".jsonl", "jsonl"}, {".h5", "hdf5"}, {".vcd", "vcd"}}};
   verb.after_parsing([verb, names, take = std::move(take)] {
     std::string output;
-    for (const Option& option : verb.given_options()) {
-      if (option.name() == "--to") return;
-      if (option.name() == "--output") output = option.values().front();
+    for (const Option* option : verb.given_options()) {
+      if (option->name() == "--to") return;
+      if (option->name() == "--output") output = option->given.front();
     }
     for (const auto& [ending, format] : endings) {
       if (!output.ends_with(ending)) continue;
@@ -39,8 +39,8 @@ void let_output_choose(Verb verb, const std::vector<std::string>& names,
   });
 }
 
-Option add_to_option(Verb verb, report::Format& target,
-                     std::initializer_list<report::Format> allowed, bool by_output) {
+Option& add_to_option(Verb verb, report::Format& target,
+                      std::initializer_list<report::Format> allowed, bool by_output) {
   std::vector<std::string> names;
   for (const report::Format format : allowed) {
     names.emplace_back(report::format_names[static_cast<std::size_t>(format)]);
@@ -59,8 +59,8 @@ Option add_to_option(Verb verb, report::Format& target,
       .type_name(fmt::format("{}", fmt::join(names, "|")));
 }
 
-Option add_name_option(Verb verb, const std::string& name, std::string& target,
-                       const std::vector<std::string>& names, const std::string& description) {
+Option& add_name_option(Verb verb, const std::string& name, std::string& target,
+                        const std::vector<std::string>& names, const std::string& description) {
   return verb.add_option(name, target, description)
       .type_name(fmt::format("{}", fmt::join(names, "|")))
       .one_of(names);
@@ -71,8 +71,8 @@ std::string wrong_range(const std::optional<Picoseconds>& since,
   return since && until && *until < *since ? "--until: is before --since; exchange them" : "";
 }
 
-Option add_count_option(Verb verb, const std::string& name, std::function<void(std::uint64_t)> set,
-                        const std::string& description, std::uint64_t largest) {
+Option& add_count_option(Verb verb, const std::string& name, std::function<void(std::uint64_t)> set,
+                         const std::string& description, std::uint64_t largest) {
   const auto take = [=](const std::string& text) {
     const auto value = parse_count(text, largest);
     if (!value) {
@@ -96,7 +96,7 @@ std::optional<lab::Shard> parse_shard(std::string_view text) {
 
 }  // namespace
 
-Option add_shard_option(Verb verb, lab::Shard& shard, const std::string& description) {
+Option& add_shard_option(Verb verb, lab::Shard& shard, const std::string& description) {
   return verb.scope(Scope::command)
       .add_text_option(
           "--shard",

@@ -61,7 +61,7 @@ std::string line_name(const std::string& value, const std::vector<std::string>& 
 
 }  // namespace
 
-Option add_page_option(Verb verb, std::string& path) {
+Option& add_page_option(Verb verb, std::string& path) {
   return verb.scope(Scope::command)
       .add_option("--page", path,
                   "Page of biss (make view builds it); by default the page that is installed "
@@ -115,16 +115,16 @@ std::string PageSettings::link_text() const {
   return text;
 }
 
-PageSettings page_settings(const std::vector<Option>& given) {
+PageSettings page_settings(const std::vector<const Option*>& given) {
   PageSettings settings;
   std::vector<std::string> files;
-  for (const Option& option : given) {
-    if (option.name() == "FILE") files = option.values();
+  for (const Option* option : given) {
+    if (option->name() == "FILE") files = option->given;
   }
-  for (const Option& option : given) {
-    const std::string name = option.name();
-    const std::vector<std::string> values = option.values();
-    if (option.scope() == Scope::command) continue;
+  for (const Option* option : given) {
+    const std::string name = option->name();
+    const std::vector<std::string>& values = option->given;
+    if (option->scope == Scope::command) continue;
     if (name == "--format") {
       settings.format = values.back();
     } else if (name == "--ma" || name == "--slo") {
@@ -136,7 +136,7 @@ PageSettings page_settings(const std::vector<Option>& given) {
     } else if (name == "--scale" && (values.back() == "deg" || values.back() == "mm")) {
       settings.units = values.back();
     } else {
-      auto& words = settings.further.emplace_back(PageOption{option.scope(), {name}}).words;
+      auto& words = settings.further.emplace_back(PageOption{option->scope, {name}}).words;
       // The value of a flag is "true".
       if (values != std::vector<std::string>{"true"}) {
         words.insert(words.end(), values.begin(), values.end());

@@ -12,7 +12,7 @@
 namespace biss::verbs {
 
 /// `--page FILE`, to be given to read_page().
-Option add_page_option(Verb verb, std::string& path);
+Option& add_page_option(Verb verb, std::string& path);
 
 /// The text of the page. Without a path it is share/biss/biss.html of the command's installation,
 /// otherwise view/dist/biss.html next to the command's build folder.
@@ -60,6 +60,6 @@ struct PageSettings {
 };
 
 /// \param given the options of a verb that reads a capture; options for the verb alone are left out
-PageSettings page_settings(const std::vector<Option>& given);
+PageSettings page_settings(const std::vector<const Option*>& given);
 
 }  // namespace biss::verbs

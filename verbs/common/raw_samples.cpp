@@ -46,7 +46,7 @@ capture::Differential differential_of(const std::string& text) {
 
 void add_raw_options(Verb verb, RawSamples& raw) {
   verb = verb.scope(Scope::file);
-  const Option rate = add_rate_option(
+  const Option& rate = add_rate_option(
       verb, "--raw-rate", into(raw.rate),
       "Sample rate of a raw capture (.bin, .raw); its bits are the lines D0, D1, ... "
       "for --ma and --slo");

@@ -126,7 +126,7 @@ std::string safety_format_error(std::string_view text) {
       text);
 }
 
-Option add_safety_format_option(Verb verb, std::string& target) {
+Option& add_safety_format_option(Verb verb, std::string& target) {
   return verb
       .add_option("-f,--format", target,
                   "Safety configuration, catalogue name, format of a control and a safety "

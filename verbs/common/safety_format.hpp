@@ -13,7 +13,7 @@
 
 namespace biss::verbs {
 
-class Option;
+struct Option;
 class Verb;
 
 /// Returns the configuration of that name, otherwise the first one with the format's words and any
@@ -58,7 +58,7 @@ std::optional<SafetyFormat> parse_safety_format(std::string_view text);
 std::string safety_format_error(std::string_view text);
 
 /// Declares `-f,--format`, to be read by parse_safety_format().
-Option add_safety_format_option(Verb verb, std::string& target);
+Option& add_safety_format_option(Verb verb, std::string& target);
 
 /// Returns the highest rate that the setup's shortest cycle allows, in whole hertz.
 Hertz rate_of_cycle(const SafetySetup& setup);

@@ -57,7 +57,6 @@
 
 namespace biss::verbs {
 
-struct DeclaredOption;
 struct DeclaredVerb;
 struct HelpOptions;
 struct WrongWords;
@@ -78,34 +77,75 @@ enum class Scope : std::uint8_t {
   command,  ///< this verb's own: its output, its threads, its port
 };
 
-/// One option of a verb. A handle: copied freely, valid as long as the Command.
-class Option {
- public:
-  explicit Option(DeclaredOption* option) : option_(option) {}
+/// One option of a verb, with its values on the command line. The Command owns it; it stays in its
+/// place.
+struct Option {
+  Option() = default;
+  Option(const Option&) = delete;
+  Option& operator=(const Option&) = delete;
 
   /// The name of the value in the help: FILE, KIND:RATE, …
-  Option type_name(const std::string& name);
-  Option required(bool is = true);
-  Option needs(const Option& other);
-  Option excludes(const Option& other);
+  Option& type_name(const std::string& name) {
+    value = name;
+    return *this;
+  }
+  Option& required(bool is = true) {
+    is_required = is;
+    return *this;
+  }
+  Option& needs(const Option& other) {
+    needed.push_back(&other);
+    return *this;
+  }
+  Option& excludes(Option& other) {
+    excluded.push_back(&other);
+    other.excluded.push_back(this);
+    return *this;
+  }
   /// Splits a value at this character into several.
-  Option delimiter(char character);
+  Option& delimiter(char character) {
+    separator = character;
+    return *this;
+  }
   /// Accepts these values only.
-  Option one_of(const std::vector<std::string>& values);
+  Option& one_of(const std::vector<std::string>& values) {
+    choices = values;
+    return *this;
+  }
   /// The value names a file that the verb opens; the command refuses two that are the same, see
-  /// file_conflict(). `path_of` takes the path from the value, and nothing if the value has none.
+  /// file_conflict(). `path` takes the path from the value, and nothing if the value has none.
   /// Without it the help calls the value FILE.
-  Option file(FileUse use, std::string (*path_of)(const std::string& value) = nullptr);
+  Option& file(FileUse use, std::string (*path)(const std::string& value) = nullptr) {
+    file_use = use;
+    path_of = path;
+    if (path == nullptr && !is_argument()) value = "FILE";
+    return *this;
+  }
 
-  std::string name() const;
+  bool is_flag() const { return value.empty(); }
+  bool is_argument() const { return !names.starts_with('-'); }
+  /// `--format`, `FILE`.
+  std::string name() const { return names.substr(names.find(',') + 1); }
+
+  std::string names{};  ///< `-f,--format`; without a dash an argument: `FILE`
+  std::string value{};  ///< the name of the value in the help; empty for a flag
+  std::string meaning{};
+  std::string heading{};
   /// The scope of the handle; an argument is for this verb alone.
-  Scope scope() const;
-  bool given() const;
+  Scope scope = Scope::reading;
+  bool repeats = false;
+  SetValues set{};
+  bool is_required = false;
+  /// Splits a value into several, unless it is 0.
+  char separator = '\0';
+  /// Values that are allowed; empty: all.
+  std::vector<std::string> choices{};
+  std::vector<const Option*> needed{};
+  std::vector<const Option*> excluded{};
+  std::optional<FileUse> file_use{};
+  std::string (*path_of)(const std::string& value) = nullptr;
   /// The values on the command line, in their order.
-  const std::vector<std::string>& values() const;
-
- private:
-  DeclaredOption* option_;
+  std::vector<std::string> given{};
 };
 
 /// The help of a verb. Each example is a whole command line; the first one is also in the help of
@@ -134,17 +174,17 @@ class Verb {
   /// The same verb; the options that are declared by this handle are for this.
   Verb scope(Scope scope) const { return Verb(verb_, heading_, scope); }
 
-  Option add_option(const std::string& name, Target target, const std::string& description) const;
-  Option add_flag(const std::string& name, bool& target, const std::string& description) const;
+  Option& add_option(const std::string& name, Target target, const std::string& description) const;
+  Option& add_flag(const std::string& name, bool& target, const std::string& description) const;
   /// `set` gets the text of each value; see wrong_value().
   /// \param repeats it may be given several times
-  Option add_text_option(const std::string& name, std::function<void(const std::string&)> set,
-                         const std::string& description, bool repeats = false) const;
+  Option& add_text_option(const std::string& name, std::function<void(const std::string&)> set,
+                          const std::string& description, bool repeats = false) const;
 
   /// An option declared before, by its long name. Throws std::logic_error if it was not.
-  Option get_option(const std::string& name) const;
+  Option& get_option(const std::string& name) const;
   /// The options that the command line has.
-  std::vector<Option> given_options() const;
+  std::vector<const Option*> given_options() const;
   /// A verb below this one, such as `merge` in `biss safety campaign merge`. Without `run`, the
   /// verb above runs; a top verb without `run` needs a verb below it.
   Verb add_verb(const VerbText& text, Run run = {}) const;
@@ -156,8 +196,8 @@ class Verb {
   void after_parsing(std::function<void()> check) const;
 
  private:
-  Option declared(const std::string& names, const std::string& value, const std::string& meaning,
-                  bool repeats, SetValues set) const;
+  Option& declared(const std::string& names, const std::string& value, const std::string& meaning,
+                   bool repeats, SetValues set) const;
 
   DeclaredVerb* verb_;
   std::string heading_;
@@ -217,8 +257,8 @@ struct GroupVerb {
 void add_verb_group(Command& command, const VerbText& group, const std::vector<GroupVerb>& verbs);
 
 /// `-o,--output FILE`, to be given to Output::open().
-Option add_output_option(Verb verb, std::string& path,
-                         const std::string& help = "Output file; standard output (-) by default");
+Option& add_output_option(Verb verb, std::string& path,
+                          const std::string& help = "Output file; standard output (-) by default");
 
 /// Without `--to` the ending of `-o` chooses one of these formats: `.csv`, `.jsonl`, `.h5`, `.vcd`. The
 /// command refuses the ending of another format of rows.
@@ -227,15 +267,15 @@ void let_output_choose(Verb verb, const std::vector<std::string>& names,
 
 /// `--to FORMAT` of the formats allowed; `target` holds the default.
 /// \param by_output the rows go to `-o`, so let_output_choose()
-Option add_to_option(Verb verb, report::Format& target,
-                     std::initializer_list<report::Format> allowed = {report::Format::table,
-                                                                      report::Format::csv,
-                                                                      report::Format::jsonl},
-                     bool by_output = true);
+Option& add_to_option(Verb verb, report::Format& target,
+                      std::initializer_list<report::Format> allowed = {report::Format::table,
+                                                                       report::Format::csv,
+                                                                       report::Format::jsonl},
+                      bool by_output = true);
 
 /// An option that takes one of some names; `target` holds the default.
-Option add_name_option(Verb verb, const std::string& name, std::string& target,
-                       const std::vector<std::string>& names, const std::string& description);
+Option& add_name_option(Verb verb, const std::string& name, std::string& target,
+                        const std::vector<std::string>& names, const std::string& description);
 
 /// Adds an option with a unit. `set` is called only when the option is given, see into(); a wrong
 /// value is wrong usage, its message points at the character.
@@ -245,8 +285,8 @@ struct QuantityOption {
   Result<Value, QuantityError> (*parse)(std::string_view text);
   const char* value_name;
 
-  Option operator()(Verb verb, const std::string& name, std::function<void(Value)> set,
-                    const std::string& description) const {
+  Option& operator()(Verb verb, const std::string& name, std::function<void(Value)> set,
+                     const std::string& description) const {
     const auto take = [of = *this, name, set](const std::string& text) {
       const auto value = of.parse(text);
       if (!value) wrong_value(name, quantity_error_text(of.quantity, text, value.error()));
@@ -272,8 +312,8 @@ inline constexpr QuantityOption<std::int32_t> add_deviation_option{Quantity::dev
 std::string wrong_range(const std::optional<Picoseconds>& since,
                         const std::optional<Picoseconds>& until);
 /// A count from 0 to `largest`, decimal or 0x….
-Option add_count_option(Verb verb, const std::string& name, std::function<void(std::uint64_t)> set,
-                        const std::string& description, std::uint64_t largest = UINT64_MAX);
+Option& add_count_option(Verb verb, const std::string& name, std::function<void(std::uint64_t)> set,
+                         const std::string& description, std::uint64_t largest = UINT64_MAX);
 
 /// Puts the value into an optional<T>, or a T that holds the default; the place must live until the
 /// command line is parsed: `add_rate_option(verb, "--clock", into(options->clock), "…")`.
@@ -283,6 +323,6 @@ auto into(Target& target) {
 }
 
 /// `--shard K/N`, one of N parts of the work; `shard` must live until the command line is parsed.
-Option add_shard_option(Verb verb, lab::Shard& shard, const std::string& description);
+Option& add_shard_option(Verb verb, lab::Shard& shard, const std::string& description);
 
 }  // namespace biss::verbs

@@ -425,14 +425,14 @@ void add_crc(Command& command) {
                     "biss crc -f resolute-18 --read 0x00000000012345CD --payload"}},
       [options](Host& host) { return run_crc(*options, host); });
   add_format_option(verb, options->arguments, true);
-  const Option position = verb.add_option(
+  Option& position = verb.add_option(
       "POSITION", options->positions,
       "Position of each channel, decimal or 0x...; multiturn bits above singleturn bits");
-  const Option error = verb.add_flag("--error", options->error, "Report an error: nE is 0");
-  const Option warning = verb.add_flag("--warning", options->warning, "Report a warning: nW is 0");
-  const Option counter = add_count_option(verb, "--lc", into(options->life_counter),
-                                          "Value of the sign-of-life counter; 0 by default");
-  const Option read =
+  Option& error = verb.add_flag("--error", options->error, "Report an error: nE is 0");
+  Option& warning = verb.add_flag("--warning", options->warning, "Report a warning: nW is 0");
+  Option& counter = add_count_option(verb, "--lc", into(options->life_counter),
+                                     "Value of the sign-of-life counter; 0 by default");
+  Option& read =
       verb.add_option("--read", options->buffer,
                       "Show the frame in the bits that an SPI peripheral received: SLO once per "
                       "clock, in digits as in debuggers, dumps and source code")

@@ -73,7 +73,7 @@ void add_decode(Command& command) {
   Verb verb = command.add_verb(decode_text(),
                                [options](Host& host) { return DecodeRun(*options, host).run(); });
   add_decode_options(verb, *options);
-  Option words =
+  Option& words =
       verb.add_option("--words", options->capture.words.file,
                       "A log instead of a capture: one frame per line, in digits; a time such as "
                       "12.5us or a number may come first; # begins a comment, - is standard input")

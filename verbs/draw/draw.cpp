@@ -42,7 +42,7 @@ struct DrawOptions {
   std::string output;
   std::string to;
   /// Options of the simulated line alone.
-  std::vector<Option> of_line;
+  std::vector<const Option*> of_line;
   std::optional<Verb> verb;
 };
 
@@ -184,9 +184,9 @@ class DrawRun {
     if (line.device.format == "none") {
       throw wrong_usage("-f none: a simulated cycle needs a format");
     }
-    for (const Option& option : options_.verb->given_options()) {
-      if (option.scope() == Scope::file) {
-        throw wrong_usage("{}: describes a capture; name one, or leave it out", option.name());
+    for (const Option* option : options_.verb->given_options()) {
+      if (option->scope == Scope::file) {
+        throw wrong_usage("{}: describes a capture; name one, or leave it out", option->name());
       }
     }
     sim::LineSetup setup = value_or_fail(line_setup(line));
@@ -223,10 +223,10 @@ class DrawRun {
   }
 
   ExitStatus draw_captures() {
-    for (const Option& option : options_.of_line) {
-      if (option.given()) {
+    for (const Option* option : options_.of_line) {
+      if (!option->given.empty()) {
         throw wrong_usage("{}: describes a simulated line; leave it out, or the capture",
-                          option.name());
+                          option->name());
       }
     }
     CaptureArguments arguments = options_.capture;
@@ -312,33 +312,34 @@ draw::Mark read_mark(const std::string& text) {
 void add_line_options(Verb verb, DrawOptions& options) {
   LineOptions& line = options.line;
   options.of_line = {
-      add_rate_option(verb, "--clock", into(line.setup.clock), "Frequency of MA; 1 MHz by default"),
-      add_duty_option(verb, "--duty", into(line.setup.duty_per_mille),
-                      "Share of a period in which MA is high; 50% by default"),
-      add_length_option(verb, "--cable", into(line.cable),
-                        "Cable length; 10 ns of line delay per metre"),
-      add_duration_option(verb, "--jitter", into(line.jitter),
-                          "Peak edge jitter (±), both directions"),
+      &add_rate_option(verb, "--clock", into(line.setup.clock),
+                       "Frequency of MA; 1 MHz by default"),
+      &add_duty_option(verb, "--duty", into(line.setup.duty_per_mille),
+                       "Share of a period in which MA is high; 50% by default"),
+      &add_length_option(verb, "--cable", into(line.cable),
+                         "Cable length; 10 ns of line delay per metre"),
+      &add_duration_option(verb, "--jitter", into(line.jitter),
+                           "Peak edge jitter (±), both directions"),
   };
-  Option ack = add_count_option(verb, "--ack", into(options.ack_clocks),
-                                "Clocks from ACK to START; the encoder's fewest by default", 1000);
+  Option& ack = add_count_option(verb, "--ack", into(options.ack_clocks),
+                                 "Clocks from ACK to START; the encoder's fewest by default", 1000);
   ack.type_name("CLOCKS");
-  Option processing =
+  Option& processing =
       add_duration_option(verb, "--processing", into(line.processing),
                           "Processing time, from ACK to START; the encoder's shortest by default");
   ack.excludes(processing);
   options.of_line.insert(
       options.of_line.end(),
-      {ack, processing,
-       verb.add_flag("--no-compensation", line.no_compensation,
-                     "The master does not compensate the line delay; the bits are drawn as decode "
-                     "samples them"),
-       add_count_option(verb, "--position", into(line.setup.position),
-                        "Position of the encoder; drawn from --seed by default"),
-       add_count_option(verb, "--seed", into(line.setup.seed),
-                        "Random seed of the position, jitter and faults; 1 by default"),
-       verb.add_option("--fault", line.faults, "Inject a fault, as in biss simulate: flip@0,bit=7")
-           .type_name("KIND@CYCLE[,PLACE]")});
+      {&ack, &processing,
+       &verb.add_flag("--no-compensation", line.no_compensation,
+                      "The master does not compensate the line delay; the bits are drawn as decode "
+                      "samples them"),
+       &add_count_option(verb, "--position", into(line.setup.position),
+                         "Position of the encoder; drawn from --seed by default"),
+       &add_count_option(verb, "--seed", into(line.setup.seed),
+                         "Random seed of the position, jitter and faults; 1 by default"),
+       &verb.add_option("--fault", line.faults, "Inject a fault, as in biss simulate: flip@0,bit=7")
+            .type_name("KIND@CYCLE[,PLACE]")});
 }
 
 }  // namespace

@@ -62,7 +62,7 @@ class PartMaker {
 
   // Reads the capture, and runs the verbs of the page's panels on it.
   // \param given the options of the report
-  ExitStatus read(const std::vector<Option>& given) {
+  ExitStatus read(const std::vector<const Option*>& given) {
     DecodedCapture& capture = run_.capture();
     const ExitStatus begun = run_.begin_rows();
     if (begun != ExitStatus::done) return begun;
@@ -107,7 +107,7 @@ class PartMaker {
   }
 
   // \param room the most characters of both texts \pre read() was done
-  CapturePart make(const std::vector<Option>& given, std::size_t room) {
+  CapturePart make(const std::vector<const Option*>& given, std::size_t room) {
     CapturePart part;
     part.settings = part_settings(page_settings(given));
     json report = report_with(part.settings);
@@ -232,11 +232,11 @@ class PartMaker {
 
   // `check` runs with the limits of the profiles, and with the limits of the encoder that the format
   // names.
-  std::vector<Panel> panels_for(const std::vector<Option>& given) const {
+  std::vector<Panel> panels_for(const std::vector<const Option*>& given) const {
     GivenOptions options{{"--to", {"jsonl"}}};
-    for (const Option& option : given) {
-      if (option.scope() == Scope::command || option.name() == "--format") continue;
-      options.emplace_back(option.name(), option.values());
+    for (const Option* option : given) {
+      if (option->scope == Scope::command || option->name() == "--format") continue;
+      options.emplace_back(option->name(), option->given);
     }
     std::vector<Panel> panels{{"identify", "identify", options}};
     std::vector<std::string> limits{"biss-c", "renishaw"};
@@ -348,7 +348,7 @@ std::string packed(std::string_view bytes) {
 }
 
 tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, DecodeRun& run,
-                                                      const std::vector<Option>& given,
+                                                      const std::vector<const Option*>& given,
                                                       std::string_view name, std::size_t room) {
   const auto& format = run.capture().format();
   options.motion.velocity = format && format->channel_list[0].position_bits() != 0;

@@ -29,7 +29,7 @@ struct CapturePart {
 /// \param room the most characters of both texts
 /// \return the status if there is no part; the reason has been printed
 tl::expected<CapturePart, ExitStatus> part_of_capture(DecodeOptions& options, DecodeRun& run,
-                                                      const std::vector<Option>& given,
+                                                      const std::vector<const Option*>& given,
                                                       std::string_view name, std::size_t room);
 
 }  // namespace biss::verbs

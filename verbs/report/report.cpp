@@ -62,7 +62,7 @@ class ReportRun {
     }
     status = decode.next();
     if (status != ExitStatus::done) return status;
-    const std::vector<Option> given = options_.verb->given_options();
+    const std::vector<const Option*> given = options_.verb->given_options();
     const std::string name = fs::path(files.front()).filename().string();
     if (const auto text = whole_capture()) {
       const std::string view = page_settings(given).link_text();

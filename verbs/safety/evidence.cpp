@@ -247,9 +247,9 @@ ExitStatus run_check(const VerbOptions& options, Host& host) {
 // The options that describe the bundle, in one form.
 std::vector<std::string> made_by_of(const Verb& verb) {
   std::vector<std::string> made_by;
-  for (const Option& each : verb.given_options()) {
-    if (each.scope() == Scope::command) continue;
-    for (const std::string& value : each.values()) made_by.push_back(each.name() + "=" + value);
+  for (const Option* each : verb.given_options()) {
+    if (each->scope == Scope::command) continue;
+    for (const std::string& value : each->given) made_by.push_back(each->name() + "=" + value);
   }
   std::sort(made_by.begin(), made_by.end());
   return made_by;
@@ -397,9 +397,9 @@ Run add_safety_evidence(Verb verb) {
   add_evidence_options(verb, options->evidence);
   const Verb own = verb.scope(Scope::command);
   add_threads_option(own, options->threads);
-  const Option folder = own.add_option("-o,--output", options->folder,
-                                       "Create this folder; it must be empty or not exist")
-                            .type_name("DIR");
+  const Option& folder = own.add_option("-o,--output", options->folder,
+                                        "Create this folder; it must be empty or not exist")
+                             .type_name("DIR");
   own.add_flag("--force", options->force, "Replace an existing bundle").needs(folder);
   own.add_option("--check", options->checked,
                  "Check the hashes of a bundle, make it again and compare; the only other option "
@@ -407,9 +407,9 @@ Run add_safety_evidence(Verb verb) {
       .type_name("DIR");
   return [options, verb](Host& host) {
     if (!options->checked.empty()) {
-      for (const Option& each : verb.given_options()) {
-        if (each.name() == "--check" || each.name() == "--threads") continue;
-        throw wrong_usage("--check does not go with {}", each.name());
+      for (const Option* each : verb.given_options()) {
+        if (each->name() == "--check" || each->name() == "--threads") continue;
+        throw wrong_usage("--check does not go with {}", each->name());
       }
       return run_check(*options, host);
     }

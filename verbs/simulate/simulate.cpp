@@ -250,11 +250,11 @@ void add_control_options(Verb verb, SimulateOptions& options) {
 
 // The recorded side has no options; giving them is a mistake.
 void add_replay_options(Verb verb, ReplayOptions& replay) {
-  Option ma_from = verb.add_option(
+  Option& ma_from = verb.add_option(
       "--ma-from", replay.ma_from,
       "Answer the requests in this capture: write its MA and the simulated SLO. For a master that "
       "waits for START, feed that SLO to it, record its MA again, and repeat");
-  Option slo_from =
+  Option& slo_from =
       verb.add_option("--slo-from", replay.slo_from,
                       "Read the encoder in this capture: write its SLO and the simulated MA");
   ma_from.file(FileUse::read).excludes(slo_from);
@@ -332,8 +332,9 @@ void add_simulate(Command& command) {
   add_control_options(verb.section("Registers"), *options);
   add_output_options(verb.section("Output"), options->write, options->line);
   add_replay_options(verb.section("Replay"), options->replay);
-  verb.after_parsing(
-      [options, clock = verb.get_option("--clock")] { options->replay.own_clock = clock.given(); });
+  verb.after_parsing([options, &clock = verb.get_option("--clock")] {
+    options->replay.own_clock = !clock.given.empty();
+  });
 }
 
 }  // namespace biss::verbs
