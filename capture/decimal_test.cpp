@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <cinttypes>
-#include <cstdio>
 #include <limits>
 #include <optional>
 #include <random>
 #include <string>
+
+#include "tests/common/random.hpp"
 
 namespace biss::capture {
 namespace decimal_test {
@@ -80,9 +80,7 @@ TEST(Decimal, DecimalComma_OnlyWhereAllowed) {
 }
 
 TEST(Decimal, RandomPicoseconds_ComeBackFromEveryUnit) {
-  constexpr std::uint64_t seed = 20'240'611;
-  std::printf("seed %" PRIu64 "\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random = test::random_of(20'240'611);
   for (int i = 0; i < 20'000; ++i) {
     const auto value = static_cast<std::int64_t>(random() >> (1 + random() % 62));
     std::string digits = std::to_string(value);

@@ -1,14 +1,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <cinttypes>
-#include <cstdio>
 #include <memory>
 #include <random>
 #include <string>
 
 #include "capture/samples.hpp"
 #include "capture/test_samples.hpp"
+#include "tests/common/random.hpp"
 
 namespace biss::capture {
 namespace raw_test {
@@ -45,9 +44,7 @@ TEST(Raw, SamplePeriod_IsTheLongestBetweenTwoSamples) {
 }
 
 TEST(Raw, RandomSamplesOfEveryUnitSize_AgreeWithThePlainReading) {
-  constexpr std::uint64_t seed = 7'402;
-  std::printf("seed %" PRIu64 "\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random = test::random_of(7'402);
   for (std::size_t unit = 1; unit <= max_unit_bytes; ++unit) {
     for (int i = 0; i < 60; ++i) {
       SCOPED_TRACE(testing::Message() << "unit " << unit << " run " << i);
@@ -127,9 +124,7 @@ TEST(RawWriter, NoEdge_IsOneSampleOfLowLines) {
 }
 
 TEST(RawWriter, RandomSamples_ComeBackByteForByte) {
-  constexpr std::uint64_t seed = 7'403;
-  std::printf("seed %" PRIu64 "\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random = test::random_of(7'403);
   for (std::size_t unit = 1; unit <= max_unit_bytes; ++unit) {
     for (int i = 0; i < 20; ++i) {
       RawLayout layout =

@@ -1,7 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <cinttypes>
-#include <cstdio>
 #include <limits>
 #include <random>
 #include <string>
@@ -11,6 +9,7 @@
 #include "capture/test_capture.hpp"
 #include "capture/vcd.hpp"
 #include "tests/common/long_run.hpp"
+#include "tests/common/random.hpp"
 
 namespace biss::capture {
 namespace round_trip_test {
@@ -67,9 +66,7 @@ void expect_same(const Capture& capture, const Read& read) {
 }
 
 TEST(RoundTrip, RandomCaptures_ComeBackFromVcd) {
-  constexpr std::uint64_t seed = 7'301;
-  std::printf("seed %" PRIu64 "\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random = test::random_of(7'301);
   for (std::uint64_t i = 0; i < test::rounds(200, 60) && !testing::Test::HasFailure(); ++i) {
     SCOPED_TRACE(i);
     const Capture capture = random_capture(random, false);
@@ -78,9 +75,7 @@ TEST(RoundTrip, RandomCaptures_ComeBackFromVcd) {
 }
 
 TEST(RoundTrip, RandomCaptures_ComeBackFromEventCsv) {
-  constexpr std::uint64_t seed = 7'302;
-  std::printf("seed %" PRIu64 "\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random = test::random_of(7'302);
   for (std::uint64_t i = 0; i < test::rounds(200, 60) && !testing::Test::HasFailure(); ++i) {
     SCOPED_TRACE(i);
     const Capture capture = random_capture(random, true);

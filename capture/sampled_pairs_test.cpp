@@ -19,6 +19,7 @@
 #include "capture/test_capture.hpp"
 #include "capture/test_samples.hpp"
 #include "tests/common/long_run.hpp"
+#include "tests/common/random.hpp"
 
 namespace biss::capture {
 namespace sampled_pairs_test {
@@ -149,9 +150,7 @@ TEST(Checksum, EachSimdLevelAndLength_IsThatOfLibdeflate) {
 }
 
 TEST(SampleClock, TimesAfter_AreThoseOfEachSample) {
-  constexpr std::uint64_t seed = 13'103;
-  std::printf("seed %" PRIu64 "\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random = test::random_of(13'103);
   std::vector<std::int64_t> times(4'096);
   for (int i = 0; i < 600; ++i) {
     const std::uint32_t rates[] = {
@@ -170,9 +169,7 @@ TEST(SampleClock, TimesAfter_AreThoseOfEachSample) {
 }
 
 TEST(SampledPairs, EveryUnitSizeAndBit_AgreesWithTheEdges) {
-  constexpr std::uint64_t seed = 13'104;
-  std::printf("seed %" PRIu64 "\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random = test::random_of(13'104);
   for (std::size_t unit = 1; unit <= max_unit_bytes; ++unit) {
     for (unsigned bit = 0; bit < 8 * unit; ++bit) {
       const auto other = static_cast<unsigned>((bit + 1 + random() % (8 * unit - 1)) % (8 * unit));
@@ -196,9 +193,7 @@ TEST(SampledPairs, EachSimdLevel_AgreesWithTheEdges) {
 }
 
 TEST(SampledPairs, AnyPieceSizeAndStart_AgreesWithTheEdges) {
-  constexpr std::uint64_t seed = 13'106;
-  std::printf("seed %" PRIu64 "\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random = test::random_of(13'106);
   for (const std::size_t unit : {1U, 2U, 5U, 8U}) {
     const RawLayout layout =
         layout_of(Hertz{2U + static_cast<std::uint32_t>(random())}, unit, 0, 7);
@@ -288,9 +283,7 @@ std::string sr_of(std::mt19937_64& random, const RawLayout& layout, std::string_
 }
 
 TEST(SrPairs, ChunksOfAnySize_AgreeWithTheEdges) {
-  constexpr std::uint64_t seed = 13'107;
-  std::printf("seed %" PRIu64 "\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random = test::random_of(13'107);
   for (std::size_t unit = 1; unit <= max_unit_bytes; ++unit) {
     const RawLayout layout = layout_of(megahertz(48), unit, 1, 4);
     const std::string bytes = two_lines(random, unit, 1, 4, 20'000);

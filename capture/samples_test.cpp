@@ -2,10 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <cinttypes>
-#include <cstdio>
 #include <limits>
 #include <random>
+
+#include "tests/common/random.hpp"
 
 namespace biss::capture {
 namespace samples_test {
@@ -26,9 +26,7 @@ TEST(SampleClock, RatesThatDoNotDivideASecond_DoNotDrift) {
 }
 
 TEST(SampleClock, RandomTimes_LieWithinHalfAPicosecondOfTheExactOnes) {
-  constexpr std::uint64_t seed = 7'401;
-  std::printf("seed %" PRIu64 "\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random = test::random_of(7'401);
   for (int i = 0; i < 100'000; ++i) {
     const Hertz rate{1U + static_cast<std::uint32_t>(random() >> (32U + random() % 32U))};
     const SampleClock clock(rate);

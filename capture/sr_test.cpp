@@ -2,8 +2,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cinttypes>
-#include <cstdio>
 #include <random>
 #include <string>
 
@@ -12,6 +10,7 @@
 #include "capture/test_folder.hpp"
 #include "capture/test_samples.hpp"
 #include "tests/common/long_run.hpp"
+#include "tests/common/random.hpp"
 
 namespace biss::capture {
 namespace sr_test {
@@ -65,9 +64,7 @@ TEST(Sr, MoreThanNineChunks_ComeInTheOrderOfTheirNumbers) {
 }
 
 TEST(Sr, ChunksThatCutSamples_GiveTheSameEdges) {
-  constexpr std::uint64_t seed = 7'404;
-  std::printf("seed %" PRIu64 "\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random = test::random_of(7'404);
   for (std::size_t unit = 1; unit <= max_unit_bytes; ++unit) {
     const RawLayout layout = random_layout(random, unit, megahertz(48));
     const std::string bytes = random_samples(random, unit, 20'000);
@@ -236,9 +233,7 @@ TEST(Sr, FileOfItsOwn_IsReadWhereItLies) {
 
 TEST(Sr, PipeOfMoreThanFitsInMemory_IsReadThroughAFile) {
   if (!test::long_run()) GTEST_SKIP() << "make test-long runs it";
-  constexpr std::uint64_t seed = 7'405;
-  std::printf("seed %" PRIu64 "\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random = test::random_of(7'405);
   std::string noise;
   noise.reserve(8'400'000);
   // Two lines that change now and then, among six that always do.
@@ -256,9 +251,7 @@ TEST(Sr, PipeOfMoreThanFitsInMemory_IsReadThroughAFile) {
 }
 
 TEST(SrWriter, RandomEdges_ComeBackAtTheirSamples) {
-  constexpr std::uint64_t seed = 7'406;
-  std::printf("seed %" PRIu64 "\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random = test::random_of(7'406);
   for (const std::size_t lines : {1U, 2U, 8U, 9U, 33U, 64U}) {
     RawLayout layout = packed_layout(std::vector<std::string>(lines), megahertz(48));
     std::vector<std::string> names;
