@@ -104,26 +104,44 @@ class Probe {
   FrameBits flipped;
 };
 
-Plan plan_of(const auto& change) {
+Plan usual_plan() {
   const SafetyConfiguration& type = *find_safety_configuration("fs-36-28");
-  SafetySetup setup = type.setup;
-  change(setup);
-  return {type.frame_format(), UnratedSafetySetup(setup)};
+  return {type.frame_format(), UnratedSafetySetup(type.setup)};
 }
 
-// A monitor that is safe at the time 0 with the counter 20.
-Bytes safe_monitor(const Plan& plan) {
-  Monitor monitor(plan);
-  static_cast<void>(monitor.self_test(plan.fingerprint()));
+// Good frames up to the time 0 and the counter 20.
+void make_safe(Monitor& monitor, const Plan& plan) {
   for (std::uint32_t counter = 10; counter <= 20; ++counter) {
     const FrameBits sent = Probe::bits(plan, Probe::words(counter));
     monitor.step(OneClock{(std::int64_t{counter} - 20) * cycle}, sent.view());
   }
+}
+Bytes safe_monitor(const Plan& plan) {
+  Monitor monitor(plan);
+  static_cast<void>(monitor.self_test(plan.fingerprint()));
+  make_safe(monitor, plan);
   return Bytes(monitor);
 }
 
+// With any two bits of a word changed, and any bit; under emulation one word of eight.
+void with_any_two_bits(Bytes& bytes, const auto& expect) {
+  const auto step = static_cast<std::size_t>(32U * test::rounds(1, 8));
+  for (std::size_t word = 0; word < Bytes::size_bits; word += step) {
+    for (std::size_t a = word; a < word + 32U; ++a) {
+      bytes.flip(a);
+      expect(a, a);
+      for (std::size_t b = word; b < a; ++b) {
+        bytes.flip(b);
+        expect(a, b);
+        bytes.flip(b);
+      }
+      bytes.flip(a);
+    }
+  }
+}
+
 BISS_TEST(SafetyMemory, AnyBitOfASafeMonitor_NeverMakesItAcceptAWrongFrame) {
-  const Plan plan = plan_of([](SafetySetup&) {});
+  const Plan plan = usual_plan();
   const Probe probe(plan);
   Bytes bytes = safe_monitor(plan);
   BISS_ASSERT(bytes.monitor().state() == SafetyState::safe);
@@ -137,26 +155,16 @@ BISS_TEST(SafetyMemory, AnyBitOfASafeMonitor_NeverMakesItAcceptAWrongFrame) {
 }
 
 BISS_TEST(SafetyMemory, AnyTwoBitsOfAWord_NeverMakeASafeMonitorAcceptAWrongFrame) {
-  const Plan plan = plan_of([](SafetySetup&) {});
+  const Plan plan = usual_plan();
   const Probe probe(plan);
   Bytes bytes = safe_monitor(plan);
-  // Under emulation one word of eight.
-  const auto step = static_cast<std::size_t>(32U * test::rounds(1, 8));
-  for (std::size_t word = 0; word < Bytes::size_bits; word += step) {
-    for (std::size_t a = word; a < word + 32U; ++a) {
-      bytes.flip(a);
-      for (std::size_t b = word; b < a; ++b) {
-        bytes.flip(b);
-        BISS_EXPECT_EQ(probe.accepted_by(bytes), 0) << a << " " << b;
-        bytes.flip(b);
-      }
-      bytes.flip(a);
-    }
-  }
+  with_any_two_bits(bytes, [&](std::size_t a, std::size_t b) {
+    BISS_EXPECT_EQ(probe.accepted_by(bytes), 0) << a << " " << b;
+  });
 }
 
 BISS_TEST(SafetyMemory, SameBitOfTwoWords_ChangesTheChecksum) {
-  const Plan plan = plan_of([](SafetySetup&) {});
+  const Plan plan = usual_plan();
   const Probe probe(plan);
   Bytes bytes = safe_monitor(plan);
   constexpr std::size_t begin = sizeof(Plan) * 8U;
@@ -177,7 +185,7 @@ BISS_TEST(SafetyMemory, SameBitOfTwoWords_ChangesTheChecksum) {
 
 // A monitor that must refuse every frame: latched, failed, untested.
 BISS_TEST(SafetyMemory, AnyTwoBitsOfAMonitorThatRefuses_GiveNoPosition) {
-  const Plan plan = plan_of([](SafetySetup&) {});
+  const Plan plan = usual_plan();
   const Probe probe(plan);
   Bytes latched_one = safe_monitor(plan);
   latched_one.monitor().step(OneClock{cycle / 2}, BitView());
@@ -187,23 +195,14 @@ BISS_TEST(SafetyMemory, AnyTwoBitsOfAMonitorThatRefuses_GiveNoPosition) {
   BISS_EXPECT_EQ(latched_one.monitor().state(), SafetyState::latched);
   BISS_EXPECT_EQ(failed_one.monitor().state(), SafetyState::failed);
   for (Bytes bytes : {latched_one, failed_one, Bytes(Monitor(plan))}) {
-    const auto step = static_cast<std::size_t>(32U * test::rounds(1, 8));
-    for (std::size_t word = 0; word < Bytes::size_bits; word += step) {
-      for (std::size_t a = word; a < word + 32U; ++a) {
-        bytes.flip(a);
-        for (std::size_t b = word; b <= a; ++b) {
-          if (b != a) bytes.flip(b);
-          BISS_EXPECT(!Probe::gives_position(bytes, cycle, probe.good)) << a << " " << b;
-          if (b != a) bytes.flip(b);
-        }
-        bytes.flip(a);
-      }
-    }
+    with_any_two_bits(bytes, [&](std::size_t a, std::size_t b) {
+      BISS_EXPECT(!Probe::gives_position(bytes, cycle, probe.good)) << a << " " << b;
+    });
   }
 }
 
 BISS_TEST(SafetyMemory, AnyBitOfAPlan_FailsTheSelfTestOrIsRefusedInEveryFrame) {
-  const Plan plan = plan_of([](SafetySetup&) {});
+  const Plan plan = usual_plan();
   const Probe probe(plan);
   for (std::size_t bit = 0; bit < sizeof(Plan) * 8U;
        bit += static_cast<std::size_t>(test::rounds(1, 64))) {
@@ -212,16 +211,13 @@ BISS_TEST(SafetyMemory, AnyBitOfAPlan_FailsTheSelfTestOrIsRefusedInEveryFrame) {
     bytes[bit / 8U] = static_cast<unsigned char>(bytes[bit / 8U] ^ (1U << (bit % 8U)));
     Monitor monitor(wrong);
     if (!monitor.self_test(plan.fingerprint())) continue;
-    for (std::uint32_t counter = 10; counter <= 20; ++counter) {
-      const FrameBits sent = Probe::bits(plan, Probe::words(counter));
-      monitor.step(OneClock{(std::int64_t{counter} - 20) * cycle}, sent.view());
-    }
+    make_safe(monitor, plan);
     BISS_EXPECT_EQ(probe.accepted_by(Bytes(monitor)), 0) << bit;
   }
 }
 
 BISS_TEST(SafetyMemory, AChangedBit_IsNamedOnceAndThenHolds) {
-  const Plan plan = plan_of([](SafetySetup&) {});
+  const Plan plan = usual_plan();
   const Probe probe(plan);
   Bytes bytes = safe_monitor(plan);
   // The monitor's memory lies behind its plan.
@@ -238,7 +234,7 @@ BISS_TEST(SafetyMemory, AChangedBit_IsNamedOnceAndThenHolds) {
 }
 
 BISS_TEST(SafetyMemory, AChangedPlan_IsAFaultThatHoldsAfterItIsRightAgain) {
-  const Plan plan = plan_of([](SafetySetup&) {});
+  const Plan plan = usual_plan();
   const Probe probe(plan);
   const Bytes sound = safe_monitor(plan);
   unsigned named = 0;
@@ -279,7 +275,7 @@ BISS_TEST(SafetyMemory, NoFunction_KeepsAChangedBit) {
       [](Monitor& m) { m.expect_position(1, 2); },
       [](Monitor& m) { m.watch(OneClock{cycle}); },
   };
-  const Plan plan = plan_of([](SafetySetup&) {});
+  const Plan plan = usual_plan();
   const Bytes safe_one = safe_monitor(plan);
   Bytes latched_one = safe_one;
   latched_one.monitor().step(OneClock{cycle / 2}, BitView());
@@ -296,7 +292,7 @@ BISS_TEST(SafetyMemory, NoFunction_KeepsAChangedBit) {
 
 // The length of the frame and the engines of the CRCs are in the plan, not in its fingerprint.
 BISS_TEST(SafetyMemory, PlanWithAnotherLengthOrEngine_IsNoLongerItself) {
-  const Plan plan = plan_of([](SafetySetup&) {});
+  const Plan plan = usual_plan();
   BISS_EXPECT(plan.is(plan.fingerprint()));
   unsigned lengths = 0;
   unsigned engines = 0;
@@ -319,7 +315,7 @@ BISS_TEST(SafetyMemory, PlanWithAnotherLengthOrEngine_IsNoLongerItself) {
 }
 
 BISS_TEST(SafetyMemory, AnyTwoBitsOfAJudgement_NeverChangeOrInventAPosition) {
-  const Plan plan = plan_of([](SafetySetup&) {});
+  const Plan plan = usual_plan();
   const Probe probe(plan);
   Bytes safe_one = safe_monitor(plan);
   Monitor& monitor = safe_one.monitor();
