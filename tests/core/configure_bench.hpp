@@ -116,6 +116,17 @@ inline EncoderSlave encoder(const FrameFormat& format, const SlaveTiming& timing
                       Encoder{Server(registers, description.options), &state});
 }
 
+/// A part of a data sheet with its checksum, in a bank that is read-only.
+template <class Part>
+void put_part(Registers& registers, std::size_t bank, const Part& part) {
+  registers.bank(bank) = RegisterBank(sealed(build_bank(part)), RegisterProtection::read_only);
+}
+inline EdsBank content_of(Registers& registers, std::size_t bank) {
+  EdsBank bytes{};
+  for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = registers.bank(bank)[i];
+  return bytes;
+}
+
 /// Bank 1: a common part with one channel; bank 2: its BP3 part, 12 bits of turns.
 inline void put_eds(Registers& registers, std::uint16_t profile) {
   const auto position = static_cast<std::uint8_t>((profile & 0x7FU) - 2U);
@@ -130,8 +141,8 @@ inline void put_eds(Registers& registers, std::uint16_t profile) {
   common.channels[0] = {.bank = 2, .dlen = static_cast<std::uint8_t>(position + 2), .cpoly = 0x21};
   Bp3Part part{.bp_id = profile, .mt_len = 12};
   part.fi_len = static_cast<std::uint8_t>(position - 12);
-  registers.bank(1) = RegisterBank(sealed(build_bank(common)), RegisterProtection::read_only);
-  registers.bank(2) = RegisterBank(sealed(build_bank(part)), RegisterProtection::read_only);
+  put_part(registers, 1, common);
+  put_part(registers, 2, part);
 }
 
 inline FrameFormat format_of_profile(std::uint16_t profile) {
@@ -140,6 +151,12 @@ inline FrameFormat format_of_profile(std::uint16_t profile) {
 
 inline constexpr SlaveTiming usual_timing{.ready = microseconds(3),
                                           .timeout = {TimeoutRule::fixed, microseconds(20)}};
+/// The timing of slave `k` of a daisy chain.
+constexpr SlaveTiming chain_timing(std::size_t k) {
+  SlaveTiming timing = usual_timing;
+  timing.chained = k != 0;
+  return timing;
+}
 
 /// A master that configures itself, and the encoders.
 template <class Device>
@@ -187,6 +204,14 @@ struct Line {
     }
     BISS_EXPECT(out.level);
     return cycle.done();
+  }
+  /// Runs the complete configuration, which succeeds. \return its result, or nothing
+  std::optional<Configuration> configured() {
+    BISS_EXPECT(run());
+    const auto result = cycle.result();
+    if (result.ok()) return *result;
+    BISS_EXPECT(result.ok()) << "cause " << static_cast<int>(result.error().cause);
+    return std::nullopt;
   }
   ConfigureError cause() const {
     const auto result = cycle.result();

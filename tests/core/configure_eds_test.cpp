@@ -23,9 +23,8 @@ BISS_TEST(ConfigureEds, GoodDataSheet_GivesFormatAndTimingAndBselIsPutBack) {
     Encoders<1> device{{with_eds(state, 0x621E)}};
     device.registers().write(0, reg::bsel, bsel);
     Line line(device, {}, nanoseconds(150));
-    BISS_ASSERT(line.run());
-    const auto result = line.cycle.result();
-    BISS_ASSERT(result.ok()) << "cause " << static_cast<int>(result.error().cause);
+    const auto result = line.configured();
+    BISS_ASSERT(result.has_value());
     const ChannelFormat& channel = result->format.channel_list[0];
     BISS_EXPECT_EQ(channel.multiturn.bits, 12);
     BISS_EXPECT_EQ(channel.singleturn.bits, 16);
@@ -77,9 +76,8 @@ BISS_TEST(ConfigureEds, WrongChecksumOfTheChannelsPart_LeavesItToIdentifierAndCo
   Encoders<1> device{{with_eds(state, 0x621E)}};
   device.registers().bank(2)[0x0A] = 10;
   Line line(device);
-  BISS_ASSERT(line.run());
-  const auto result = line.cycle.result();
-  BISS_ASSERT(result.ok()) << "cause " << static_cast<int>(result.error().cause);
+  const auto result = line.configured();
+  BISS_ASSERT(result.has_value());
   BISS_EXPECT(result->format == format_of_profile(0x621E));
   BISS_EXPECT(result->timing.clock_max == megahertz(8));
   BISS_EXPECT(result->slaves()[0].eds_unused);
@@ -96,9 +94,8 @@ BISS_TEST(ConfigureEds, EmptyAndErasedBanks_AreNoDataSheet) {
       empty.fill(fill);
       device.registers().bank(1) = RegisterBank(empty, RegisterProtection::read_only);
       Line line(device);
-      BISS_ASSERT(line.run());
-      const auto result = line.cycle.result();
-      BISS_ASSERT(result.ok());
+      const auto result = line.configured();
+      BISS_ASSERT(result.has_value());
       BISS_EXPECT(result->format_source == ValueSource::profile);
       // 0xFF is "none" on some devices.
       BISS_EXPECT_EQ(result->slaves()[0].eds_unused, bank == 1);
@@ -111,10 +108,7 @@ BISS_TEST(ConfigureEds, MoreChannelsThanSlaves_IsAContradiction) {
   for (const bool offset : {false, true}) {
     EncoderState state{};
     Encoders<1> device{{with_eds(state, 0x621E)}};
-    RegisterBank& bank = device.registers().bank(1);
-    EdsBank bytes{};
-    for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = bank[i];
-    CommonPart common = parse_common_part(bytes);
+    CommonPart common = parse_common_part(content_of(device.registers(), 1));
     if (offset) {
       common.sl_off = 1;
     } else {
@@ -122,7 +116,7 @@ BISS_TEST(ConfigureEds, MoreChannelsThanSlaves_IsAContradiction) {
       common.channels[1] = common.channels[0];
       common.channels[1].bank = 3;
     }
-    bank = RegisterBank(sealed(build_bank(common)), RegisterProtection::read_only);
+    put_part(device.registers(), 1, common);
     Line line(device);
     BISS_ASSERT(line.run());
     BISS_EXPECT(line.cause() == ConfigureError::eds_contradiction);
@@ -138,8 +132,7 @@ BISS_TEST(ConfigureEds, MoreSlavesThanOnTheLine_AreAContradiction) {
     CommonPart common{.eds_len = 2, .tma = 125, .dc_num = channels, .sl_num = 2};
     common.channels[0] = {.bank = 2, .dlen = 30, .cpoly = 0x21};
     if (channels == 2) common.channels[1] = {.bank = 3, .dlen = 30, .cpoly = 0x21};
-    device.registers().bank(1) =
-        RegisterBank(sealed(build_bank(common)), RegisterProtection::read_only);
+    put_part(device.registers(), 1, common);
     Line line(device);
     BISS_ASSERT(line.run());
     BISS_EXPECT(line.cause() == ConfigureError::eds_contradiction);
@@ -152,12 +145,10 @@ BISS_TEST(ConfigureEds, DeviceOfTwoSlaves_IsDescribedByEitherOfThem) {
   for (const std::uint8_t holder : {std::uint8_t{0}, std::uint8_t{1}}) {
     std::array<EncoderState, 3> states{};
     constexpr std::array<std::uint16_t, 3> profiles{0x6214, 0x621E, 0x620E};
-    SlaveTiming chained = usual_timing;
-    chained.chained = true;
     const auto one = [&](std::size_t k) {
       states[k].position = 0x80 + k;
       // Only the third slave gives its profile in its registers.
-      return encoder(format_of_profile(profiles[k]), k == 0 ? usual_timing : chained,
+      return encoder(format_of_profile(profiles[k]), chain_timing(k),
                      {.profile = k == 2 ? profiles[2] : std::uint16_t{0},
                       .eds_bank = static_cast<std::uint8_t>(k == holder ? 1 : 0)},
                      states[k]);
@@ -167,16 +158,12 @@ BISS_TEST(ConfigureEds, DeviceOfTwoSlaves_IsDescribedByEitherOfThem) {
     common.channels[0] = {.bank = 2, .dlen = 0x14, .cpoly = 0x21};
     common.channels[1] = {.bank = 3, .dlen = 0x1E, .cpoly = 0x21};
     Registers& registers = device.registers(holder);
-    constexpr auto read_only = RegisterProtection::read_only;
-    registers.bank(1) = RegisterBank(sealed(build_bank(common)), read_only);
-    registers.bank(2) =
-        RegisterBank(sealed(build_bank(Bp3Part{.bp_id = 0x6214, .fi_len = 18})), read_only);
-    registers.bank(3) =
-        RegisterBank(sealed(build_bank(Bp3Part{.bp_id = 0x621E, .fi_len = 28})), read_only);
+    put_part(registers, 1, common);
+    put_part(registers, 2, Bp3Part{.bp_id = 0x6214, .fi_len = 18});
+    put_part(registers, 3, Bp3Part{.bp_id = 0x621E, .fi_len = 28});
     Line line(device);
-    BISS_ASSERT(line.run());
-    const auto result = line.cycle.result();
-    BISS_ASSERT(result.ok()) << "cause " << static_cast<int>(result.error().cause);
+    const auto result = line.configured();
+    BISS_ASSERT(result.has_value());
     BISS_EXPECT(result->slaves()[0].source == ValueSource::eds);
     BISS_EXPECT(result->slaves()[1].source == ValueSource::eds);
     BISS_EXPECT(result->slaves()[2].source == ValueSource::profile);
@@ -195,23 +182,19 @@ BISS_TEST(ConfigureEds, IdentifierOfASlaveOfTheDevice_CountsBeforeAndAfterTheHol
   for (const std::uint8_t holder : {std::uint8_t{0}, std::uint8_t{1}}) {
     std::array<EncoderState, 2> states{};
     constexpr std::array<std::uint16_t, 2> profiles{0x6214, 0x621E};
-    SlaveTiming chained = usual_timing;
-    chained.chained = true;
     const auto one = [&](std::size_t k) {
       return encoder(
-          format_of_profile(profiles[k]), k == 0 ? usual_timing : chained,
+          format_of_profile(profiles[k]), chain_timing(k),
           {.profile = profiles[k], .eds_bank = static_cast<std::uint8_t>(k == holder ? 1 : 0)},
           states[k]);
     };
     Encoders<2> device{{one(0), one(1)}};
     // No channel has a part, and neither length is given.
     const CommonPart common{.eds_len = 1, .tma = 200, .dc_num = 2, .sl_num = 2, .sl_off = holder};
-    device.registers(holder).bank(1) =
-        RegisterBank(sealed(build_bank(common)), RegisterProtection::read_only);
+    put_part(device.registers(holder), 1, common);
     Line line(device);
-    BISS_ASSERT(line.run());
-    const auto result = line.cycle.result();
-    BISS_ASSERT(result.ok()) << "cause " << static_cast<int>(result.error().cause);
+    const auto result = line.configured();
+    BISS_ASSERT(result.has_value());
     BISS_EXPECT(result->clock_source == ValueSource::eds);
     for (std::size_t k = 0; k < 2; ++k) {
       BISS_EXPECT(result->format.channel_list[1 - k] ==
@@ -230,8 +213,7 @@ BISS_TEST(ConfigureEds, IdentifierOfASlaveOfTheDevice_CountsBeforeAndAfterTheHol
   if (part_bank != 0) {
     CommonPart common{.eds_len = 1, .tma = 200, .dc_num = 1, .sl_num = 1};
     common.channels[0].bank = part_bank;
-    device.registers().bank(1) =
-        RegisterBank(sealed(build_bank(common)), RegisterProtection::read_only);
+    put_part(device.registers(), 1, common);
   }
   Line line(device);
   BISS_EXPECT(line.run());
@@ -267,10 +249,9 @@ void put_safety_eds(Registers& registers) {
   common.channels[1] = {.bank = 3, .dlen = 30, .cpoly = 0x21};
   const Bp3Part spw{.bp_id = 0x7330, .cpoly = 0xC86C};
   const Bp3Part cpw{.bp_id = 0x6324, .mt_len = 12, .fi_len = 16};
-  constexpr auto read_only = RegisterProtection::read_only;
-  registers.bank(1) = RegisterBank(sealed(build_bank(common)), read_only);
-  registers.bank(2) = RegisterBank(sealed(build_bank(spw)), read_only);
-  registers.bank(3) = RegisterBank(sealed(build_bank(cpw)), read_only);
+  put_part(registers, 1, common);
+  put_part(registers, 2, spw);
+  put_part(registers, 3, cpw);
 }
 
 // C = 1 in both words. A wrong start value of an encoder's CRC makes every frame of it wrong.
@@ -280,22 +261,19 @@ BISS_TEST(ConfigureEds, SafetyEncoderWithC_IsReadWithBothCrcs) {
       std::array<EncoderState, 2> states{EncoderState{.position = 0x12'3456},
                                          EncoderState{.position = 0x123'4567}};
       constexpr std::array<std::uint16_t, 2> profiles{0x7330, 0x6324};
-      SlaveTiming chained = usual_timing;
-      chained.chained = true;
       const auto one = [&](std::size_t k) {
         FrameFormat format =
             parse_format(k == 0 ? "pos24,nE,nW,lc6,crc16" : "pos28,nE,nW,crc6").value();
         if (k == damaged) format.channel_list[0].crc.start = 1;
         const auto bank = static_cast<std::uint8_t>(eds && k == 1 ? 1 : 0);
-        return encoder(format, k == 0 ? usual_timing : chained,
-                       {.profile = profiles[k], .eds_bank = bank}, states[k]);
+        return encoder(format, chain_timing(k), {.profile = profiles[k], .eds_bank = bank},
+                       states[k]);
       };
       Encoders<2> device{{one(0), one(1)}};
       if (eds) put_safety_eds(device.registers(1));
       Line line(device);
-      BISS_ASSERT(line.run());
-      const auto result = line.cycle.result();
-      BISS_ASSERT(result.ok()) << "cause " << static_cast<int>(result.error().cause);
+      const auto result = line.configured();
+      BISS_ASSERT(result.has_value());
       BISS_EXPECT(format_text(result->format).view() ==
                   (eds ? "mt12,st16,nE,nW,crc6+pos24,nE,nW,lc6,crc16"
                        : "pos28,nE,nW,crc6+pos24,nE,nW,lc6,crc16"));
@@ -336,8 +314,7 @@ BISS_TEST(ConfigureEds, CountsThatContradictTheirLengths_AreRefusedAndSaid) {
   put_eds(device.registers(), 0x6221);
   const Bp3Part part{
       .bp_id = 0x6221, .co_len = 31, .co_fmt = 1, .mt_cnt = 4096, .sip_cnt = 1, .sip_res = 524'288};
-  device.registers().bank(2) =
-      RegisterBank(sealed(build_bank(part)), RegisterProtection::read_only);
+  put_part(device.registers(), 2, part);
   Findings seen;
   Line line(device, {.findings = {Findings::take, &seen}});
   BISS_ASSERT(line.run());
@@ -360,15 +337,13 @@ BISS_TEST(ConfigureEds, FindingWithoutContradiction_IsSaidAndCounted) {
     Bp3Part part{.bp_id = 0x621E, .mt_len = 12, .fi_len = 16};
     part.tmp_min = 500;  // above the highest temperature: nothing of the frame
     part.tmp_max = 400;
-    device.registers().bank(2) =
-        RegisterBank(sealed(build_bank(part)), RegisterProtection::read_only);
+    put_part(device.registers(), 2, part);
     Findings seen;
     ConfigureOptions options;
     if (taken) options.findings = {Findings::take, &seen};
     Line line(device, options);
-    BISS_ASSERT(line.run());
-    const auto result = line.cycle.result();
-    BISS_ASSERT(result.ok()) << "cause " << static_cast<int>(result.error().cause);
+    const auto result = line.configured();
+    BISS_ASSERT(result.has_value());
     BISS_EXPECT_EQ(result->slaves()[0].eds_findings, 1);
     BISS_EXPECT_EQ(seen.count, taken ? 1U : 0U);
   }
@@ -380,15 +355,11 @@ BISS_TEST(ConfigureEds, FindingWithoutContradiction_IsSaidAndCounted) {
   EncoderState state{};
   Encoders<1> device{{with_eds(state, 0x621E)}};
   Registers& registers = device.registers();
-  EdsBank bank{};
-  for (std::size_t i = 0; i < bank.size(); ++i) bank[i] = registers.bank(1)[i];
-  CommonPart common = parse_common_part(bank);
-  for (std::size_t i = 0; i < bank.size(); ++i) bank[i] = registers.bank(2)[i];
-  Bp3Part part = parse_bp3_part(bank);
+  CommonPart common = parse_common_part(content_of(registers, 1));
+  Bp3Part part = parse_bp3_part(content_of(registers, 2));
   change(common, part);
-  constexpr auto read_only = RegisterProtection::read_only;
-  registers.bank(1) = RegisterBank(sealed(build_bank(common)), read_only);
-  registers.bank(2) = RegisterBank(sealed(build_bank(part)), read_only);
+  put_part(registers, 1, common);
+  put_part(registers, 2, part);
   Line line(device);
   BISS_EXPECT(line.run());
   const auto result = line.cycle.result();
@@ -440,12 +411,10 @@ BISS_TEST(ConfigureEds, LeftAlignedTurns_AreDividedFromTheirZeros) {
                      .mt_cnt = 256,
                      .sip_cnt = 1,
                      .sip_res = 65536};
-  device.registers().bank(2) =
-      RegisterBank(sealed(build_bank(part)), RegisterProtection::read_only);
+  put_part(device.registers(), 2, part);
   Line line(device);
-  BISS_ASSERT(line.run());
-  const auto result = line.cycle.result();
-  BISS_ASSERT(result.ok());
+  const auto result = line.configured();
+  BISS_ASSERT(result.has_value());
   BISS_EXPECT(result->format == sent);
   const auto frame = read_with(*result, device, line.now + microseconds(50), {});
   BISS_ASSERT(frame.ok());

@@ -44,9 +44,8 @@ BISS_TEST(Configure, RegistersOfAnMhm_GiveBp3With28BitsAndTheMasterReads) {
     EncoderState state{.position = 0x0ABC'DEF};
     Encoders<1> device{{mhm(state)}};
     Line line(device, {}, nanoseconds(delay));
-    BISS_ASSERT(line.run());
-    const auto result = line.cycle.result();
-    BISS_ASSERT(result.ok()) << "cause " << static_cast<int>(result.error().cause);
+    const auto result = line.configured();
+    BISS_ASSERT(result.has_value());
     const FrameFormat& format = result->format;
     BISS_EXPECT(format == format_of_profile(0x621E));
     BISS_EXPECT_EQ(format.channel_list[0].position_bits(), 28);
@@ -83,9 +82,8 @@ BISS_TEST(Configure, DeviceThatKeepsItsChannels_IsConfiguredAllTheSame) {
       Encoders<1> device{
           {encoder(format_of_profile(0x621E), usual_timing, {.profile = 0x621E}, state)}};
       Line line(device, {.switch_channels = try_it}, nanoseconds(330));
-      BISS_ASSERT(line.run());
-      const auto result = line.cycle.result();
-      BISS_ASSERT(result.ok()) << "cause " << static_cast<int>(result.error().cause);
+      const auto result = line.configured();
+      BISS_ASSERT(result.has_value());
       BISS_EXPECT(!result->channels_were_switched);
       BISS_EXPECT(line.cycle.configurator().unrestored() == Unrestored{});
       const auto frame = read_with(*result, device, line.now + microseconds(50), nanoseconds(330));
@@ -160,9 +158,8 @@ BISS_TEST(Configure, OldDeviceWithoutWInversion_IsWaitedFor) {
   device.registers().put(reg::dev_sn, std::span(nothing).first<4>(),
                          RegisterProtection::not_available);
   Line line(device);
-  BISS_ASSERT(line.run());
-  const auto result = line.cycle.result();
-  BISS_ASSERT(result.ok()) << "cause " << static_cast<int>(result.error().cause);
+  const auto result = line.configured();
+  BISS_ASSERT(result.has_value());
   BISS_EXPECT(!result->slaves()[0].identity && !result->slaves()[0].serial);
   BISS_EXPECT(result->slaves()[0].eds_unused);
   BISS_EXPECT_EQ(device.registers().bsel(), 0);
@@ -230,9 +227,8 @@ BISS_TEST(Configure, OneByteAtATime_IsEnough) {
       format_of_profile(0x6214), usual_timing,
       {.profile = 0x6214, .serial = 0x1234'5678, .options = {.sequence_bytes = 1}}, state)}};
   Line line(device);
-  BISS_ASSERT(line.run());
-  const auto result = line.cycle.result();
-  BISS_ASSERT(result.ok());
+  const auto result = line.configured();
+  BISS_ASSERT(result.has_value());
   BISS_EXPECT_EQ(result->slaves()[0].serial.value_or(0), 0x1234'5678);
   BISS_EXPECT_EQ(result->slaves()[0].identity->device, 0x4142'4344'4546);
 }
@@ -262,11 +258,9 @@ BISS_TEST(Configure, MakerWithAnotherUseOfBsel_IsNotWrittenTo) {
 BISS_TEST(Configure, ChainOfThree_IsAskedOneByOneAndReadHighestIdFirst) {
   std::array<EncoderState, 3> states{};
   constexpr std::array<std::uint16_t, 3> profiles{0x620E, 0x6214, 0x621E};
-  SlaveTiming chained = usual_timing;
-  chained.chained = true;
   const auto one = [&](std::size_t k) {
     states[k].position = 0x100 + k;
-    return encoder(format_of_profile(profiles[k]), k == 0 ? usual_timing : chained,
+    return encoder(format_of_profile(profiles[k]), chain_timing(k),
                    {.profile = profiles[k], .serial = static_cast<std::uint32_t>(1000 + k)},
                    states[k]);
   };
@@ -274,9 +268,8 @@ BISS_TEST(Configure, ChainOfThree_IsAskedOneByOneAndReadHighestIdFirst) {
     Encoders<3> device{{one(0), one(1), one(2)}};
     states[1].obeys_channels = middle_obeys;
     Line line(device, {}, nanoseconds(400));
-    BISS_ASSERT(line.run());
-    const auto result = line.cycle.result();
-    BISS_ASSERT(result.ok()) << "cause " << static_cast<int>(result.error().cause);
+    const auto result = line.configured();
+    BISS_ASSERT(result.has_value());
     BISS_ASSERT_EQ(result->slave_count, 3);
     // busy_s is unknown; each further device may take one clock.
     BISS_EXPECT_EQ(result->start_delay_clocks, 8 + 2);
