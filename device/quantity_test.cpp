@@ -2,10 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdio>
 #include <locale>
 #include <random>
 #include <string>
+
+#include "tests/common/german_punctuation.hpp"
+#include "tests/common/random.hpp"
 
 namespace biss {
 namespace quantity_test {
@@ -213,9 +215,7 @@ TEST(TextOf, Quantities_ReadWell) {
 }
 
 TEST(TextOf, RandomQuantities_ParseBackTheSame) {
-  const auto seed = std::random_device{}();
-  std::printf("seed %u\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random = test::random_of();
   for (int i = 0; i < 20'000; ++i) {
     const auto hz =
         hertz(static_cast<std::uint32_t>(1 + (random() % 0xFFFFFFFFU >> random() % 32)));
@@ -230,9 +230,7 @@ TEST(TextOf, RandomQuantities_ParseBackTheSame) {
 }
 
 TEST(Quantities, RandomText_IsParsedOrRefusedWithAPlaceInside) {
-  const auto seed = std::random_device{}();
-  std::printf("seed %u\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random = test::random_of();
   const std::string alphabet = "0123456789.,-+ xXeEmkMGHznuspc\xC2\xB5\xCE\xBC\n\xff";
   for (int i = 0; i < 50'000; ++i) {
     std::string text;
@@ -253,12 +251,6 @@ TEST(Quantities, RandomText_IsParsedOrRefusedWithAPlaceInside) {
     }
   }
 }
-
-struct CommaPunctuation : std::numpunct<char> {
-  char do_decimal_point() const override { return ','; }
-  char do_thousands_sep() const override { return '.'; }
-  std::string do_grouping() const override { return "\3"; }
-};
 
 TEST(Duty, Percent_IsInThousandths) {
   EXPECT_EQ(*parse_duty("45%"), 450U);
@@ -291,7 +283,7 @@ TEST(Deviation, EitherSignAndUnit_IsInPartsOfAMillion) {
 }
 
 TEST(Quantities, LocaleWithComma_ChangesNothing) {
-  const std::locale old = std::locale::global(std::locale({}, new CommaPunctuation));
+  const std::locale old = std::locale::global(std::locale({}, new test::GermanPunctuation));
   EXPECT_EQ(rate("1.5MHz"), kilohertz(1'500));
   EXPECT_EQ(text_of(nanoseconds(31'250)), "31.25 us");
   EXPECT_FALSE(parse_rate("1,5MHz").ok());

@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
-#include <cstdio>
 #include <limits>
 #include <locale>
 #include <nlohmann/json.hpp>
@@ -12,6 +11,9 @@
 #include <sstream>
 #include <string>
 #include <vector>
+
+#include "tests/common/german_punctuation.hpp"
+#include "tests/common/random.hpp"
 
 namespace biss::report {
 namespace table_test {
@@ -198,9 +200,7 @@ TEST(Jsonl, EveryByteAlone_ParsesAsOneLine) {
 
 // The writer prints the same as the library for the same values.
 TEST(Jsonl, RandomRows_EqualTheLibrarysText) {
-  const auto seed = std::random_device{}();
-  std::printf("seed %u\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random = test::random_of();
   const std::vector<std::string> pieces = {"a",    "\"",   "\\", "\n", "\t", "\r", "\b",   "\f",
                                            "\x01", "\x1f", "µ",  "€",  "😀",  "/",  "\x7f", " "};
   const std::vector<Column> columns = {{.name = "u", .kind = Kind::unsigned_integer},
@@ -342,16 +342,10 @@ TEST(EveryFormat, SinkThatFailsAtOnce_FailsTheFinish) {
   }
 }
 
-struct GroupedPunctuation : std::numpunct<char> {
-  char do_decimal_point() const override { return ','; }
-  char do_thousands_sep() const override { return '.'; }
-  std::string do_grouping() const override { return "\3"; }
-};
-
 TEST(EveryFormat, LocaleWithCommaAndGroups_ChangesNothing) {
   for (const Format format : {Format::table, Format::csv, Format::jsonl, Format::vcd}) {
     const std::string before = write(format, decode_columns(), decode_rows());
-    const std::locale old = std::locale::global(std::locale({}, new GroupedPunctuation));
+    const std::locale old = std::locale::global(std::locale({}, new test::GermanPunctuation));
     const std::string after = write(format, decode_columns(), decode_rows());
     std::locale::global(old);
     EXPECT_EQ(after, before);

@@ -12,6 +12,9 @@
 #include <string>
 #include <vector>
 
+#include "tests/common/german_punctuation.hpp"
+#include "tests/common/random.hpp"
+
 namespace biss::report {
 namespace text_test {
 
@@ -38,16 +41,10 @@ std::string printable(std::string_view text) {
   return out;
 }
 
-struct GermanPunctuation : std::numpunct<char> {
-  char do_decimal_point() const override { return ','; }
-  char do_thousands_sep() const override { return '.'; }
-  std::string do_grouping() const override { return "\3"; }
-};
-
 // Changes the C++ locale always, the C locale if a German one is installed.
 class GermanLocale {
  public:
-  GermanLocale() : before_(std::locale::global(std::locale({}, new GermanPunctuation))) {
+  GermanLocale() : before_(std::locale::global(std::locale({}, new test::GermanPunctuation))) {
     for (const char* name : {"de_DE.UTF-8", "de_DE.utf8", "de_DE"}) {
       if (std::setlocale(LC_ALL, name) != nullptr) break;
     }
@@ -77,9 +74,7 @@ TEST(Nanoseconds, EndsOfTheRange_AreExact) {
 }
 
 TEST(Nanoseconds, RandomTimes_ReadBackAsTheSamePicoseconds) {
-  const auto seed = std::random_device{}();
-  std::printf("seed %u\n", seed);
-  std::mt19937_64 random(seed);
+  std::mt19937_64 random = test::random_of();
   for (int i = 0; i < 20'000; ++i) {
     const auto count = static_cast<std::int64_t>(random()) >> (random() % 64);
     std::string text = nanoseconds_text(count);
