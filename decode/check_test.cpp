@@ -9,6 +9,7 @@
 #include "biss/eds/bank.hpp"
 #include "biss/frame/format_text.hpp"
 #include "decode/test_line.hpp"
+#include "decode/test_rules.hpp"
 
 namespace biss::decode {
 namespace check_test {
@@ -87,17 +88,7 @@ struct Bench {
     access(header_of(address) + tail, "1" + std::string(15, '0') + tail);
   }
   std::string_view verdict(Rule rule) const { return name_of(check.result(rule).verdict); }
-  // The rules that fail, by name.
-  std::string failing() const {
-    std::string names;
-    for (std::size_t i = 0; i < rule_count; ++i) {
-      const auto rule = static_cast<Rule>(i);
-      if (check.result(rule).verdict != Verdict::fail) continue;
-      names += names.empty() ? "" : " ";
-      names += text_of(rule).name;
-    }
-    return names;
-  }
+  std::string failing() const { return test::failing_rules(check); }
 
   Check check;
   std::uint64_t number = 0;

@@ -13,22 +13,14 @@
 #include "decode/frame_rules.hpp"
 #include "decode/sequence_rules.hpp"
 #include "decode/test_line.hpp"
+#include "decode/test_rules.hpp"
 
 namespace biss::decode {
 namespace rules_test {
 
-constexpr std::string_view safety_format = "pos26,nE,nW,lc6,crc16";
+using test::failing_rules;
 
-std::string failing(const Check& check) {
-  std::string names;
-  for (std::size_t i = 0; i < rule_count; ++i) {
-    const auto rule = static_cast<Rule>(i);
-    if (check.result(rule).verdict != Verdict::fail) continue;
-    names += names.empty() ? "" : " ";
-    names += text_of(rule).name;
-  }
-  return names;
-}
+constexpr std::string_view safety_format = "pos26,nE,nW,lc6,crc16";
 
 void judge(Check& check, const std::vector<wire::Edge>& edges, const CheckSetup& setup) {
   std::uint64_t number = 0;
@@ -285,7 +277,7 @@ TEST(Rules, CapturesThatBreakOne_FailJustThis) {
     SCOPED_TRACE(breach.fails);
     Check check(breach.setup);
     judge(check, breach.line().edges(), breach.setup);
-    EXPECT_EQ(failing(check), breach.fails);
+    EXPECT_EQ(failing_rules(check), breach.fails);
   }
 }
 
@@ -316,7 +308,7 @@ TEST(Rules, Warning_IsMarginal) {
   const CheckSetup setup = setup_of();
   Check check(setup);
   judge(check, with_frame(frame_of(test::usual_format, channel)).edges(), setup);
-  EXPECT_EQ(failing(check), "");
+  EXPECT_EQ(failing_rules(check), "");
   const RuleResult result = check.result(Rule::nW);
   EXPECT_EQ(result.verdict, Verdict::marginal);
   EXPECT_EQ(result.faults, 1U);
