@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -33,6 +34,13 @@ inline Ran run_verb(const std::vector<std::string>& arguments) {
   ran.out = testing::internal::GetCapturedStdout();
   ran.err = testing::internal::GetCapturedStderr();
   return ran;
+}
+
+/// Expects that a run was refused: one line of error, no output.
+inline void expect_wrong_usage(const Ran& ran) {
+  EXPECT_EQ(ran.status, ExitStatus::usage) << ran.err;
+  EXPECT_EQ(ran.out, "");
+  EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
 }
 
 }  // namespace biss::verbs

@@ -108,12 +108,7 @@ TEST(Crc, WrongUsage_IsOneLineAndStatus2) {
       {"-f", "pad3,crc3", "5"},
       {"-f", "pos3,crc3", "1", "--to", "csv"},
   };
-  for (const auto& arguments : wrong) {
-    const Ran ran = crc(arguments);
-    EXPECT_EQ(ran.status, ExitStatus::usage) << ran.err;
-    EXPECT_EQ(ran.out, "");
-    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
-  }
+  for (const auto& arguments : wrong) expect_wrong_usage(crc(arguments));
 }
 
 TEST(Crc, ChannelWithoutPosition_TakesZero) {
@@ -208,12 +203,7 @@ TEST(CrcRead, WrongUsage_IsOneLineAndStatus2) {
       {"-f", "resolute-18", "--read", buffer, "--clock", "20MHz"},
       {"-f", "resolute-18", "1", "--clock", "10MHz"},
   };
-  for (const auto& arguments : wrong) {
-    const Ran ran = crc(arguments);
-    EXPECT_EQ(ran.status, ExitStatus::usage) << ran.err;
-    EXPECT_EQ(ran.out, "");
-    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
-  }
+  for (const auto& arguments : wrong) expect_wrong_usage(crc(arguments));
 }
 
 }  // namespace crc_test

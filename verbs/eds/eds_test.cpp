@@ -301,9 +301,8 @@ TEST_F(Eds, OverrideWithMorePeriodsThanFit_IsNoByteOrder) {
 TEST_F(Eds, OverrideThatCannotBe_IsWrongUsage) {
   for (const char* text : {"MT_LEN", "MT_LEX=1", "MT_LEN=abc", "MT_LEN=256", "bp3.1.MT_LEN=2",
                            "TO_MAX=20us", "common.MT_LEN=1"}) {
-    const Ran ran = eds({"show", path("encoder.eds"), "--override", text});
-    EXPECT_EQ(ran.status, ExitStatus::usage) << text;
-    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
+    SCOPED_TRACE(text);
+    expect_wrong_usage(eds({"show", path("encoder.eds"), "--override", text}));
   }
 }
 

@@ -319,12 +319,7 @@ TEST(Plan, WrongUsage_IsOneLineAndStatus2) {
       {"-f", "pos26", "--release", "256"},
       {"-f", "pos26", "--to", "csv"},
   };
-  for (const auto& arguments : wrong) {
-    const Ran ran = plan(arguments);
-    EXPECT_EQ(ran.status, ExitStatus::usage) << ran.err;
-    EXPECT_EQ(ran.out, "");
-    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
-  }
+  for (const auto& arguments : wrong) expect_wrong_usage(plan(arguments));
 }
 
 }  // namespace plan_test

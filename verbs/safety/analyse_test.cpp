@@ -132,10 +132,7 @@ TEST(SafetyAnalyse, WrongUsage_IsOneLineAndStatus2) {
                                                     {"-f", "fs-36-28", "--ber", "1e-3x"},
                                                     {"-f", "fs-36-28", "--tolerance", "256"},
                                                     {"-f", "fs-36-28", "--limit", "-1"}}) {
-    const Ran ran = analyse(arguments);
-    EXPECT_EQ(ran.status, ExitStatus::usage);
-    EXPECT_EQ(std::count(ran.err.begin(), ran.err.end(), '\n'), 1) << ran.err;
-    EXPECT_TRUE(ran.out.empty());
+    expect_wrong_usage(analyse(arguments));
   }
 }
 
