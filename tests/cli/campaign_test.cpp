@@ -16,6 +16,15 @@ Words campaign(const Words& more) {
          more;
 }
 
+// A short campaign that has saved its state.
+Words saved_campaign(const std::string& state) {
+  const Words arguments(
+      "safety campaign -f rxm --fault flips:0.1 --frames 1000 --no-importance --to csv --state {}",
+      state);
+  run_ok(arguments);
+  return arguments;
+}
+
 const std::string& whole() {
   static const std::string table = run(campaign("--threads 2")).out;
   return table;
@@ -116,10 +125,7 @@ TEST_F(Campaign, StateOfAnotherCampaign_IsRefusedAndKept) {
 
 TEST_F(Campaign, StateWithACountThatCannotBe_IsRefused) {
   const std::string state = folder.path("state.json");
-  const Words arguments(
-      "safety campaign -f rxm --fault flips:0.1 --frames 1000 --no-importance --to csv --state {}",
-      state);
-  run_ok(arguments);
+  const Words arguments = saved_campaign(state);
   const std::string text = content_of(state);
   const std::size_t at = text.find("\"cpw\":[[") + 9;
   const std::size_t comma = text.find(',', at);
@@ -135,10 +141,7 @@ TEST_F(Campaign, StateWithACountThatCannotBe_IsRefused) {
 
 TEST_F(Campaign, ChangedByteOfAState_IsRefused) {
   const std::string state = folder.path("state.json");
-  const Words arguments(
-      "safety campaign -f rxm --fault flips:0.1 --frames 1000 --no-importance --to csv --state {}",
-      state);
-  run_ok(arguments);
+  const Words arguments = saved_campaign(state);
   const std::string text = content_of(state);
   EXPECT_EQ(run(arguments).status, 0) << "as it was written";
   for (std::size_t at = 0; at < text.size(); at += 3) {
