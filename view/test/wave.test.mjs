@@ -121,9 +121,8 @@ test('Waveform_FailedCycle_SaysWhatItsChecksumNeeds', async () => {
   await closed(tab);
 });
 
-test('Waveform_AccessToARegister_IsNamed', async () => {
-  const tab = await opened({ row: '20' }, '-f pos26,nE,nW,crc6 --cycles 100 --access read:0x42');
-  const { page } = tab;
+// The pointer over the access shows its register and outcome.
+async function accessIsNamed(page) {
   const picture = page.locator('.wave-picture');
   await picture.focus();
   await page.keyboard.press('Enter');
@@ -132,6 +131,12 @@ test('Waveform_AccessToARegister_IsNamed', async () => {
   await settled(page);
   await page.mouse.move(box.x + 500, y);
   await page.locator('.wave-pointer', { hasText: /0x42 BP_ID .*no_answer/ }).waitFor();
+}
+
+test('Waveform_AccessToARegister_IsNamed', async () => {
+  const tab = await opened({ row: '20' }, '-f pos26,nE,nW,crc6 --cycles 100 --access read:0x42');
+  const { page } = tab;
+  await accessIsNamed(page);
   await closed(tab);
 });
 
@@ -139,14 +144,7 @@ test('Waveform_AccessInALargeCapture_IsNamed', async () => {
   const tab = await opened({ row: '20' }, '-f pos26,nE,nW,crc6 --cycles 12000 --access read:0x42');
   const { page } = tab;
   assert.ok(Number(/([\d.]+) MB/.exec(await page.locator('.status-bar').innerText())[1]) > 16);
-  const picture = page.locator('.wave-picture');
-  await picture.focus();
-  await page.keyboard.press('Enter');
-  const box = await picture.boundingBox();
-  const y = box.y + lanesOf(box.height, true).access.top + 8;
-  await settled(page);
-  await page.mouse.move(box.x + 500, y);
-  await page.locator('.wave-pointer', { hasText: /0x42 BP_ID .*no_answer/ }).waitFor();
+  await accessIsNamed(page);
   await closed(tab);
 });
 
