@@ -77,8 +77,8 @@ std::optional<Day> day_of_parts(std::string_view year, std::string_view month,
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-// The day of `2024-03-17`, `20240317` or `20240317093000` at the front, without a further digit. Not
-// all digits in a path are dates, so the years are limited.
+// The day of `2024-03-17`, `20240317` or `20240317093000` at the front, without a further digit.
+// Not all digits in a path are dates, so the years are limited.
 std::optional<Day> front_day(std::string_view text) {
   if (text < "1990" || text >= "21") return std::nullopt;
   const auto digits =

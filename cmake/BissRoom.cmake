@@ -47,8 +47,9 @@ function(biss_kind target kind)
   target_link_libraries(${target} PRIVATE biss_core fmt::fmt nlohmann_json::nlohmann_json)
 endfunction()
 
-# A library of the given sources; without sources an interface of its headers. COLD: code that no user
-# waits for. It is compiled with BISS_COLD_OPTIONS: in the release build in 0.6 of the time of -O2.
+# A library of the given sources; without sources an interface of its headers. COLD: code that no
+# user waits for. It is compiled with BISS_COLD_OPTIONS: in the release build in 0.6 of the time of
+# -O2.
 function(biss_room name)
   cmake_parse_arguments(PARSE_ARGV 1 room "COLD" "" "SOURCES;LINKS")
   if(room_UNPARSED_ARGUMENTS)

@@ -329,16 +329,20 @@ std::string page_of_bundle(std::string_view page) {
   std::string text;
   for (;;) {
     const auto label_end = page.find("](");
-    const auto label = page.substr(0, label_end).rfind('[');
     const auto end = page.find(')', label_end);
-    if (label == page.npos || end == page.npos) return text.append(page);
+    if (end == page.npos) return text.append(page);
+    const std::string_view before = page.substr(0, label_end);
+    const auto closed = before.rfind(']');
+    const auto label = before.find('[', closed == before.npos ? 0 : closed);
     const std::string_view link = page.substr(label_end + 2, end - label_end - 2);
-    if (link.starts_with("safety.md") || link.starts_with("safety-matrix.md")) {
-      text.append(page.substr(0, end + 1));
+    if (label == before.npos || link.starts_with("safety.md") ||
+        link.starts_with("safety-matrix.md")) {
+      text.append(page.substr(0, label_end + 1));
+      page.remove_prefix(label_end + 1);
     } else {
-      text.append(page.substr(0, label)).append(page.substr(label + 1, label_end - label - 1));
+      text.append(before.substr(0, label)).append(before.substr(label + 1));
+      page.remove_prefix(end + 1);
     }
-    page.remove_prefix(end + 1);
   }
 }
 

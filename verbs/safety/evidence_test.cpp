@@ -357,6 +357,10 @@ TEST(EvidenceResidual, SafePositionOfEveryConfiguration_IsWithinItsLimitCountedB
 TEST(EvidencePages, LinksOutOfTheBundle_ArePlainText) {
   EXPECT_EQ(page_of_bundle("see [status.md](status.md), [the page](safety.md), a[3](x)"),
             "see status.md, [the page](safety.md), a3");
+  // Brackets that are no link.
+  EXPECT_EQ(page_of_bundle("[a [b](x) a](x) [b](y)"), "a [b a](x) b");
+  EXPECT_EQ(page_of_bundle("[a] b](x) [c](y) [[1]](x)"), "[a] b](x) c [[1]](x)");
+  EXPECT_EQ(page_of_bundle("[a](safety.md#[b](c) [d](e"), "[a](safety.md#b [d](e");
   const std::string page = page_of_bundle(safety_page);
   EXPECT_EQ(page.find("](safety-experiments.md"), std::string::npos);
   EXPECT_NE(page.find("](safety-matrix.md"), std::string::npos);
