@@ -16,8 +16,8 @@ Option& add_page_option(Verb verb, std::string& path);
 
 /// The text of the page. Without a path it is share/biss/biss.html of the command's installation,
 /// otherwise view/dist/biss.html next to the command's build folder.
-/// Throws a VerbError with `io`: there is no page, it cannot be read, or the file is not the page of
-/// biss.
+/// Throws a VerbError with `io`: there is no page, it cannot be read, or the file is not the page
+/// of biss.
 std::string read_page(const std::string& path);
 
 /// An attribute of an element: `data-NAME="VALUE"`. The value is any text.

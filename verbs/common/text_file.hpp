@@ -14,9 +14,9 @@ namespace biss::verbs {
 /// directory", "it is larger than 64 MiB", "cannot read it: …".
 tl::expected<std::string, std::string> read_text_file(const std::string& path);
 
-/// Calls take(line) for the lines of a file, or of standard input for `-`: without `#` comments, and
-/// no empty line. It returns an empty text, or why the line is wrong. The first error ends the file:
-/// it throws a VerbError with `io`.
+/// Calls take(line) for the lines of a file, or of standard input for `-`: without `#` comments,
+/// and no empty line. take() returns an empty text, or why the line is wrong. The first error ends
+/// the file: read_lines() throws a VerbError with `io`.
 /// \param option that names the file
 void read_lines(std::string_view option, const std::string& path,
                 const std::function<std::string(std::string_view line)>& take);
