@@ -1,6 +1,7 @@
 // Counts by cause.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -8,7 +9,6 @@
 #include <type_traits>
 
 #include "biss/base/language.hpp"
-#include "biss/frame/frame.hpp"
 
 namespace biss {
 
@@ -16,8 +16,9 @@ namespace biss {
 /// not a number, because the values of SafetyVerdict are not 0, 1, 2, …
 ///
 /// index_of() of the enumeration numbers the causes, and returns their number for a value that is
-/// not a cause. All such values share one further counter.
-template <class Cause>
+/// not a cause. All such values share one further counter, or the last one without it: `further`
+/// is 1 or 0.
+template <class Cause, std::size_t further = 1>
 class CauseCounts {
  public:
   /// The number of causes.
@@ -26,28 +27,19 @@ class CauseCounts {
 
   /// A counter stops at its largest value.
   constexpr void add(Cause cause) {
-    std::uint32_t& count = counts_[index_of(cause)];
+    std::uint32_t& count = counts_[place_of(cause)];
     if (count != std::numeric_limits<std::uint32_t>::max()) ++count;
   }
-  constexpr std::uint32_t operator[](Cause cause) const { return counts_[index_of(cause)]; }
+  constexpr std::uint32_t operator[](Cause cause) const { return counts_[place_of(cause)]; }
 
  private:
-  std::array<std::uint32_t, size + 1> counts_{};
-};
+  static constexpr std::size_t places = size + further;
 
-/// The results of one encoder's cycles, counted.
-struct CycleCounts {
-  /// Cycles with an answer or a cause.
-  std::uint32_t cycles = 0;
-  /// Cycles with a frame.
-  std::uint32_t good = 0;
-  /// Requests that were not made, because the previous transfer had not ended.
-  std::uint32_t late = 0;
-  /// Requests whose transfer never reported its end.
-  std::uint32_t unanswered = 0;
-  /// Reported ends of transfers without a waiting request. They are ignored.
-  std::uint32_t unexpected = 0;
-  CauseCounts<FrameError> causes{};
+  static constexpr std::size_t place_of(Cause cause) {
+    return std::min(index_of(cause), places - 1);
+  }
+
+  std::array<std::uint32_t, places> counts_{};
 };
 
 }  // namespace biss

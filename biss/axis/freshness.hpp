@@ -6,7 +6,6 @@
 // cause is no_response.
 #pragma once
 
-#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -21,8 +20,13 @@ namespace biss {
 /// buffers, because a transfer that has not ended may still write to its own.
 ///
 /// One interrupt must not interrupt another one here: give them the same priority.
-template <std::size_t max_bytes>
+///
+/// `alignment` is that of a buffer, whose memory ends at a multiple of it: a word by default. With a
+/// data cache it has to be the size of a line.
+template <std::size_t max_bytes, std::size_t alignment = 4>
 class FreshBuffer {
+  static_assert(max_bytes <= 0xFFFF);
+
  public:
   constexpr FreshBuffer() = default;
   // A running transfer writes to this object's buffer; a copy would never receive the bytes.
@@ -37,11 +41,12 @@ class FreshBuffer {
   template <class Start>
   constexpr bool begin(std::size_t bytes, const Start& start) {
     if (bytes == 0 || bytes > max_bytes) return false;
-    const std::span<std::uint8_t> next = std::span(buffers_[1U - current_]).first(bytes);
-    std::fill(next.begin(), next.end(), std::uint8_t{0xFF});
-    if (!start(next)) return false;
-    current_ = 1U - current_;
-    bytes_ = bytes;
+    Buffer& next = buffers_[1U - current_];
+    // All of it, so that the compiler knows the number of words.
+    next.bytes.fill(0xFF);
+    if (!start(std::span(next.bytes).first(bytes))) return false;
+    current_ = static_cast<std::uint8_t>(1U - current_);
+    bytes_ = static_cast<std::uint16_t>(bytes);
     waits_ = true;
     ++number_;
     return true;
@@ -53,7 +58,7 @@ class FreshBuffer {
   constexpr std::optional<std::span<const std::uint8_t>> end() {
     if (!waits_) return std::nullopt;
     waits_ = false;
-    return std::span<const std::uint8_t>(buffers_[current_]).first(bytes_);
+    return std::span<const std::uint8_t>(buffers_[current_].bytes).first(bytes_);
   }
 
   constexpr bool waits() const { return waits_; }
@@ -61,11 +66,15 @@ class FreshBuffer {
   constexpr std::uint32_t number() const { return number_; }
 
  private:
-  std::array<std::array<std::uint8_t, max_bytes>, 2> buffers_{};
-  std::size_t bytes_ = 0;
+  struct alignas(alignment) Buffer {
+    std::array<std::uint8_t, (max_bytes + alignment - 1) / alignment * alignment> bytes{};
+  };
+
   std::uint32_t number_ = 0;
-  std::size_t current_ = 0;
+  std::uint16_t bytes_ = 0;
+  std::uint8_t current_ = 0;
   bool waits_ = false;
+  std::array<Buffer, 2> buffers_{};
 };
 
 }  // namespace biss

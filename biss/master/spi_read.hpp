@@ -199,6 +199,12 @@ constexpr std::size_t spi_bytes(const FrameFormat& format, const SpiSetup& setup
   return (setup.first_bit + spi_clocks(format, setup, timing) + 7U) / 8U;
 }
 
+/// From the request (the first falling edge of MA) to the moment whose position is sent. The
+/// device's time is measured from the first rising edge.
+constexpr Picoseconds sampling_delay(const SpiSetup& setup, const DeviceTiming& timing) {
+  return setup.period / 2 + timing.sampling_typical;
+}
+
 /// The whole clocks of line delay in a good frame.
 /// \pre the frame came from a SpiReader
 template <std::size_t Channels>

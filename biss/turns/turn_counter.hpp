@@ -10,6 +10,18 @@
 
 namespace biss {
 
+/// The step from one count to the next of an encoder that repeats after 2^width_bits counts, in the
+/// shorter direction; half a turn is negative. Bits above the width are ignored.
+/// \pre width_bits is 1…64
+constexpr std::int64_t signed_step(std::uint64_t from, std::uint64_t to, unsigned width_bits) {
+  if (width_bits <= 32) {  // shorter on a processor of 32 bits
+    const unsigned above = 32U - width_bits;
+    return static_cast<std::int32_t>(static_cast<std::uint32_t>(to - from) << above) >> above;
+  }
+  const unsigned above = 64U - width_bits;
+  return static_cast<std::int64_t>((to - from) << above) >> above;
+}
+
 /// How far the number of turns can be trusted.
 enum class TurnState : std::uint8_t {
   empty,      ///< no sample yet

@@ -87,6 +87,25 @@ void step(Sample& sample, Random& random) {
   sample.expected = (sample.value >> 26U) != 0 ? 1 : 0;
 }
 
+void cycle(Sample& sample, Random& random) {
+  const bool first = sample.value == 0;
+  sample.value += static_cast<std::uint64_t>(axis_setup.cycle.count);
+  sample.position += random.below(1U << 20U);
+  if (random.flip()) sample.position -= (1 << 20) - 1;
+  if (first) sample.position = 1 << 25;
+  const auto lead = static_cast<std::uint16_t>(2U + random.below(7));
+  auto bits = frame_bits(static_cast<std::uint64_t>(sample.position) & biss::low_mask(26), lead,
+                         random_ack(random));
+  const bool wrong = !first && random.below(64) == 0;
+  if (wrong) bits.flip(bits.size_bits() - 2U - random.below(28));
+  sample.expected = result_of(
+      wrong   ? biss::AxisPosition{.cause = biss::AxisCause::crc}
+      : first ? biss::AxisPosition{.cause = biss::AxisCause::first}
+              : biss::AxisPosition{.position = sample.position, .state = biss::AxisState::measured});
+  sample.bytes = {};
+  std::copy(bits.bytes().begin(), bits.bytes().end(), sample.bytes.begin());
+}
+
 void data_bit(Sample& sample, Random& random) {
   const biss::Picoseconds half = setup.period / 2;
   const std::uint64_t position = random.bits(26);

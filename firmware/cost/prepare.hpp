@@ -21,6 +21,8 @@ void word(Sample& sample, Random& random);
 
 /// A counter with one sample; `value` has the next sample, across zero every other time.
 void step(Sample& sample, Random& random);
+/// The next cycle of an axis: a step, or one of 64 with a wrong CRC; `value` has the time.
+void cycle(Sample& sample, Random& random);
 /// A slave within its data; MA is high. `value` has the time of the next falling edge.
 void data_bit(Sample& sample, Random& random);
 /// A master within the data; MA is low. `value` has the time of the next rising edge, `index` has

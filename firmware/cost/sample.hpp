@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 
+#include "biss/axis/axis.hpp"
 #include "biss/base/bits.hpp"
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/control/session.hpp"
@@ -66,6 +67,19 @@ inline constexpr biss::SafetySetup safety_setup = [] {
 using SafetyMonitor =
     biss::SafetyMonitor<biss::FixedSafetyPlan<safety_format, safety_setup, biss::CrcTable<8>>>;
 
+/// Steps of up to half a turn. The first frame's time to power up is not over.
+inline constexpr biss::AxisSetup axis_setup{.cycle = biss::nanoseconds(62'500),
+                                            .to_sampling =
+                                                biss::sampling_delay(setup, encoder.timing),
+                                            .max_step = (1 << 20) - 1,
+                                            .trip_after = 100};
+/// The measured position, or the inverted cause.
+constexpr std::uint64_t result_of(const biss::AxisPosition& position) {
+  const bool measured = position.state == biss::AxisState::measured;
+  return measured ? static_cast<std::uint64_t>(position.position)
+                  : ~static_cast<std::uint64_t>(position.cause);
+}
+
 /// A sample begins with an earlier state.
 using MonitorBytes = biss::test::MonitorBytes<SafetyMonitor>;
 
@@ -94,6 +108,8 @@ struct Sample {
   SafetyMonitor* safety = nullptr;
   /// A monitor after its self test.
   const MonitorBytes* tested = nullptr;
+  /// The position of the axis, with turns.
+  std::int64_t position = 0;
   /// The expected result of the measured call.
   std::uint64_t expected = 0;
 
