@@ -116,17 +116,25 @@ class EncoderAxis {
 
   /// Decodes the transfer. Call it in the DMA's interrupt at the end of the transfer. If no request
   /// waits for it, it is ignored and counted as unexpected.
-  constexpr void transfer_complete() {
+  /// \return CDS of the frame; nothing without a frame
+  constexpr std::optional<bool> transfer_complete() {
     const auto received = buffer_.end();
-    if (!received) return count(AxisCause::unexpected);
+    if (!received) [[unlikely]] {
+      count(AxisCause::unexpected);
+      return std::nullopt;
+    }
     const auto frame = reader_->read(*received);
-    if (!frame.ok()) [[unlikely]] return bad(cause_of(frame.error().cause), asked_at_);
+    if (!frame.ok()) [[unlikely]] {
+      bad(cause_of(frame.error().cause), asked_at_);
+      return std::nullopt;
+    }
     const std::uint16_t delay = line_delay_clocks(*frame);
     delay_min_clocks_ = std::min(delay_min_clocks_, delay);
     delay_max_clocks_ = std::max(delay_max_clocks_, delay);
     for (std::size_t k = 0; k < axes; ++k) {
       axes_[k].good(frame->channel_list[k], asked_at_, buffer_.number());
     }
+    return frame->cds;
   }
 
   /// The transfer ended with an error. Call it in the DMA's interrupt for errors.
@@ -145,6 +153,8 @@ class EncoderAxis {
   /// Whether the last request still waits for its answer: position() then belongs to an earlier
   /// request.
   constexpr bool waits() const { return buffer_.waits(); }
+  /// The number of the last request, from 1; 0 before it. It wraps around.
+  constexpr std::uint32_t number() const { return buffer_.number(); }
 
   /// The line delay of all good frames since the last reset, in whole clocks of MA: the smallest and
   /// the largest. Empty before the first one. A delay that changes by more than one clock is a fault

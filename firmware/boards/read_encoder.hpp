@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <span>
 
-#include "biss/axis/counters.hpp"
+#include "biss/axis/encoder_link.hpp"
 #include "biss/base/units.hpp"
 #include "biss/control/register_map.hpp"
 #include "biss/control/session.hpp"
@@ -22,7 +22,6 @@
 #include "biss/master/spi_read.hpp"
 #include "biss/timing/device_timing.hpp"
 #include "firmware/boards/cortex_m.hpp"
-#include "firmware/boards/encoder_link.hpp"
 #include "firmware/platform/console.hpp"
 
 namespace boards {
@@ -48,6 +47,11 @@ inline constexpr biss::SpiReader reader_of{biss::FixedCodec<format>{}, spi_setup
 
 /// From one request to the next: the transfer, the timeout, and some time for the interrupts.
 inline constexpr biss::Picoseconds cycle_time = biss::microseconds(50);
+template <class Board>
+inline constexpr biss::AxisSetup axis_setup{
+    .cycle = cycle_time,
+    .to_sampling = biss::sampling_delay(spi_setup(Board::ma_period), timing),
+    .max_step = 100'000};
 /// A damaged frame ends an access; it is then continued.
 inline constexpr biss::ControlOptions control_options{.retries = 3};
 
@@ -68,10 +72,10 @@ class ReadEncoder {
                                   timing.timeout.time + biss::microseconds(5));
 
   constexpr explicit ReadEncoder(Board& board)
-      : link_(board, reader, cycle_time, control_options) {}
+      : link_(board, reader, axis_setup<Board>, control_options) {}
 
   // The two interrupts.
-  void cycle() { link_.request(); }
+  void cycle() { link_.request(now_ += cycle_time); }
   void transfer_complete() { link_.transfer_complete(); }
   void transfer_failed() { link_.transfer_failed(); }
 
@@ -89,25 +93,28 @@ class ReadEncoder {
   static constexpr std::uint32_t first_cycles = 200;
   static constexpr std::uint32_t written_every = 20;
 
-  Cycle next_cycle() {
-    const std::uint32_t before = cycles();
-    while (cycles() == before) wait_for_interrupt();
-    const InterruptMask mask;
-    return link_.latest();
-  }
-  std::uint32_t cycles() {
-    const InterruptMask mask;
-    return link_.counts().cycles;
+  // Waits for the end of the next cycle; its number counts from 1.
+  std::uint32_t next_cycle() {
+    for (const std::uint32_t before = ended_;; wait_for_interrupt()) {
+      const InterruptMask mask;
+      if (!link_.axis().waits()) ended_ = link_.axis().number();
+      if (ended_ != before) return ended_;
+    }
   }
 
   void read_positions() {
     std::uint32_t next_written = 0;
-    for (Cycle cycle = next_cycle(); cycle.number < first_cycles; cycle = next_cycle()) {
-      if (cycle.fault) {
-        print("cycle ", cycle.number, " ", name_of(cycle.fault->cause), "\n");
-      } else if (cycle.trusted && cycle.number >= next_written) {
-        next_written = (cycle.number / written_every + 1) * written_every;
-        print("cycle ", cycle.number, " position ", cycle.channel.position, "\n");
+    for (std::uint32_t cycle = next_cycle(); cycle <= first_cycles; cycle = next_cycle()) {
+      biss::AxisPosition axis;
+      {
+        const InterruptMask mask;
+        axis = link_.axis().position();
+      }
+      if (axis.cause != biss::AxisCause::ok) {
+        print("cycle ", cycle, " ", name_of(axis.cause), "\n");
+      } else if (cycle >= next_written) {
+        next_written = (cycle / written_every + 1) * written_every;
+        print("cycle ", cycle, " position ", static_cast<std::uint64_t>(axis.position), "\n");
       }
     }
   }
@@ -195,20 +202,19 @@ class ReadEncoder {
   }
 
   void write_counts() {
-    biss::CycleCounts counts;
-    {
+    print("cycles ", link_.axis().number());
+    for (std::size_t i = 0; i < biss::axis_cause_count; ++i) {
+      const auto cause = static_cast<biss::AxisCause>(i);
       const InterruptMask mask;
-      counts = link_.counts();
-    }
-    print("cycles ", counts.cycles, ", good ", counts.good, ", late ", counts.late);
-    for (std::size_t i = 0; i < biss::frame_error_count; ++i) {
-      const auto cause = static_cast<biss::FrameError>(i);
-      if (counts.causes[cause] != 0) print(", ", name_of(cause), " ", counts.causes[cause]);
+      const std::uint32_t count = link_.axis().axis().counts()[cause];
+      if (count != 0) print(", ", name_of(cause), " ", count);
     }
     print("\n");
   }
 
-  EncoderLink<Board, std::remove_cvref_t<decltype(reader)>, reader.bytes()> link_;
+  biss::EncoderLink<Board, std::remove_cvref_t<decltype(reader)>, reader.bytes()> link_;
+  biss::Picoseconds now_{};
+  std::uint32_t ended_ = 0;
   biss::DeviceRegisters registers_{};
   biss::EdsBank common_{};
   biss::EdsBank profile_{};

@@ -1,4 +1,4 @@
-#include "firmware/safe_axis/safe_axis.hpp"
+#include "biss/axis/safe_axis.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,17 +11,15 @@
 #include "biss/safety/configurations.hpp"
 #include "tests/core/test.hpp"
 
-namespace safe_axis {
-namespace safe_axis_test {
+namespace biss::safe_axis_test {
 
-using biss::SafetySetup;
-using enum biss::SafetyVerdict;
+using enum SafetyVerdict;
 
-constexpr auto type = biss::safety_configuration("fs-36-28");
-constexpr biss::Picoseconds cycle = biss::nanoseconds(31'250);
-constexpr biss::Picoseconds bit_period = biss::nanoseconds(100);
+constexpr auto type = safety_configuration("fs-36-28");
+constexpr Picoseconds cycle = nanoseconds(31'250);
+constexpr Picoseconds bit_period = nanoseconds(100);
 constexpr std::size_t buffer_bytes = 32;
-constexpr biss::Picoseconds transfer_time = bit_period * (8 * buffer_bytes);
+constexpr Picoseconds transfer_time = bit_period * (8 * buffer_bytes);
 
 constexpr SafetySetup with_first_value() {
   SafetySetup setup = type.setup;
@@ -31,7 +29,7 @@ constexpr SafetySetup with_first_value() {
 constexpr SafetySetup with_tolerated_faults() {
   SafetySetup setup = type.setup;
   setup.frame_gap_max = cycle * 4;
-  setup.budget = {.faults = 2, .window = biss::milliseconds(10)};
+  setup.budget = {.faults = 2, .window = milliseconds(10)};
   return setup;
 }
 constexpr SafetySetup with_timed_transfers() {
@@ -51,26 +49,26 @@ struct Spi {
 
 template <SafetySetup setup = type.setup>
 struct Bench {
-  using Plan = biss::FixedSafetyPlan<type.frame_format(), setup>;
+  using Plan = FixedSafetyPlan<type.frame_format(), setup>;
 
-  using Axis = SafeAxis<Spi, biss::SafetyMonitor<Plan>, buffer_bytes>;
+  using Axis = SafeAxis<Spi, SafetyMonitor<Plan>, buffer_bytes>;
 
   Spi spi;
   Axis axis{spi};
-  biss::Picoseconds now{};
+  Picoseconds now{};
   std::uint32_t counter = 0;  // of the last answer
   std::uint16_t lead_clocks = 3;
   std::uint16_t ack_clocks = 40;
   bool powered = axis.power_up();
 
-  biss::TwoClocks clocks() const { return {now, now + biss::milliseconds(5)}; }
+  TwoClocks clocks() const { return {now, now + milliseconds(5)}; }
 
   void request() {
     now += cycle;
     axis.request(clocks());
   }
   // The next frame of an encoder without faults.
-  biss::FrameBits next(std::uint64_t cpw_position, bool nE = true) {
+  FrameBits next(std::uint64_t cpw_position, bool nE = true) {
     counter = counter % 63 + 1;
     typename Plan::Frame frame;
     frame.channel_count = 2;
@@ -78,20 +76,20 @@ struct Bench {
     frame.ack_clocks = ack_clocks;
     frame.channel_list[0] = {cpw_position, 0, nE, true};
     frame.channel_list[1] = {cpw_position >> 8U, counter, true, true};
-    return biss::encode_frame(frame, Plan::codec()).value();
+    return encode_frame(frame, Plan::codec()).value();
   }
   // The DMA's part.
-  void write(const biss::FrameBits& bits) {
+  void write(const FrameBits& bits) {
     std::fill(spi.receive.begin(), spi.receive.end(), std::uint8_t{0});
     std::copy_n(bits.bytes().begin(), std::min(bits.bytes().size(), spi.receive.size()),
                 spi.receive.begin());
   }
-  void end(biss::Picoseconds time = transfer_time) {
+  void end(Picoseconds time = transfer_time) {
     spi.receive = {};
     axis.transfer_complete(time);
   }
   // A good frame with this position of the SPW, and the end of the transfer.
-  void answer(std::uint64_t position, biss::Picoseconds time = transfer_time) {
+  void answer(std::uint64_t position, Picoseconds time = transfer_time) {
     write(next(position << 8U));
     end(time);
   }
@@ -154,7 +152,7 @@ BISS_TEST(SafeAxis, RestartOfTheEncoder_HasNoPositionUntilTheMonitorIsSafeAgain)
   BISS_EXPECT(!b.has_position());
   BISS_EXPECT_EQ(b.axis.cause(), starting);
   b.counter = 40;
-  b.now += biss::milliseconds(1000);
+  b.now += milliseconds(1000);
   BISS_EXPECT(!b.good());
   BISS_EXPECT(!b.good());
   BISS_EXPECT(b.good());
@@ -243,7 +241,7 @@ BISS_TEST(SafeAxis, EndThatNoRequestWaitsFor_LeavesThePosition) {
   b.axis.transfer_complete(transfer_time);
   const auto position = b.axis.position(b.clocks());
   BISS_ASSERT(position.has_value());
-  BISS_EXPECT_EQ(biss::control_position(Bench<>::Plan(), *position), 1234U << 8U);
+  BISS_EXPECT_EQ(control_position(Bench<>::Plan(), *position), 1234U << 8U);
 }
 
 BISS_TEST(SafeAxis, TransferOfTheRightTime_IsSafe) {
@@ -252,8 +250,8 @@ BISS_TEST(SafeAxis, TransferOfTheRightTime_IsSafe) {
 }
 
 BISS_TEST(SafeAxis, TransferOfAWrongOrNoTime_IsAClockFault) {
-  for (const biss::Picoseconds time :
-       {transfer_time * 2, transfer_time / 2, biss::Picoseconds{}, -transfer_time}) {
+  for (const Picoseconds time :
+       {transfer_time * 2, transfer_time / 2, Picoseconds{}, -transfer_time}) {
     Bench<with_timed_transfers()> b;
     b.until_safe();
     b.request();
@@ -293,30 +291,30 @@ BISS_TEST(SafeAxis, CyclesWithFaults_HaveEachPositionAndNoneFromAFaultToItsAckno
     const auto is = [&](Fault one) { return faulty && fault == one; };
     b.now = cycle * n;
     auto asked = b.clocks();
-    if (is(Fault::clock_jumps)) asked.now += biss::microseconds(2);
+    if (is(Fault::clock_jumps)) asked.now += microseconds(2);
     b.axis.request(asked);
-    const auto request_again = [&](biss::Picoseconds later) {
+    const auto request_again = [&](Picoseconds later) {
       b.now += later;
       b.axis.request(b.clocks());
       b.now -= later;
     };
     // Before the watchdog reacts: the request that the board refuses is reported.
     if (is(Fault::asked_twice)) request_again(cycle / 4);
-    position = (position + 123'456'789) & biss::low_mask(36);
+    position = (position + 123'456'789) & low_mask(36);
     b.lead_clocks = static_cast<std::uint16_t>(2U + random.below(5));
     b.ack_clocks = static_cast<std::uint16_t>(33U + random.below(60));
-    biss::FrameBits bits = b.next(position, !is(Fault::error_bit));
+    FrameBits bits = b.next(position, !is(Fault::error_bit));
     const std::size_t cds = bits.size_bits() - 2U - Bench<>::Plan::payload_bits();
     if (is(Fault::flip)) bits.flip(cds + 1U + random.below(38));
     if (!is(Fault::no_dma)) b.write(bits);
     if (!is(Fault::no_interrupt) && !is(Fault::silent)) b.end();
     // The next request is refused, too: the SPI is still busy.
-    if (is(Fault::no_interrupt)) request_again(cycle - biss::microseconds(1));
+    if (is(Fault::no_interrupt)) request_again(cycle - microseconds(1));
     b.now += is(Fault::silent) ? 2 * cycle : cycle;
     const auto found = b.axis.position(b.clocks());
     good_in_a_row = faulty ? 0 : good_in_a_row + 1;
     BISS_EXPECT_EQ(found.has_value(), good_in_a_row >= type.setup.start_frames) << n;
-    if (found) BISS_EXPECT_EQ(biss::control_position(Bench<>::Plan(), *found), position) << n;
+    if (found) BISS_EXPECT_EQ(control_position(Bench<>::Plan(), *found), position) << n;
     if (!faulty) continue;
     BISS_EXPECT_EQ(b.axis.cause(), causes[static_cast<std::size_t>(fault)]) << n;
     b.spi.receive = {};
@@ -325,5 +323,4 @@ BISS_TEST(SafeAxis, CyclesWithFaults_HaveEachPositionAndNoneFromAFaultToItsAckno
   }
 }
 
-}  // namespace safe_axis_test
-}  // namespace safe_axis
+}  // namespace biss::safe_axis_test

@@ -6,7 +6,7 @@
 //   axis.request(now): SPI starts    --->    both evaluations, verdict
 //
 // Two clocks: `now` is the time of the control timer, `second` the time of another oscillator, for
-// example the time base of the network. biss::OneClock compiles as well, and names the weaker
+// example the time base of the network. OneClock compiles as well, and names the weaker
 // monitor.
 //
 // Give both interrupts the same priority, so that neither interrupts the other and no lock is
@@ -20,17 +20,17 @@
 #include <span>
 #include <utility>
 
+#include "biss/axis/encoder_axis.hpp"
 #include "biss/axis/freshness.hpp"
 #include "biss/base/bits.hpp"
 #include "biss/base/units.hpp"
 #include "biss/safety/monitor.hpp"
-#include "firmware/control_loop/encoder_axis.hpp"
 
-namespace safe_axis {
+namespace biss {
 
-/// `Monitor` is a biss::SafetyMonitor. `bytes` is the size of a complete answer: spi_bytes() of the
+/// `Monitor` is a SafetyMonitor. `bytes` is the size of a complete answer: spi_bytes() of the
 /// master's setup.
-template <control_loop::SpiDma Spi, class Monitor, std::size_t bytes>
+template <SpiDma Spi, class Monitor, std::size_t bytes>
 class SafeAxis {
  public:
   /// `spi` must outlive the axis.
@@ -44,19 +44,19 @@ class SafeAxis {
   /// position().
   /// \param now both clocks at the first falling edge of MA; its transfer is ignored, because it is
   ///   known only at the end
-  constexpr void request(const biss::TwoClocks& now) {
+  constexpr void request(const TwoClocks& now) {
     const bool unanswered = buffer_.waits();
     const auto start = [this](std::span<std::uint8_t> receive) { return spi_.start(receive); };
     if (buffer_.begin(bytes, start)) {
       // The end of the request was never reported, and its position must not count for a later
       // request.
-      if (unanswered) latest_ = monitor_.step(asked_at_, biss::BitView());
+      if (unanswered) latest_ = monitor_.step(asked_at_, BitView());
       asked_at_ = now;
       if (expected_) monitor_.expect_position(expected_->first, expected_->second);
       expected_.reset();
     } else {
       // A transfer that has not ended counts as no answer, with any bytes in its buffer.
-      latest_ = monitor_.step(now, biss::BitView());
+      latest_ = monitor_.step(now, BitView());
     }
   }
 
@@ -64,12 +64,12 @@ class SafeAxis {
   /// request waits for is ignored: its buffer has nothing new.
   /// \param transfer_time the time of all clocks of the transfer, measured by a different clock,
   /// not the clock of MA; needed with SafetyClocks::bit_period, otherwise ignored
-  constexpr void transfer_complete(biss::Picoseconds transfer_time = {}) {
+  constexpr void transfer_complete(Picoseconds transfer_time = {}) {
     const auto received = buffer_.end();
     if (!received) return;
-    biss::TwoClocks time = asked_at_;
+    TwoClocks time = asked_at_;
     time.transfer.time = transfer_time;
-    latest_ = monitor_.step(time, biss::BitView(*received));
+    latest_ = monitor_.step(time, BitView(*received));
   }
 
   /// The position at the next request must be from `low` to `high`: SafetyMonitor::expect_position().
@@ -88,34 +88,34 @@ class SafeAxis {
 
   /// The position at the last request; none if it is not safe, and the axis must go to its safe
   /// state. Time alone can be the cause: an encoder or a DMA without an answer.
-  constexpr biss::GuardedPosition position(const biss::TwoClocks& now) {
-    const biss::SafetyJudgement watched = monitor_.watch(now);
-    if (biss::is_fault(watched.verdict)) latest_ = watched;
+  constexpr GuardedPosition position(const TwoClocks& now) {
+    const SafetyJudgement watched = monitor_.watch(now);
+    if (is_fault(watched.verdict)) latest_ = watched;
     return latest_.position;
   }
 
   /// The verdict on the position; while a fault holds, that fault. `starting` once it was
   /// acknowledged, or power_up() has passed, until the next answer.
-  constexpr biss::SafetyVerdict cause() const {
-    const biss::SafetyState state = monitor_.state();
-    const bool holds = state == biss::SafetyState::latched || state == biss::SafetyState::failed;
+  constexpr SafetyVerdict cause() const {
+    const SafetyState state = monitor_.state();
+    const bool holds = state == SafetyState::latched || state == SafetyState::failed;
     if (holds) return monitor_.latched_cause();
     const bool starts_again =
-        state == biss::SafetyState::starting && latest_.state != biss::SafetyState::starting;
-    return starts_again ? biss::SafetyVerdict::starting : latest_.verdict;
+        state == SafetyState::starting && latest_.state != SafetyState::starting;
+    return starts_again ? SafetyVerdict::starting : latest_.verdict;
   }
 
   /// Acknowledges the fault with this cause. Call it after its cause was removed. A fault of this
-  /// processor (biss::FaultPlace::receiver) holds until the next power-up.
-  constexpr bool acknowledge(biss::SafetyVerdict cause) { return monitor_.acknowledge(cause); }
+  /// processor (FaultPlace::receiver) holds until the next power-up.
+  constexpr bool acknowledge(SafetyVerdict cause) { return monitor_.acknowledge(cause); }
 
  private:
   Spi& spi_;
   Monitor monitor_;
-  biss::TwoClocks asked_at_{{}, {}};
-  biss::SafetyJudgement latest_{};
+  TwoClocks asked_at_{{}, {}};
+  SafetyJudgement latest_{};
   std::optional<std::pair<std::uint64_t, std::uint64_t>> expected_{};
-  biss::FreshBuffer<bytes> buffer_{};
+  FreshBuffer<bytes> buffer_{};
 };
 
-}  // namespace safe_axis
+}  // namespace biss
