@@ -202,7 +202,10 @@ class Axis {
                                                    : bad(AxisCause::warning, asked);
     }
     if (state_ == AxisState::no_position) [[unlikely]] return start(channel, asked, number);
-    if (has_gap(asked)) [[unlikely]] return good_after_gap(channel, asked, number);
+    if (has_gap(asked)) [[unlikely]] {
+      static_cast<void>(good_after(cycles_until(asked), channel, asked, number));
+      return;
+    }
     const std::int64_t moved = step_to(channel.position);
     if (is_above(moved, limit_)) [[unlikely]] return bad(AxisCause::step, asked);
     take(moved, moved, channel, asked, number);
@@ -214,6 +217,7 @@ class Axis {
     if (bad_in_a_row_ != axis_detail::most_cycles) ++bad_in_a_row_;
     std::uint32_t cycles = bad_in_a_row_;
     if (state_ == AxisState::no_position) {
+      if (cycles_ != axis_detail::most_cycles) ++cycles_;
       if (powers_up(asked)) return enter(AxisEvent::wait, cause);
     } else {
       cycles_ = cycles_until(asked);
@@ -303,30 +307,32 @@ class Axis {
     return static_cast<std::uint64_t>(moved + limit) > static_cast<std::uint64_t>(limit) * 2U;
   }
 
-  // Two good frames in a row that agree are the first position.
+  // Two good frames that agree are the first position.
   [[gnu::noinline]] constexpr void start(const Channel& channel, Picoseconds asked,
                                          std::uint32_t number) {
-    const std::int64_t moved = step_to(channel.position);
-    if (start_ != Start::sampled) {
+    const bool sampled = start_ == Start::sampled;
+    if (sampled && good_after(cycles_, channel, asked, number)) return;
+    if (!sampled) {
       static_cast<void>(powers_up(asked));
       enter(AxisEvent::wait, AxisCause::first);
-    } else if (is_above(moved, limit_)) {
-      bad(AxisCause::step, asked);
-    } else {
-      return take(moved, moved, channel, asked, number);
     }
     last_ = static_cast<std::int64_t>(channel.position);
+    cycles_ = 1;
     start_ = Start::sampled;
   }
 
-  [[gnu::noinline]] constexpr void good_after_gap(const Channel& channel, Picoseconds asked,
-                                                  std::uint32_t number) {
-    const std::uint16_t cycles = cycles_until(asked);
+  // Whether the position is taken; if not, it is a bad cycle.
+  [[gnu::noinline]] constexpr bool good_after(std::uint16_t cycles, const Channel& channel,
+                                              Picoseconds asked, std::uint32_t number) {
     const std::int64_t limit = axis_detail::times(limit_, cycles);
-    if (limit >= axis_detail::half_range(position_bits_)) return bad(AxisCause::turns, asked);
     const std::int64_t moved = step_to(channel.position);
-    if (is_above(moved, limit)) return bad(AxisCause::step, asked);
+    const bool unknown_turns = limit >= axis_detail::half_range(position_bits_);
+    if (unknown_turns || is_above(moved, limit)) {
+      bad(unknown_turns ? AxisCause::turns : AxisCause::step, asked);
+      return false;
+    }
     take(moved, axis_detail::divide(moved, cycles), channel, asked, number);
+    return true;
   }
 
   constexpr void take(std::int64_t moved, std::int64_t step, const Channel& channel,
@@ -343,8 +349,10 @@ class Axis {
 
   // Until the first measured position, since_ is the time of the first request.
   constexpr bool powers_up(Picoseconds asked) {
-    if (start_ == Start::none) since_ = asked;
-    start_ = Start::requested;
+    if (start_ == Start::none) {
+      since_ = asked;
+      start_ = Start::requested;
+    }
     const Picoseconds waited = wrapping_elapsed(since_, asked);
     // A negative time is one of more than 106 days.
     return waited >= Picoseconds{} && waited < setup_->power_up;
@@ -383,7 +391,8 @@ class Axis {
   std::uint32_t number_ = 0;
   CauseCounts<AxisCause, 0> counts_{};
   std::uint16_t bad_in_a_row_ = 0;
-  std::uint16_t cycles_ = 1;  // from since_ to the last bad cycle
+  // From since_ to the last bad cycle; without a position, from the last sample.
+  std::uint16_t cycles_ = 1;
   AxisState state_ = AxisState::no_position;
   AxisCause cause_ = AxisCause::ok;
   std::uint8_t position_bits_;

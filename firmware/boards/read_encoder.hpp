@@ -47,11 +47,13 @@ inline constexpr biss::SpiReader reader_of{biss::FixedCodec<format>{}, spi_setup
 
 /// From one request to the next: the transfer, the timeout, and some time for the interrupts.
 inline constexpr biss::Picoseconds cycle_time = biss::microseconds(50);
+/// A drive trips after a few cycles; this program only reads.
 template <class Board>
 inline constexpr biss::AxisSetup axis_setup{
     .cycle = cycle_time,
     .to_sampling = biss::sampling_delay(spi_setup(Board::ma_period), timing),
-    .max_step = 100'000};
+    .max_step = 1'000,
+    .trip_after = 5'000};
 /// A damaged frame ends an access; it is then continued.
 inline constexpr biss::ControlOptions control_options{.retries = 3};
 
