@@ -67,6 +67,7 @@ class EncoderAxis {
                         const std::array<const AxisSetup*, axes>& setups)
       : spi_(check(reader, setups) ? nullptr : &spi),
         reader_(&reader),
+        bytes_(static_cast<std::uint16_t>(spi_ == nullptr ? 0 : reader.bytes())),
         axes_(axes_of(reader, setups, spi_ != nullptr, std::make_index_sequence<axes>{})) {
     if (std::is_constant_evaluated() && spi_ == nullptr) {
       axis_detail::the_axis_does_not_fit_see_AxisError();
@@ -106,7 +107,7 @@ class EncoderAxis {
     if (spi_ == nullptr) return;
     const bool unanswered = buffer_.waits();
     const auto start = [this](std::span<std::uint8_t> receive) { return spi_->start(receive); };
-    if (!buffer_.begin(reader_->bytes(), start)) [[unlikely]] {
+    if (!buffer_.begin(bytes_, start)) [[unlikely]] {
       // A transfer that has not ended keeps the time of its own request.
       return bad(AxisCause::late, now);
     }
@@ -202,6 +203,7 @@ class EncoderAxis {
 
   Spi* spi_;
   const Reader* reader_;
+  std::uint16_t bytes_;
   std::uint16_t delay_min_clocks_ = 0;
   std::uint16_t delay_max_clocks_ = 0;
   Picoseconds asked_at_{};  // of the last transfer that began
