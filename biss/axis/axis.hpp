@@ -43,7 +43,7 @@ inline constexpr std::int64_t axis_position_max = std::int64_t{1} << 62U;
 /// The longest time from one request to the next.
 inline constexpr Picoseconds axis_cycle_max = milliseconds(100'000);
 
-/// What the axis is, and what it does without a good frame.
+/// The limits of an axis, and its reaction to cycles without a good frame.
 struct AxisSetup {
   /// The time from one request to the next. A request may come an eighth of it later.
   Picoseconds cycle{};
@@ -70,7 +70,7 @@ struct AxisSetup {
   constexpr bool operator==(const AxisSetup&) const = default;
 };
 
-/// A position for the drive. `state` tells what it is.
+/// A position for the drive. `state` is its quality.
 struct AxisPosition {
   /// In counts, with turns, direction and offset. 0 without a position.
   std::int64_t position = 0;
@@ -195,19 +195,23 @@ class Axis {
   /// \param asked when it was requested; the time may wrap around at the limits of its type
   /// \param number the number of its request
   constexpr void good(const Channel& channel, Picoseconds asked, std::uint32_t number) {
-    if (state_ == AxisState::tripped) [[unlikely]] return counts_.add(AxisCause::tripped);
-    if (!channel.nE) [[unlikely]] return bad(AxisCause::error_bit, asked);
+    if (state_ == AxisState::tripped) [[unlikely]]
+      return counts_.add(AxisCause::tripped);
+    if (!channel.nE) [[unlikely]]
+      return bad(AxisCause::error_bit, asked);
     if (!channel.nW && setup_->warnings != WarningRule::measure) [[unlikely]] {
       return setup_->warnings == WarningRule::trip ? trip(AxisCause::warning)
                                                    : bad(AxisCause::warning, asked);
     }
-    if (state_ == AxisState::no_position) [[unlikely]] return start(channel, asked, number);
+    if (state_ == AxisState::no_position) [[unlikely]]
+      return start(channel, asked, number);
     if (has_gap(asked)) [[unlikely]] {
       static_cast<void>(good_after(cycles_until(asked), channel, asked, number));
       return;
     }
     const std::int64_t moved = step_to(channel.position);
-    if (is_above(moved, limit_)) [[unlikely]] return bad(AxisCause::step, asked);
+    if (is_above(moved, limit_)) [[unlikely]]
+      return bad(AxisCause::step, asked);
     take(moved, moved, channel, asked, number);
   }
 
@@ -223,7 +227,8 @@ class Axis {
       cycles_ = cycles_until(asked);
       cycles = std::max<std::uint32_t>(cycles, cycles_);
     }
-    if (cycles >= setup_->trip_after || setup_->bad_cycles == BadCycleRule::trip) return trip(cause);
+    if (cycles >= setup_->trip_after || setup_->bad_cycles == BadCycleRule::trip)
+      return trip(cause);
     const bool proceeds = setup_->bad_cycles == BadCycleRule::extrapolate && can_extrapolate();
     enter(proceeds ? AxisEvent::proceed : AxisEvent::hold, cause);
   }
@@ -310,7 +315,8 @@ class Axis {
   // Two good frames that agree are the first position.
   [[gnu::noinline]] constexpr void start(const Channel& channel, Picoseconds asked,
                                          std::uint32_t number) {
-    const bool sampled = start_ == Start::sampled;
+    // A sample that is too old is as good as none.
+    const bool sampled = start_ == Start::sampled && knows_turns_after(cycles_);
     if (sampled && good_after(cycles_, channel, asked, number)) return;
     if (!sampled) {
       static_cast<void>(powers_up(asked));
@@ -321,14 +327,17 @@ class Axis {
     start_ = Start::sampled;
   }
 
+  constexpr bool knows_turns_after(std::uint16_t cycles) const {
+    return axis_detail::times(limit_, cycles) < axis_detail::half_range(position_bits_);
+  }
+
   // Whether the position is taken; if not, it is a bad cycle.
   [[gnu::noinline]] constexpr bool good_after(std::uint16_t cycles, const Channel& channel,
                                               Picoseconds asked, std::uint32_t number) {
-    const std::int64_t limit = axis_detail::times(limit_, cycles);
+    const bool known = knows_turns_after(cycles);
     const std::int64_t moved = step_to(channel.position);
-    const bool unknown_turns = limit >= axis_detail::half_range(position_bits_);
-    if (unknown_turns || is_above(moved, limit)) {
-      bad(unknown_turns ? AxisCause::turns : AxisCause::step, asked);
+    if (!known || is_above(moved, limit_ * cycles)) {
+      bad(known ? AxisCause::step : AxisCause::turns, asked);
       return false;
     }
     take(moved, axis_detail::divide(moved, cycles), channel, asked, number);
@@ -338,7 +347,8 @@ class Axis {
   constexpr void take(std::int64_t moved, std::int64_t step, const Channel& channel,
                       Picoseconds asked, std::uint32_t number) {
     const std::int64_t position = last_ + moved;
-    if (!axis_detail::is_in_range(position)) [[unlikely]] return bad(AxisCause::turns, asked);
+    if (!axis_detail::is_in_range(position)) [[unlikely]]
+      return bad(AxisCause::turns, asked);
     last_ = position;
     step_ = step;
     since_ = asked;

@@ -1,4 +1,4 @@
-// What a cycle of an axis was, the states of an axis, and what leads from one state to the next.
+// The results of the cycles of an axis, its states, and the steps between them.
 #pragma once
 
 #include <array>
@@ -38,33 +38,18 @@ enum class AxisCause : std::uint8_t {
 
 namespace axis_detail {
 
-struct CauseText {
-  std::string_view name;
-  std::string_view text;
-};
-
 // Those after the causes of FrameError.
-inline constexpr auto cause_texts = std::to_array<CauseText>(
-    {{"error_bit", "nE is 0: the encoder says that its position is wrong"},
-     {"turns", "the axis may have moved by half a turn since the last measured position"},
-     {"step", "the position is farther from the last one than max_step allows"},
-     {"warning", "nW is 0: the encoder needs service"},
-     {"first", "the first good frame, which the next frame has to confirm"},
-     {"late", "no request was made, because the transfer before has not ended"},
-     {"unanswered", "the end of the transfer was never reported"},
-     {"failed", "the transfer ended with an error of the DMA"},
-     {"tripped", "the axis has tripped, so a good frame is not used"},
-     {"unexpected", "a transfer ended that no request waits for"}});
+inline constexpr auto cause_names =
+    std::to_array<std::string_view>({"error_bit", "turns", "step", "warning", "first", "late",
+                                     "unanswered", "failed", "tripped", "unexpected"});
 
 }  // namespace axis_detail
 
-constexpr AxisCause cause_of(FrameError error) {
-  return static_cast<AxisCause>(status_of(error));
-}
+constexpr AxisCause cause_of(FrameError error) { return static_cast<AxisCause>(status_of(error)); }
 static_assert(cause_of(FrameError::stop_bit) == AxisCause::stop_bit);
 
 inline constexpr std::size_t axis_cause_count =
-    1 + frame_error_count + axis_detail::cause_texts.size();
+    1 + frame_error_count + axis_detail::cause_names.size();
 static_assert(axis_cause_count == static_cast<std::size_t>(AxisCause::unexpected) + 1);
 
 /// The number of a cause, from 0; axis_cause_count for a value that is not a cause.
@@ -77,10 +62,10 @@ constexpr std::size_t index_of(AxisCause cause) {
 constexpr std::string_view name_of(AxisCause cause) {
   const auto index = static_cast<std::size_t>(cause);
   return index <= frame_error_count ? name_of(static_cast<CycleStatus>(index))
-                                    : axis_detail::cause_texts[index - frame_error_count - 1].name;
+                                    : axis_detail::cause_names[index - frame_error_count - 1];
 }
 
-/// What an axis has for the drive.
+/// The quality of an axis' position.
 enum class AxisState : std::uint8_t {
   no_position,   ///< none was measured yet
   measured,      ///< the position of this cycle
@@ -88,14 +73,14 @@ enum class AxisState : std::uint8_t {
   extrapolated,  ///< the last measured position, moved on at the last measured speed
   tripped,       ///< stop the drive; the position is the last measured one
 };
-inline constexpr auto axis_state_names = std::to_array<std::string_view>(
-    {"no_position", "measured", "held", "extrapolated", "tripped"});
+inline constexpr auto axis_state_names =
+    std::to_array<std::string_view>({"no_position", "measured", "held", "extrapolated", "tripped"});
 
 constexpr std::string_view name_of(AxisState state) {
   return axis_state_names[static_cast<std::size_t>(state)];
 }
 
-/// What happens to an axis.
+/// The events that change the state of an axis.
 enum class AxisEvent : std::uint8_t {
   good,     ///< a good frame, confirmed and within its limits
   wait,     ///< a frame without position while there is none: it powers up, or is the first one
@@ -104,8 +89,8 @@ enum class AxisEvent : std::uint8_t {
   trip,     ///< the last bad cycle that is allowed, a rule that trips, or trip()
   reset,    ///< reset()
 };
-inline constexpr auto axis_event_names = std::to_array<std::string_view>(
-    {"good", "wait", "hold", "proceed", "trip", "reset"});
+inline constexpr auto axis_event_names =
+    std::to_array<std::string_view>({"good", "wait", "hold", "proceed", "trip", "reset"});
 
 /// The next state, by state and event. The axis takes each of its steps from this table.
 inline constexpr auto axis_states = [] {

@@ -33,7 +33,7 @@ concept EncoderPort = SpiDma<T> && requires(T& port) {
   port.hold_ma_low();
 };
 
-/// The parameters are those of EncoderAxis.
+/// EncoderAxis has the same parameters.
 template <EncoderPort Port, class Reader, std::size_t max_bytes, std::size_t axes = 1,
           std::size_t cache_line = 4>
 class EncoderLink {

@@ -21,8 +21,8 @@ namespace biss {
 ///
 /// One interrupt must not interrupt another one here: give them the same priority.
 ///
-/// `alignment` is that of a buffer, whose memory ends at a multiple of it: a word by default. With a
-/// data cache it has to be the size of a line.
+/// Each buffer begins and ends at a multiple of `alignment`: a word by default. With a data cache it
+/// has to be the size of a line.
 template <std::size_t max_bytes, std::size_t alignment = 4>
 class FreshBuffer {
   static_assert(max_bytes <= 0xFFFF);

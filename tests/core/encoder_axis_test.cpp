@@ -300,7 +300,7 @@ template <std::size_t bytes, std::int64_t max_step>
 constexpr bool make() {
   Spi spi;
   const EncoderAxis<Spi, std::remove_cvref_t<decltype(reader)>, bytes> axis(spi, reader,
-                                                                           chosen<max_step>);
+                                                                            chosen<max_step>);
   return !axis.error();
 }
 template <std::size_t bytes, std::int64_t max_step>
@@ -353,12 +353,19 @@ static_assert(!std::is_constructible_v<decltype(Bench::axis), Spi&, decltype(rea
 
 // ---- Faults of the line and of the DMA
 
+// 1000 cycles each.
+#ifdef BISS_AXES
+constexpr std::uint64_t axes = BISS_AXES;
+#else
+constexpr std::uint64_t axes = test::rounds(400, 100);
+#endif
+
 BISS_TEST(EncoderAxis, CampaignOfFaults_HasNoPositionOutsideOfItsUncertainty) {
   constexpr std::uint64_t seed = 0xB155'D3A1;
   BISS_RANDOM(random, seed);
   std::array<std::uint32_t, axis_cause_count> seen{};
   std::array<std::uint32_t, axis_state_names.size()> states{};
-  for (std::uint64_t k = 0; k < test::rounds(400, 100); ++k) {
+  for (std::uint64_t k = 0; k < axes; ++k) {
     test::AxisCampaign campaign(random.next());
     BISS_EXPECT(campaign.run(1000)) << campaign.problem() << ", axis " << k << ", fault "
                                     << static_cast<int>(campaign.last_fault());
