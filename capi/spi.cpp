@@ -46,6 +46,9 @@ biss_status check_spi(const Device& device, const SpiSetup& setup) {
       return BISS_BAD_FORMAT;
     case SpiSetupError::period:
     case SpiSetupError::line_delay:
+    case SpiSetupError::pause:
+    case SpiSetupError::pause_delay:
+    case SpiSetupError::clock_constant:
       break;
   }
   return BISS_BAD_SETUP;

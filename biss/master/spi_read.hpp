@@ -24,7 +24,10 @@
 // is over. SLO, a line delay later, is then still low from the previous cycle: the first samples up
 // to the one at d are zeros, and ones follow up to the usual sample.
 //
-// The clock must run without a gap from the first to the last bit: use DMA to feed the peripheral.
+// DMA feeds the peripheral, so that the clock runs without a gap from the first to the last bit.
+// Without DMA, SpiSetup::max_pause is the longest gap; polled_read.hpp makes the bytes. Then no bit
+// may be on its way while MA rests, because the samples after the pause would miss it: the delay is
+// less than one period (half a period in mode 2), and the ones are always 2.
 #pragma once
 
 #include <algorithm>
@@ -88,18 +91,27 @@ struct SpiSetup {
   bool no_error_flag = false;
   /// Reads channels without CRC too. A disturbed channel then counts as good.
   bool unchecked = false;
+  /// The longest time from one edge of MA to the next, if MA pauses between bytes or is made by
+  /// software. Shorter than shortest_timeout() of the encoder. 0: MA never pauses (DMA).
+  Picoseconds max_pause{};
+  /// Pauses although the encoder's data sheet demands a constant clock
+  /// (DeviceTiming::clock_constant). The effect of a pause is then not known.
+  bool pause_anyway = false;
 
   constexpr bool operator==(const SpiSetup&) const = default;
 };
 
 /// Why there is no reader for a setup: the first cause that applies.
 enum class SpiSetupError : std::uint8_t {
-  period,      ///< it is not positive
-  line_delay,  ///< it is negative, or its minimum is above its maximum
-  clock,       ///< it is above the encoder's clock_max
-  error_flag,  ///< a position has no nE, and the setup does not have no_error_flag
-  crc,         ///< a channel has no CRC, and the setup does not have unchecked
-  previous,    ///< a channel's CRC belongs to the previous frame: one frame cannot be checked
+  period,          ///< it is not positive
+  line_delay,      ///< it is negative, or its minimum is above its maximum
+  clock,           ///< it is above the encoder's clock_max
+  error_flag,      ///< a position has no nE, and the setup does not have no_error_flag
+  crc,             ///< a channel has no CRC, and the setup does not have unchecked
+  previous,        ///< a channel's CRC belongs to the previous frame: one frame cannot be checked
+  pause,           ///< max_pause is below half a period, or not below shortest_timeout()
+  pause_delay,     ///< the line delay is too long for pauses: bits would be on their way in a pause
+  clock_constant,  ///< the encoder permits no pause, and the setup does not have pause_anyway
 };
 
 /// The message for users.
@@ -110,17 +122,38 @@ constexpr std::string_view text_of(SpiSetupError error) {
       "the clock is above the limit of the encoder",
       "a position has no nE: set no_error_flag to read it",
       "a channel has no CRC: set unchecked to read it",
-      "a CRC belongs to the previous frame (:previous): one frame cannot be checked"};
+      "a CRC belongs to the previous frame (:previous): one frame cannot be checked",
+      "the longest pause of MA is not half a period or more and below the encoder's timeout",
+      "the line delay is too long for pauses of MA: use a lower clock",
+      "the encoder permits no pause of MA: set pause_anyway to try it"};
   return texts[static_cast<std::size_t>(error)];
+}
+
+constexpr FrameBounds spi_bounds(const SpiSetup& setup, const DeviceTiming& timing);
+
+/// Returns why MA cannot pause in this setup: period, line_delay or one of the last three causes;
+/// nothing if it can, or if it does not.
+constexpr std::optional<SpiSetupError> check_pause(const SpiSetup& setup,
+                                                   const DeviceTiming& timing) {
+  if (setup.period.count <= 0) return SpiSetupError::period;
+  if (setup.line_delay.min.count < 0 || setup.line_delay.min > setup.line_delay.max) {
+    return SpiSetupError::line_delay;
+  }
+  if (setup.max_pause.count == 0) return std::nullopt;
+  if (setup.max_pause < setup.period / 2 ||
+      setup.max_pause >= shortest_timeout(timing.timeout, setup.period)) {
+    return SpiSetupError::pause;
+  }
+  if (spi_bounds(setup, timing).lead_max_clocks != 2) return SpiSetupError::pause_delay;
+  if (timing.clock_constant && !setup.pause_anyway) return SpiSetupError::clock_constant;
+  return std::nullopt;
 }
 
 /// Returns why this setup cannot read this format of this device; nothing if it can.
 constexpr std::optional<SpiSetupError> check_spi(const FrameFormat& format, const SpiSetup& setup,
                                                  const DeviceTiming& timing) {
-  if (setup.period.count <= 0) return SpiSetupError::period;
-  if (setup.line_delay.min.count < 0 || setup.line_delay.min > setup.line_delay.max) {
-    return SpiSetupError::line_delay;
-  }
+  const auto pause = check_pause(setup, timing);
+  if (pause && *pause <= SpiSetupError::line_delay) return pause;
   if (setup.period < period_of(timing.clock_max)) return SpiSetupError::clock;
   for (const ChannelFormat& channel : format.channels()) {
     const bool flagged = channel.position_bits() == 0 || channel.error.present;
@@ -128,7 +161,7 @@ constexpr std::optional<SpiSetupError> check_spi(const FrameFormat& format, cons
     if (!channel.crc.present() && !setup.unchecked) return SpiSetupError::crc;
     if (channel.crc.of_previous) return SpiSetupError::previous;
   }
-  return std::nullopt;
+  return pause;
 }
 
 namespace spi_detail {
@@ -140,6 +173,9 @@ inline void the_clock_is_above_the_encoders_clock_max() {}
 inline void a_position_has_no_nE_and_the_setup_no_word_no_error_flag() {}
 inline void a_channel_has_no_crc_and_the_setup_no_word_unchecked() {}
 inline void a_crc_is_that_of_the_frame_before() {}
+inline void max_pause_is_below_half_a_period_or_not_below_shortest_timeout() {}
+inline void the_line_delay_is_too_long_for_pauses() {}
+inline void the_encoder_permits_no_pause_and_the_setup_has_no_word_pause_anyway() {}
 
 constexpr void stop_the_build(SpiSetupError error) {
   switch (error) {
@@ -155,6 +191,12 @@ constexpr void stop_the_build(SpiSetupError error) {
       return a_channel_has_no_crc_and_the_setup_no_word_unchecked();
     case SpiSetupError::previous:
       return a_crc_is_that_of_the_frame_before();
+    case SpiSetupError::pause:
+      return max_pause_is_below_half_a_period_or_not_below_shortest_timeout();
+    case SpiSetupError::pause_delay:
+      return the_line_delay_is_too_long_for_pauses();
+    case SpiSetupError::clock_constant:
+      return the_encoder_permits_no_pause_and_the_setup_has_no_word_pause_anyway();
   }
 }
 
@@ -162,10 +204,16 @@ constexpr void stop_the_build(SpiSetupError error) {
 inline constexpr FrameBounds no_bounds{.lead_min_clocks = std::numeric_limits<std::uint16_t>::max(),
                                        .lead_max_clocks = 0};
 
+// The longest clock: MA may pause at both levels.
+constexpr Picoseconds longest_clock(const SpiSetup& setup) {
+  return std::max(setup.period, 2 * setup.max_pause);
+}
+
 }  // namespace spi_detail
 
 /// The bounds of the bits before the data: leading ones for this phase and line delay, ACK for this
-/// device, and zeros of the previous cycle if the device is ready after a fixed time.
+/// device, and zeros of the previous cycle if the device is ready after a fixed time. With pauses of
+/// MA, ACK may have fewer clocks for the same time.
 /// \pre period is positive, line_delay.min <= line_delay.max, neither is negative
 constexpr FrameBounds spi_bounds(const SpiSetup& setup, const DeviceTiming& timing) {
   constexpr std::int64_t most = FrameBounds{}.lead_max_clocks;
@@ -176,13 +224,14 @@ constexpr FrameBounds spi_bounds(const SpiSetup& setup, const DeviceTiming& timi
   const std::int64_t shortest = std::clamp<std::int64_t>(
       1 + clocks_to_cover(setup.line_delay.min + early, setup.period), 2, longest);
   const AckBounds ack = ack_bounds(timing, setup.period);
+  const std::uint16_t ack_min = ack_bounds(timing, spi_detail::longest_clock(setup)).min_clocks;
   return {.lead_min_clocks = static_cast<std::uint16_t>(shortest),
           .lead_max_clocks = static_cast<std::uint16_t>(longest),
-          .ack_min_clocks = ack.min_clocks,
+          .ack_min_clocks = ack_min,
           .ack_max_clocks = ack.max_clocks,
           .late_max_clocks = late_clocks(timing, setup.period, setup.line_delay.max,
                                          falling ? Picoseconds{} : setup.period / 2,
-                                         static_cast<unsigned>(shortest) + ack.min_clocks)};
+                                         static_cast<unsigned>(shortest) + ack_min)};
 }
 
 /// The clocks of MA up to STOP at the longest line delay and the longest ACK.
@@ -294,8 +343,8 @@ class SpiReader {
     constexpr std::int64_t forever = std::numeric_limits<std::uint16_t>::max();
     if (setup.tail == SpiTail::ignored) return 0;
     if (timing.timeout.rule != TimeoutRule::cycle) return forever;
-    return static_cast<std::uint16_t>(
-        std::clamp<std::int64_t>(timing.timeout.time.count / setup.period.count, 0, forever));
+    return static_cast<std::uint16_t>(std::clamp<std::int64_t>(
+        timing.timeout.time.count / spi_detail::longest_clock(setup).count, 0, forever));
   }
 
   // Bits from START to STOP.

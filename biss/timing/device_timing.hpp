@@ -54,6 +54,9 @@ struct Timeout {
   Picoseconds time = biss_static_timeout_max;
   /// For `cycle`: the least time that SLO is low after the last edge of MA, 2 or more; see above.
   std::uint8_t release_half_periods = biss_release_half_periods;
+  /// The shortest fixed timeout, or static one of an adaptive device. 0: not stated; see
+  /// shortest_timeout().
+  Picoseconds shortest{};
 
   constexpr bool operator==(const Timeout&) const = default;
 };
@@ -62,6 +65,25 @@ struct Timeout {
 /// began; rounded up to a picosecond.
 constexpr Picoseconds release_time(const Timeout& timeout, Picoseconds period) {
   return (std::int64_t{timeout.release_half_periods} * period + picoseconds(1)) / 2;
+}
+
+/// A frame ends if MA rests for this time or longer: the shortest timeout after an edge of MA.
+///   fixed     Timeout::shortest, by default D2's minimum, or `time` if that is shorter
+///   adaptive  1.5 periods, which the device measures in each frame, but at most the static timeout,
+///             which applies until then: Timeout::shortest, by default D2's minimum
+///   cycle     release_time(), in the whole cycle. It is not used that SLO may stay low for longer
+///             at the beginning of a cycle: no source promises it
+/// The default Timeout means that nothing is stated; the device may then be an adaptive one.
+/// \pre period is positive
+constexpr Picoseconds shortest_timeout(const Timeout& timeout, Picoseconds period) {
+  if (timeout.rule == TimeoutRule::cycle)
+    return std::int64_t{timeout.release_half_periods} * period / 2;
+  const Picoseconds fixed = timeout.shortest.count != 0 ? timeout.shortest
+                            : timeout.rule == TimeoutRule::fixed
+                                ? std::min(timeout.time, biss_static_timeout_min)
+                                : biss_static_timeout_min;
+  const bool may_be_adaptive = timeout.rule == TimeoutRule::adaptive || timeout == Timeout{};
+  return may_be_adaptive ? std::min(3 * period / 2, fixed) : fixed;
 }
 
 /// The defaults are the widest that BiSS C allows.

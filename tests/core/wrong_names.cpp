@@ -48,6 +48,20 @@ constexpr SpiReader wrong_11(Codec<format>{}, SpiSetup{}, encoder.timing);
 constexpr SpiReader wrong_12(Codec<format>{},
                              {.period = nanoseconds(100), .line_delay = {nanoseconds(2), {}}},
                              encoder.timing);
+// says: max_pause_is_below_half_a_period_or_not_below_shortest_timeout
+constexpr SpiReader wrong_13(Codec<format>{},
+                             {.period = nanoseconds(100), .max_pause = nanoseconds(150)},
+                             encoder.timing);
+// says: the_line_delay_is_too_long_for_pauses
+constexpr SpiReader wrong_14(Codec<format>{},
+                             {.period = nanoseconds(100), .max_pause = nanoseconds(149)},
+                             encoder.timing);
+// says: the_encoder_permits_no_pause_and_the_setup_has_no_word_pause_anyway
+constexpr SpiReader wrong_15(Codec<format>{},
+                             {.period = nanoseconds(100),
+                              .line_delay = {.max = {}},
+                              .max_pause = nanoseconds(149)},
+                             encoder.timing);
 
 constexpr BitBuffer<80> appended(unsigned count) {
   BitBuffer<80> bits;
