@@ -11,6 +11,7 @@
 #include "biss/eds/check.hpp"
 #include "biss/eds/device.hpp"
 #include "biss/frame/fixed.hpp"
+#include "biss/master/polled_read.hpp"
 #include "biss/master/request.hpp"
 #include "biss/safety/configurations.hpp"
 #include "biss/safety/monitor.hpp"
@@ -93,6 +94,31 @@ void decode_channel(std::uint64_t word) {
 namespace format_example {
 constexpr FrameFormat format = frame_format("pos26,nE,nW,crc6;cds0");
 }
+
+// ---- biss/master/polled_read.hpp
+namespace polled_example {
+constexpr FixedCodec<frame_format("pos18,nE,nW,crc6")> codec;
+constexpr DeviceTiming timing{.timeout = {TimeoutRule::fixed, microseconds(20)}};
+void other_work();
+struct Board {              // an SPI; for pins see PolledPins
+  std::uint8_t transfer();  // makes eight clocks and returns the bits
+  // Only if the board has a clock:
+  static constexpr biss::Picoseconds time_step = biss::microseconds(1);
+  biss::Picoseconds now();
+};
+void read(Board& board) {
+  constexpr biss::SpiSetup setup{.period = biss::microseconds(2),
+                                 .line_delay = {.max = biss::microseconds(1)},
+                                 .max_pause = biss::microseconds(12)};
+  constexpr biss::SpiReader reader(codec, setup, timing);
+  biss::PolledRequest request(board, setup, timing);
+  std::array<std::uint8_t, reader.bytes()> buffer;
+
+  request.start(buffer);                                              // reader.bytes() bytes
+  while (request.step() == biss::PolledState::running) other_work();  // shorter than max_pause
+  use(reader.read(buffer));
+}
+}  // namespace polled_example
 
 // ---- biss/master/request.hpp
 void request(RequestCycle<PlainCodec>& master, Picoseconds now, bool slo) {
