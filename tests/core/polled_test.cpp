@@ -74,9 +74,9 @@ struct Board {
   Interrupt before{};  // before the clocks of a byte, or an edge
   Interrupt after{};
 
-  static constexpr Picoseconds time_step = nanoseconds(10);
+  static constexpr Picoseconds time_step = nanoseconds(70);
   Picoseconds now() {
-    line.wait(nanoseconds(3));
+    line.wait(nanoseconds(1));
     return picoseconds(line.now.count / time_step.count * time_step.count);
   }
 };
@@ -128,7 +128,7 @@ static_assert(!PolledSpi<Pins> && PolledPins<Pins> && PolledClock<Pins>);
 
 // ---- An encoder, its master, and one request
 
-constexpr Picoseconds board_cost = nanoseconds(60);  // of the readings of the clock
+constexpr Picoseconds board_cost = nanoseconds(310);  // of the readings of the clock
 
 struct Case {
   FrameFormat format{};
@@ -300,6 +300,25 @@ BISS_TEST(PolledRequest, PausesInAck_LeaveItFewerClocks) {
   BISS_EXPECT(frame->ack_clocks < 32);
 }
 
+// The encoder may release SLO after its cycle time, which is over after fewer clocks.
+BISS_TEST(PolledRequest, PausesInTheTail_LeaveFewerClocksThatMustBeLow) {
+  constexpr CatalogueEntry entry = catalogue_encoder("resolute-18");
+  Case c = case_of(entry, SpiPhase::sample_on_rising, nanoseconds(100), false);
+  c.ready = {};
+  Bench<SpiWithoutClock> bench(c);
+  BISS_EXPECT(bench.read(0x15555));
+  const std::size_t last = bench.reader.bytes() - 1;
+  for (const std::int64_t pause_ns : {0, 51, 149}) {
+    c.setup.max_pause = nanoseconds(pause_ns);
+    const Reader reader(bench.codec, c.setup, c.timing);
+    BISS_EXPECT(reader.read(bench.bytes()).ok());
+    bench.buffer[last] = 1;
+    // The cycle has 312, 306 or 104 clocks; the buffer has about 190.
+    BISS_EXPECT_EQ(reader.read(bench.bytes(), 8 * last + 8).ok(), pause_ns == 149);
+    bench.buffer[last] = 0;
+  }
+}
+
 // Without a clock, nothing detects the pause: the encoder begins a new cycle.
 BISS_TEST(PolledRequest, PauseAboveTheTimeoutWithoutAClock_MixesTwoCycles) {
   const Case c = case_of(catalogue_encoder("lenz-b3"), {}, microseconds(1), false);
@@ -330,6 +349,17 @@ BISS_TEST(PolledRequest, PauseWhileABitIsOnItsWay_LosesTheBit) {
     line.setup.max_pause = {};
     const auto frame = Reader(bench.codec, line.setup, line.timing).read(bench.bytes());
     BISS_EXPECT_EQ(frame.ok(), !is_long);
+  }
+}
+
+BISS_TEST(PolledRequest, Pins_AreSampledAtTheEdgeOfThePhase) {
+  for (const SpiPhase phase : {SpiPhase::sample_on_rising, SpiPhase::sample_on_falling}) {
+    Case c = case_of(catalogue_encoder("lenz-b3"), phase, microseconds(1), false);
+    c.delay = nanoseconds(900);
+    Bench<Pins> bench(c);
+    BISS_EXPECT(bench.request.start(bench.bytes()));
+    while (!bench.request.done()) bench.request.step();
+    BISS_EXPECT_EQ(bench.reader.read(bench.bytes()).ok(), phase == SpiPhase::sample_on_rising);
   }
 }
 
