@@ -28,6 +28,7 @@
 #include "biss/frame/fixed.hpp"
 #include "biss/frame/format_text.hpp"
 #include "biss/frame/frame.hpp"
+#include "biss/master/polled_read.hpp"
 #include "biss/master/spi_read.hpp"
 #include "biss/timing/device_timing.hpp"
 
@@ -52,7 +53,8 @@ struct BissReading {
 /// One encoder of this format on one SPI.
 ///
 /// Some cores pause the clock between bytes. The encoder accepts that while a pause is shorter than
-/// its timeout; see the notes for Arduino in docs/microcontrollers.md.
+/// its timeout; see the notes for Arduino in docs/microcontrollers.md. A pause that is too long is
+/// not detected here; biss::PolledRequest does it (example ReadWithoutSpi).
 ///
 /// `Words` has no_error_flag or unchecked if the format has no nE or no CRC: BissReader<format,
 /// biss::SpiSetup{.no_error_flag = true}>

@@ -23,3 +23,9 @@ struct SerialPort {
 };
 inline SerialPort Serial;
 void delay(unsigned long milliseconds);
+unsigned long micros();
+
+enum { LOW = 0, HIGH = 1, INPUT = 0, OUTPUT = 1 };
+inline void pinMode(int, int) {}
+void digitalWrite(int pin, int level);
+int digitalRead(int pin);
