@@ -120,12 +120,16 @@ Cost cost_of(const Row& row, const Ruler& ruler, const biss::SpiReader<Codec>& r
   biss::TurnCounter counter(26);
   EncoderSlave slave({}, {}, {});
   EncoderMaster master({}, master_setup);
+  Pins pins;
+  biss::PolledRequest polled(pins, pins_setup, pins_timing);
   biss::ControlSession control;
   EncoderServer server{biss::BankedRegisters<2>()};
   SafetyMonitor safety;
   cost.right = safety.self_test();
   const MonitorBytes tested(safety);
   Sample sample{.reader = &reader,
+                .pins = &pins,
+                .polled = &polled,
                 .counter = &counter,
                 .slave = &slave,
                 .master = &master,

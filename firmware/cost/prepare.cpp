@@ -153,6 +153,18 @@ void data_sample(Sample& sample, Random& random) {
   sample.expected = static_cast<std::uint64_t>((rise + setup.period).count);
 }
 
+void pins_byte(Sample& sample, Random& random) {
+  while (!sample.polled->done()) sample.polled->step();
+  const auto buffer = std::span(sample.bytes);
+  sample.polled->start(buffer.first(3));
+  // SLO is read before each edge, and the one before a rising edge counts.
+  const std::uint32_t byte = random.below(256);
+  std::uint32_t levels = 0;
+  for (unsigned bit = 8; bit-- > 0;) levels = levels << 2U | (byte >> bit & 1U);
+  sample.pins->value = levels << 16U;
+  sample.expected = byte;
+}
+
 void control_frame(Sample& sample, Random& random) {
   biss::ControlSession& control = *sample.control;
   control = biss::ControlSession({.retries = static_cast<std::uint8_t>(random.below(2))});

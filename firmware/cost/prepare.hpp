@@ -28,6 +28,8 @@ void data_bit(Sample& sample, Random& random);
 /// A master within the data; MA is low. `value` has the time of the next rising edge, `index` has
 /// SLO.
 void data_sample(Sample& sample, Random& random);
+/// A request by pins that has just begun, and its first byte.
+void pins_byte(Sample& sample, Random& random);
 /// A control session somewhere in an access; `value` has the time, `index` has CDS.
 void control_frame(Sample& sample, Random& random);
 /// A register server somewhere in an access; `index` has CDM.

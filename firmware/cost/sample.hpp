@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <span>
 
@@ -11,6 +12,7 @@
 #include "biss/control/session.hpp"
 #include "biss/frame/encode.hpp"
 #include "biss/frame/fixed.hpp"
+#include "biss/master/polled_read.hpp"
 #include "biss/master/request.hpp"
 #include "biss/master/spi_read.hpp"
 #include "biss/safety/configurations.hpp"
@@ -53,6 +55,25 @@ using EncoderMaster = biss::RequestCycle<biss::FixedCodec<format>>;
 inline constexpr biss::MasterSetup master_setup{.period = setup.period, .timing = encoder.timing};
 /// The line delay of the master's input; less than half a period.
 inline constexpr biss::Picoseconds master_line_delay = biss::nanoseconds(20);
+
+/// Pins whose SLO has the levels of `value`, and a clock that never lets MA wait.
+struct Pins {
+  static constexpr biss::Picoseconds time_step = biss::nanoseconds(10);
+  std::uint32_t value = 0;
+  biss::Picoseconds time{};
+
+  void set_ma(bool) {}
+  bool slo() {
+    value = std::rotl(value, 1);
+    return (value & 1U) != 0;
+  }
+  biss::Picoseconds now() { return time += biss::nanoseconds(600); }
+};
+inline constexpr biss::SpiSetup pins_setup{.period = biss::microseconds(1),
+                                           .line_delay = {.max = biss::nanoseconds(700)},
+                                           .max_pause = biss::microseconds(12)};
+inline constexpr biss::DeviceTiming pins_timing{
+    .timeout = {biss::TimeoutRule::fixed, biss::microseconds(20)}};
 
 inline constexpr biss::FrameFormat safety_format =
     biss::safety_configuration("fs-36-28").frame_format();
@@ -100,6 +121,8 @@ struct Sample {
   std::uint64_t value = 0;
   /// Made at start-up from a format that the compiler cannot see.
   const biss::SpiReader<Codec>* reader = nullptr;
+  Pins* pins = nullptr;
+  biss::PolledRequest<Pins>* polled = nullptr;
   biss::TurnCounter* counter = nullptr;
   EncoderSlave* slave = nullptr;
   EncoderMaster* master = nullptr;
