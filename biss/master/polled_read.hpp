@@ -157,7 +157,7 @@ class PolledRequest {
     if constexpr (PolledClock<Board>) {
       // after_ may be older than the edge by a step of the clock.
       const auto is_early = [&](Picoseconds passed) {
-        return passed.count >= 0 && 2 * (passed - Board::time_step) < period_;
+        return passed.count >= 0 && passed - Board::time_step < (period_ + picoseconds(1)) / 2;
       };
       while (moved_ && is_early(wrapping_elapsed(after_, before))) before = now();
     }
@@ -172,8 +172,8 @@ class PolledRequest {
     if constexpr (PolledClock<Board>) {
       after_ = now();
       const Picoseconds passed = wrapping_elapsed(before_, after_);
-      const Picoseconds pause = passed + Board::time_step - clocks;
-      if (moved_ && (passed.count < 0 || pause > max_pause_)) late_ = true;
+      const Picoseconds most = max_pause_ + clocks - Board::time_step;
+      if (moved_ && (passed.count < 0 || passed > most)) late_ = true;
       before_ = before;
       moved_ = true;
     }
@@ -189,7 +189,7 @@ class PolledRequest {
   std::size_t received_ = 0;
   Picoseconds period_;
   Picoseconds max_pause_;
-  // When the last edge, or byte, began and ended at the earliest and the latest.
+  // The last edge, or all of the last byte, was between these times.
   Picoseconds before_{};
   Picoseconds after_{};
   bool falling_;

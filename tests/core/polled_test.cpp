@@ -394,6 +394,16 @@ static_assert(shortest_timeout(Timeout{}, us) == nanoseconds(1'500));
 static_assert(shortest_timeout(Timeout{.shortest = 9 * us}, us) == 9 * us);
 static_assert(shortest_timeout(renishaw_timing.timeout, us) == nanoseconds(1'500));
 
+BISS_TEST(Timeout, Shortest_IsWhatIsStatedOrPermitted) {
+  for (const Timeout& stated : {stated_15.timeout, Timeout{.shortest = 15 * us}}) {
+    BISS_EXPECT_EQ(shortest_timeout(stated, us).count, (15 * us).count);
+  }
+  for (const Timeout& open : {Timeout{}, adaptive.timeout, renishaw_timing.timeout}) {
+    BISS_EXPECT_EQ(shortest_timeout(open, us).count, nanoseconds(1'500).count);
+  }
+  BISS_EXPECT_EQ(shortest_timeout(fixed_2.timeout, us).count, (2 * us).count);
+}
+
 constexpr SpiSetup pausing(std::int64_t pause_ns, std::int64_t delay_ns = 999,
                            SpiPhase phase = SpiPhase::sample_on_rising) {
   return {.period = us,
