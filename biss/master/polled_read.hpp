@@ -84,6 +84,7 @@ class PolledRequest {
   constexpr PolledRequest(Board& board, const SpiSetup& setup, const DeviceTiming& timing)
       : board_(board),
         period_(setup.period),
+        half_((setup.period + picoseconds(1)) / 2),
         max_pause_(setup.max_pause),
         falling_(setup.phase == SpiPhase::sample_on_falling),
         error_(setup.max_pause.count == 0 ? SpiSetupError::pause : check_pause(setup, timing)) {
@@ -157,7 +158,7 @@ class PolledRequest {
     if constexpr (PolledClock<Board>) {
       // after_ may be older than the edge by a step of the clock.
       const auto is_early = [&](Picoseconds passed) {
-        return passed.count >= 0 && passed - Board::time_step < (period_ + picoseconds(1)) / 2;
+        return passed.count >= 0 && passed - Board::time_step < half_;
       };
       while (moved_ && is_early(wrapping_elapsed(after_, before))) before = now();
     }
@@ -188,6 +189,7 @@ class PolledRequest {
   std::span<std::uint8_t> receive_{};
   std::size_t received_ = 0;
   Picoseconds period_;
+  Picoseconds half_;  // rounded up
   Picoseconds max_pause_;
   // The last edge, or all of the last byte, was between these times.
   Picoseconds before_{};
