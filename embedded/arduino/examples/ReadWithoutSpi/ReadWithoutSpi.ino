@@ -37,10 +37,9 @@ void loop() {
   request.start(buffer);
   while (request.step() == biss::PolledState::running) continue;
   const auto frame = reader.read(buffer);
-  if (request.state() == biss::PolledState::paused) {
-    Serial.println("paused");
-  } else if (!frame.ok()) {
-    Serial.println(biss::name_of(frame.error().cause).data());
+  if (!frame.ok()) {
+    const bool paused = request.state() == biss::PolledState::paused;
+    Serial.println(paused ? "paused" : biss::name_of(frame.error().cause).data());
   } else if (!frame->trusted()) {
     Serial.println("encoder error");
   } else {
