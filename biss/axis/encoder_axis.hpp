@@ -111,7 +111,8 @@ class EncoderAxis {
       // A transfer that has not ended keeps the time of its own request.
       return bad(AxisCause::late, now);
     }
-    if (unanswered) [[unlikely]] bad(AxisCause::unanswered, asked_at_);
+    if (unanswered) [[unlikely]]
+      bad(AxisCause::unanswered, asked_at_);
     asked_at_ = now;
   }
 

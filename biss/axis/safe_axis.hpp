@@ -20,11 +20,13 @@
 #include <span>
 #include <utility>
 
+#include "biss/axis/counters.hpp"
 #include "biss/axis/encoder_axis.hpp"
 #include "biss/axis/freshness.hpp"
 #include "biss/base/bits.hpp"
 #include "biss/base/units.hpp"
 #include "biss/safety/monitor.hpp"
+#include "biss/safety/verdict.hpp"
 
 namespace biss {
 
@@ -50,13 +52,13 @@ class SafeAxis {
     if (buffer_.begin(bytes, start)) {
       // The end of the request was never reported, and its position must not count for a later
       // request.
-      if (unanswered) latest_ = monitor_.step(asked_at_, BitView());
+      if (unanswered) judge(asked_at_, BitView());
       asked_at_ = now;
       if (expected_) monitor_.expect_position(expected_->first, expected_->second);
       expected_.reset();
     } else {
       // A transfer that has not ended counts as no answer, with any bytes in its buffer.
-      latest_ = monitor_.step(now, BitView());
+      judge(now, BitView());
     }
   }
 
@@ -69,7 +71,13 @@ class SafeAxis {
     if (!received) return;
     TwoClocks time = asked_at_;
     time.transfer.time = transfer_time;
-    latest_ = monitor_.step(time, BitView(*received));
+    judge(time, BitView(*received));
+  }
+
+  /// The transfer ended with an error: it counts as no answer. Call it in the DMA's interrupt for
+  /// errors.
+  constexpr void transfer_failed() {
+    if (buffer_.end()) judge(asked_at_, BitView());
   }
 
   /// The position at the next request must be from `low` to `high`: SafetyMonitor::expect_position().
@@ -105,15 +113,28 @@ class SafeAxis {
     return starts_again ? SafetyVerdict::starting : latest_.verdict;
   }
 
+  /// Cycles, by their verdict.
+  constexpr const CauseCounts<SafetyVerdict>& counts() const { return counts_; }
+  /// Whether the last request still waits for its answer.
+  constexpr bool waits() const { return buffer_.waits(); }
+  /// The number of the last request, from 1; 0 before it. It wraps around.
+  constexpr std::uint32_t number() const { return buffer_.number(); }
+
   /// Acknowledges the fault with this cause. Call it after its cause was removed. A fault of this
   /// processor (FaultPlace::receiver) holds until the next power-up.
   constexpr bool acknowledge(SafetyVerdict cause) { return monitor_.acknowledge(cause); }
 
  private:
+  constexpr void judge(const TwoClocks& time, const BitView& bits) {
+    latest_ = monitor_.step(time, bits);
+    counts_.add(latest_.verdict);
+  }
+
   Spi& spi_;
   Monitor monitor_;
   TwoClocks asked_at_{{}, {}};
   SafetyJudgement latest_{};
+  CauseCounts<SafetyVerdict> counts_{};
   std::optional<std::pair<std::uint64_t, std::uint64_t>> expected_{};
   FreshBuffer<bytes> buffer_{};
 };

@@ -183,6 +183,22 @@ BISS_TEST(SafeAxis, RequestWithoutAnswer_HasNoPositionUntilTheNextAnswer) {
   BISS_EXPECT(b.has_position());
 }
 
+BISS_TEST(SafeAxis, TransferThatFails_HasNoPositionUntilTheNextAnswer) {
+  Bench<with_tolerated_faults()> b;
+  b.until_safe();
+  b.request();
+  b.write(b.next(1000));
+  b.spi.receive = {};
+  b.axis.transfer_failed();
+  BISS_EXPECT(!b.has_position());
+  BISS_EXPECT_EQ(b.axis.cause(), no_frame);
+  BISS_EXPECT_EQ(b.axis.counts()[no_frame], 1U);
+  b.axis.transfer_failed();  // no request waits for it
+  b.axis.transfer_complete();
+  BISS_EXPECT_EQ(b.axis.counts()[no_frame], 1U);
+  BISS_EXPECT(b.good());
+}
+
 BISS_TEST(SafeAxis, InterruptBeforeTheFirstRequest_IsNotTheFirstAnswer) {
   Bench<with_first_value()> b;
   b.axis.transfer_complete();
@@ -314,7 +330,9 @@ BISS_TEST(SafeAxis, CyclesWithFaults_HaveEachPositionAndNoneFromAFaultToItsAckno
     const auto found = b.axis.position(b.clocks());
     good_in_a_row = faulty ? 0 : good_in_a_row + 1;
     BISS_EXPECT_EQ(found.has_value(), good_in_a_row >= type.setup.start_frames) << n;
-    if (found) BISS_EXPECT_EQ(control_position(Bench<>::Plan(), *found), position) << n;
+    if (found) {
+      BISS_EXPECT_EQ(control_position(Bench<>::Plan(), *found), position) << n;
+    }
     if (!faulty) continue;
     BISS_EXPECT_EQ(b.axis.cause(), causes[static_cast<std::size_t>(fault)]) << n;
     b.spi.receive = {};
