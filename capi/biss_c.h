@@ -6,17 +6,19 @@
  * one side drives reaches the other side when the caller passes it on.
  *
  *   Times     int64_t in picoseconds, -BISS_TIME_MAX to BISS_TIME_MAX, with any zero. The time of
- *             a handle never goes backwards. Durations are 0 to BISS_DURATION_MAX.
+ *             an object never goes backwards. Durations are 0 to BISS_DURATION_MAX.
  *   Levels    bool: false low, true high. MA and SLO idle high.
  *   Errors    each call returns a biss_status. A call that does not return BISS_OK has changed
  *             nothing unless its description says otherwise. No C++ exception leaves a call.
- *   Lifetime  a handle is valid from open to close. Every call checks it first: one that is
- *             closed, of another kind or no handle at all is BISS_BAD_HANDLE, as long as no other
- *             handle was opened at the same address since. A close of such a handle does nothing.
- *             The arguments of open may be freed when open returns, except for `user`, which is
- *             passed to the callbacks until close. Returned texts are static.
- *   Threads   a handle belongs to one thread at a time. Different handles share nothing. A
- *             callback may call everything except the handle that called it, and must return: no
+ *   Memory    an object (biss_slave, biss_master, ...) is the caller's: static, on the stack, or in
+ *             a structure. No call allocates memory. Its content is private. An object works from
+ *             its init on, and only at the address of its init; a later init starts again. Every
+ *             call checks that: memory without init, memory after an init that failed, a copy, and
+ *             an object of another kind are BISS_BAD_HANDLE. Nothing has to be freed: set an
+ *             object to zero to end it. The arguments of init may be freed when init returns,
+ *             except for `user`, which is passed to the callbacks. Returned texts are static.
+ *   Threads   an object belongs to one thread at a time. Different objects share nothing. A
+ *             callback may call everything except the object that called it, and must return: no
  *             longjmp, no exception. */
 #pragma once
 
@@ -39,6 +41,20 @@ extern "C" {
 #define BISS_NEVER INT64_MAX
 #define BISS_MAX_CHANNELS 8
 
+/* A structure of the caller: what its content is for, only the library knows. */
+#define BISS_OBJECT(name, words) \
+  typedef struct name {          \
+    uintptr_t mark;              \
+    uint64_t memory[words];      \
+  } name
+/* The memory of the largest part of an object: a frame format with its tables. BISS_SMALL selects
+ * small tables on other processors than Arm's Cortex-M; then define it for the library too. */
+#if defined(BISS_SMALL) || (defined(__ARM_ARCH_PROFILE) && __ARM_ARCH_PROFILE == 'M')
+#define BISS_CODEC_WORDS 176
+#else
+#define BISS_CODEC_WORDS 4208
+#endif
+
 /* In C++ an enumeration that may hold any int, so that a number out of its range is valid. */
 #ifdef __cplusplus
 #define BISS_INT : int
@@ -53,15 +69,16 @@ const char* biss_version(void);
 typedef enum biss_status BISS_INT {
   BISS_OK = 0,
   BISS_NULL_ARGUMENT,  /* a required pointer is null */
-  BISS_NO_MEMORY,      /* open: no memory for the handle */
-  BISS_BAD_FORMAT,     /* neither a catalogue name nor a format; see biss_format_problem(). For a
-                          master, a biss_spi and a single frame: also a format with `:previous`,
-                          whose CRC needs the frame before */
+  BISS_NO_MEMORY,      /* biss_line: no memory */
+  BISS_BAD_FORMAT,     /* a text is neither a catalogue name nor a format; see
+                          biss_format_problem(). A biss_format has no channel, or fields that
+                          overlap or are not in the data. For a master, a biss_spi and a single
+                          frame: also a checksum of_previous, which needs the frame before */
   BISS_BAD_TIMING,     /* a biss_timing that no device can have: a duration out of range, an
                           unknown rule or clock count, a minimum above its maximum */
   BISS_BAD_SETUP,      /* another value of the setup is out of its range */
   BISS_TIME_RANGE,     /* a time beyond BISS_TIME_MAX */
-  BISS_TIME_BACKWARDS, /* a time before the last one of this handle */
+  BISS_TIME_BACKWARDS, /* a time before the last one of this object */
   BISS_REENTERED,      /* called from its own callback */
   BISS_VALUE_RANGE,    /* a position or counter is wider than its field. For `sample` of a slave:
                           the step was done and its output is valid; the frame means "no data": all
@@ -71,7 +88,7 @@ typedef enum biss_status BISS_INT {
   BISS_TOO_EARLY,      /* begin: refused, the device's shortest cycle has not passed, or MA was not
                           high long enough */
   BISS_NO_READING,     /* reading: no request was made yet, or there is no frame */
-  BISS_BAD_HANDLE,     /* the handle is closed, was never open, or is of another kind */
+  BISS_BAD_HANDLE,     /* the object had no init, was moved, or is of another kind */
   BISS_CHANNEL_COUNT,  /* the format has a different number of channels, or no such channel */
   BISS_CLOCK_RANGE,    /* clocks of ACK or before it: more or fewer than possible */
   BISS_NO_ROOM,        /* the buffer is too small */
@@ -100,17 +117,6 @@ const char* biss_status_text(biss_status status);
 
 /* ---- Format and timing of a device ---- */
 
-/* The encoders of the catalogue, from 0 to biss_encoder_count() - 1. */
-size_t biss_encoder_count(void);
-/* "resolute-26", …: a format in all calls; null if there is no such encoder. */
-const char* biss_encoder_name(size_t index);
-
-/* A format is a catalogue name ("resolute-26") or the grammar of the command
- * ("pos26,nE,nW,crc6;cds0", "mt12,st20,nE,nW,lc6,crc16").
- * Returns null when the text is a format, otherwise the mistake, and in *at (unless null) the index
- * of its character. A null text is an empty one. */
-const char* biss_format_problem(const char* format, size_t* at);
-
 typedef enum biss_timeout_rule BISS_INT {
   BISS_TIMEOUT_ADAPTIVE = 0, /* 1.5 periods of MA and up to `timeout_ps` after its last edge */
   BISS_TIMEOUT_FIXED,        /* `timeout_ps` after the last edge of MA */
@@ -135,12 +141,82 @@ typedef struct biss_timing {
   int64_t sampling_max_ps;
 } biss_timing;
 
-/* The catalogue's timing of a name; for a format of the grammar, the widest that BiSS C allows.
- * BISS_NULL_ARGUMENT, BISS_BAD_FORMAT. */
-biss_status biss_timing_of(const char* format, biss_timing* timing);
+/* A checksum, as data. */
+typedef struct biss_crc {
+  uint32_t polynomial; /* in full form, with the top and the lowest term: 0x43 = x^6 + x + 1 */
+  uint32_t start;      /* of the register, at most 2^width_bits - 1 */
+  uint32_t width_bits; /* 3 to 16; 0 in a biss_channel_format: no checksum */
+  bool inverted;       /* sent with every bit inverted, as BiSS does */
+  /* Errors of an encoder's maker, which formats have as suffixes: bits reversed, without nE and nW,
+   * CDS covered too, of the frame before. All false for biss_crc_of(). */
+  bool reversed;
+  bool without_flags;
+  bool with_cds;
+  bool of_previous;
+} biss_crc;
 
-/* The number of data channels of a format, in *channels. BISS_NULL_ARGUMENT, BISS_BAD_FORMAT. */
-biss_status biss_channels_of(const char* format, size_t* channels);
+/* A run of bits in the data of a channel. */
+typedef struct biss_field {
+  uint8_t bits;  /* 0: the channel has no such field */
+  uint8_t shift; /* the number of data bits after it */
+  bool gray;     /* a part of a position: in Gray code */
+  bool lsb;      /* a part of a position: its lowest bit is sent first */
+} biss_field;
+
+typedef struct biss_flag {
+  bool present;
+  uint8_t shift;    /* the number of data bits after it */
+  bool active_high; /* E or W; false: nE or nW */
+} biss_flag;
+
+/* One data channel. Bits of no field are padding. */
+typedef struct biss_channel_format {
+  uint8_t data_bits;       /* 1 to 64, without the checksum */
+  biss_field position;     /* or its two parts: */
+  biss_field multiturn;    /* turns, */
+  biss_field singleturn;   /* and the position in the turn */
+  biss_field life_counter; /* up to 32 bits */
+  biss_flag error;
+  biss_flag warning;
+  biss_crc crc;
+} biss_channel_format;
+
+/* A frame format and the timing of its device, as plain data: it may be a constant. Every init
+ * that takes one copies it. */
+typedef struct biss_format {
+  biss_timing timing;
+  uint32_t channel_count;                          /* 1 to BISS_MAX_CHANNELS */
+  bool cds0;                                       /* CDS must be 0 */
+  biss_channel_format channels[BISS_MAX_CHANNELS]; /* in the order on the line */
+} biss_format;
+
+/* A format without channels, with the widest timing that BiSS C allows. */
+biss_format biss_format_defaults(void);
+
+/* ---- Formats as texts: the only calls that need the catalogue and the grammar ---- */
+
+/* The encoders of the catalogue, from 0 to biss_encoder_count() - 1. */
+size_t biss_encoder_count(void);
+/* "resolute-26", …: a text for biss_format_parse(); null if there is no such encoder. */
+const char* biss_encoder_name(size_t index);
+
+/* The format of a catalogue name ("resolute-26"), or of the grammar of the command
+ * ("pos26,nE,nW,crc6;cds0", "mt12,st20,nE,nW,lc6,crc16") with the widest timing.
+ * BISS_NULL_ARGUMENT, BISS_BAD_FORMAT. */
+biss_status biss_format_parse(const char* text, biss_format* format);
+
+/* Returns null when the text is a format, otherwise the mistake, and in *at (unless null) the index
+ * of its character. A null text is an empty one. */
+const char* biss_format_problem(const char* text, size_t* at);
+
+/* The format in the grammar of the command, with a final zero. *length, unless null, is the number
+ * of characters without it. BISS_FORMAT_TEXT_MAX bytes are always enough.
+ * BISS_NULL_ARGUMENT, BISS_BAD_FORMAT, BISS_BAD_TIMING, BISS_NO_ROOM: `room` is too small; *length
+ * is set. */
+#define BISS_FORMAT_TEXT_MAX 1024
+biss_status biss_format_text(const biss_format* format, char* text, size_t room, size_t* length);
+
+/* ---- Values ---- */
 
 /* The values of one data channel. */
 typedef struct biss_channel {
@@ -158,14 +234,13 @@ typedef struct biss_output {
 
 /* ---- The encoder's side ---- */
 
-typedef struct biss_slave biss_slave;
+BISS_OBJECT(biss_slave, BISS_CODEC_WORDS + 109);
 
 typedef struct biss_slave_setup {
-  const char* format;
-  const biss_timing* timing; /* null: biss_timing_of(format) */
-  int64_t ready_ps;          /* from ACK to the answer, limited to ack_max_ps */
-  bool chained;              /* SLI comes from another slave; false: SLI is ignored */
-  void* user;                /* passed to the callbacks; may be null */
+  const biss_format* format;
+  int64_t ready_ps; /* from ACK to the answer, limited to ack_max_ps */
+  bool chained;     /* SLI comes from another slave; false: SLI is ignored */
+  void* user;       /* passed to the callbacks; may be null */
   /* Called once per frame, at the sampling moment, by biss_slave_step(): sets channels[0] to
    * channels[count - 1], in the order on the line. They are initialised with position and counter 0
    * and neither error nor warning. `moment_ps` may be before the time of the step. Not null. */
@@ -187,11 +262,11 @@ typedef struct biss_slave_setup {
 } biss_slave_setup;
 
 /* A setup with this format, and 0 or null everywhere else. */
-biss_slave_setup biss_slave_defaults(const char* format);
+biss_slave_setup biss_slave_defaults(const biss_format* format);
 
-/* Opens an idle encoder that drives SLO high. *slave is null unless BISS_OK.
- * BISS_NULL_ARGUMENT, BISS_NO_MEMORY, BISS_BAD_FORMAT, BISS_BAD_TIMING, BISS_BAD_SETUP. */
-biss_status biss_slave_open(const biss_slave_setup* setup, biss_slave** slave);
+/* Makes an idle encoder that drives SLO high.
+ * BISS_NULL_ARGUMENT, BISS_BAD_FORMAT, BISS_BAD_TIMING, BISS_BAD_SETUP. */
+biss_status biss_slave_init(biss_slave* slave, const biss_slave_setup* setup);
 
 /* To be called at each change of MA or SLI and at the deadline; further calls change nothing.
  * Events due before `now_ps` happen first.
@@ -201,21 +276,18 @@ biss_status biss_slave_step(biss_slave* slave, int64_t now_ps, bool ma, bool sli
 
 /* The state, by what it waits for: "idle", "requested", "latched", "ack", "start", "data", "stop",
  * "early_request" (a request came before the timeout was over and is not answered), "chain_busy".
- * Null for a handle that is not open. */
+ * Null without init. */
 const char* biss_slave_state(const biss_slave* slave);
-
-/* Null is allowed. Not from its own callback. */
-void biss_slave_close(biss_slave* slave);
 
 /* ---- The master's side ---- */
 
-typedef struct biss_master biss_master;
+BISS_OBJECT(biss_master, BISS_CODEC_WORDS + 97);
+
 typedef struct biss_control biss_control;
 
 /* A time of 0 selects the default in the comment. */
 typedef struct biss_master_setup {
-  const char* format;
-  const biss_timing* timing; /* null: biss_timing_of(format) */
+  const biss_format* format;
   int64_t period_ps;         /* of MA; 32 ps or more */
   bool compensate;           /* sample half a period after each bit's arrival, by the line delay
                                 measured in this request; false: half a period after the edge */
@@ -238,7 +310,7 @@ typedef struct biss_master_setup {
 } biss_master_setup;
 
 /* A setup with compensation for one device, defaults everywhere else. */
-biss_master_setup biss_master_defaults(const char* format, int64_t period_ps);
+biss_master_setup biss_master_defaults(const biss_format* format, int64_t period_ps);
 
 /* The one cause why there is no frame; the same as the statuses of `biss decode`. */
 typedef enum biss_cause BISS_INT {
@@ -275,10 +347,10 @@ typedef struct biss_reading {
   bool ready;               /* SLO is high at the end, or known to rise (trust_cycle_time) */
 } biss_reading;
 
-/* Opens a master that drives MA high. *master is null unless BISS_OK.
- * BISS_NULL_ARGUMENT, BISS_NO_MEMORY, BISS_BAD_FORMAT, BISS_BAD_TIMING, BISS_BAD_SETUP,
- * BISS_CLOCK_MAX, BISS_NO_ERROR_FLAG, BISS_NO_CRC, BISS_BAD_HANDLE: `control`. */
-biss_status biss_master_open(const biss_master_setup* setup, biss_master** master);
+/* Makes a master that drives MA high.
+ * BISS_NULL_ARGUMENT, BISS_BAD_FORMAT, BISS_BAD_TIMING, BISS_BAD_SETUP, BISS_CLOCK_MAX,
+ * BISS_NO_ERROR_FLAG, BISS_NO_CRC, BISS_BAD_HANDLE: `control`. */
+biss_status biss_master_init(biss_master* master, const biss_master_setup* setup);
 
 /* Begins a request: MA falls at `now_ps`. `cdm` is the bit it carries; ignored if the setup has a
  * control session.
@@ -293,16 +365,13 @@ biss_status biss_master_begin(biss_master* master, int64_t now_ps, bool slo, boo
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_TIME_RANGE, BISS_TIME_BACKWARDS. */
 biss_status biss_master_step(biss_master* master, int64_t now_ps, bool slo, biss_output* out);
 
-/* No request is running. Every request ends by itself, whatever SLO does. True for a
- * handle that is not open. */
+/* No request is running. Every request ends by itself, whatever SLO does. True without
+ * init. */
 bool biss_master_done(const biss_master* master);
 
 /* The outcome of the last request.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_RUNNING, BISS_NO_READING. */
 biss_status biss_master_reading(const biss_master* master, biss_reading* reading);
-
-/* Null is allowed. */
-void biss_master_close(biss_master* master);
 
 #ifdef __cplusplus
 }

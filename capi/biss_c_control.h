@@ -13,6 +13,8 @@
 extern "C" {
 #endif
 
+BISS_OBJECT(biss_control, 124);
+
 typedef struct biss_control_setup {
   int64_t busy_max_ps; /* the longest time by which a device may delay a byte; default 20 ms */
   uint32_t retries;    /* of an access that failed, possibly because of the line; up to 255. A byte
@@ -21,13 +23,10 @@ typedef struct biss_control_setup {
 
 biss_control_setup biss_control_defaults(void);
 
-/* Opens a session without an access. `setup` may be null: defaults. *control is null unless
- * BISS_OK.
- * BISS_NULL_ARGUMENT, BISS_BAD_SETUP, BISS_NO_MEMORY. */
-biss_status biss_control_open(const biss_control_setup* setup, biss_control** control);
-
-/* Null is allowed. A master that has it sends CDM 0 from then on. */
-void biss_control_close(biss_control* control);
+/* Makes a session without an access. `setup` may be null: defaults. If the session ends before its
+ * master, the master sends CDM 0 from then on; the memory must remain.
+ * BISS_NULL_ARGUMENT, BISS_BAD_SETUP. */
+biss_status biss_control_init(biss_control* control, const biss_control_setup* setup);
 
 /* Begins to read `count` registers, 1 to 64, from `address` on, of the device with this ID, 0 to 7.
  * An access that no control frame can request is done at once, with bad_request.
@@ -78,7 +77,7 @@ typedef enum biss_cds BISS_INT {
  * such cds. */
 biss_status biss_control_step(biss_control* control, int64_t now_ps, biss_cds cds, bool* cdm);
 
-/* No access is under way. True for a handle that is not open. */
+/* No access is under way. True without init. */
 bool biss_control_done(const biss_control* control);
 
 /* How an access ended, or how far it is. A query is many accesses: frames, tries and
@@ -144,12 +143,11 @@ typedef void (*biss_eds_remark)(void* user, uint32_t channel, const char* field,
                                 uint32_t stored, uint32_t used);
 
 /* The frame format and, at this clock, the timing of a device by its EDS; with neither, by its
- * profile. `format` gets the grammar of the command; BISS_FORMAT_TEXT_MAX of biss_c_frame.h is
- * always enough. `timing` and `remark` may be null.
- * BISS_NULL_ARGUMENT, BISS_BAD_SETUP: clock_hz is 0, BISS_NO_ROOM, BISS_BAD_EDS: it has no data
- * channel, the length of one is not known, or it contradicts itself or the registers. */
-biss_status biss_eds_format(const biss_device* device, uint32_t clock_hz, char* format, size_t room,
-                            biss_timing* timing, biss_eds_remark remark, void* user);
+ * profile. `remark` may be null.
+ * BISS_NULL_ARGUMENT, BISS_BAD_SETUP: clock_hz is 0, BISS_BAD_EDS: it has no data channel, the
+ * length of one is not known, or it contradicts itself or the registers. */
+biss_status biss_eds_format(const biss_device* device, uint32_t clock_hz, biss_format* format,
+                            biss_eds_remark remark, void* user);
 
 #ifdef __cplusplus
 }

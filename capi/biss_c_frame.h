@@ -5,7 +5,7 @@
  *             SPI peripheral receives them. A bit is SLO once per clock of MA.
  *   Causes    a function that decodes returns BISS_OK when it was called correctly; frame->cause
  *             shows whether there is a frame.
- *   Threads   a biss_format and a biss_spi do not change after open: any number of threads may
+ *   Threads   a biss_codec and a biss_spi do not change after init: any number of threads may
  *             use one at the same time. */
 #pragma once
 
@@ -17,59 +17,11 @@ extern "C" {
 
 /* ---- A frame format, prepared ---- */
 
-typedef struct biss_format biss_format;
+/* A format with the tables that frames need; a biss_spi has its own. */
+BISS_OBJECT(biss_codec, BISS_CODEC_WORDS);
 
-/* `text` is a catalogue name or a format, as everywhere. Its tables take about 33 KiB. *format is
- * null unless BISS_OK. BISS_NULL_ARGUMENT, BISS_NO_MEMORY, BISS_BAD_FORMAT. */
-biss_status biss_format_open(const char* text, biss_format** format);
-
-/* Null is allowed. A biss_spi that was opened with it remains valid. */
-void biss_format_close(biss_format* format);
-
-/* A checksum, as data. */
-typedef struct biss_crc {
-  uint32_t polynomial; /* in full form, with the top and the lowest term: 0x43 = x^6 + x + 1 */
-  uint32_t start;      /* of the register, at most 2^width_bits - 1 */
-  uint32_t width_bits; /* 3 to 16; 0 in a biss_channel_format: no checksum */
-  bool inverted;       /* sent with every bit inverted, as BiSS does */
-  /* Errors of an encoder's maker, which formats have as suffixes: bits reversed, without nE and nW,
-   * CDS covered too, of the frame before. All false for biss_crc_of(). */
-  bool reversed;
-  bool without_flags;
-  bool with_cds;
-  bool of_previous;
-} biss_crc;
-
-/* One data channel. A width of 0: the channel has no such field. */
-typedef struct biss_channel_format {
-  uint32_t data_bits;       /* 1 to 64, without the checksum */
-  uint32_t position_bits;   /* of biss_channel.position, turns included */
-  uint32_t singleturn_bits; /* its lower bits; 0: turns are not a field of their own */
-  uint32_t life_counter_bits;
-  bool has_error; /* nE or E; false: nE is always true */
-  bool has_warning;
-  biss_crc crc;
-} biss_channel_format;
-
-/* Channel `index`, from 0 in the order on the line.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_CHANNEL_COUNT: there is no such channel. */
-biss_status biss_format_channel(const biss_format* format, size_t index, biss_channel_format* out);
-
-typedef struct biss_format_size {
-  uint32_t channel_count;
-  uint32_t payload_bits; /* of all channels with their checksums, without START, CDS and STOP */
-  bool cds0;             /* CDS must be 0 */
-} biss_format_size;
-
-/* BISS_NULL_ARGUMENT, BISS_BAD_HANDLE. */
-biss_status biss_format_size_of(const biss_format* format, biss_format_size* size);
-
-/* The format in the grammar of the command ("pos26,nE,nW,crc6;cds0"), also of a catalogue name,
- * with a final zero. *length, unless null, is the number of characters without it.
- * BISS_FORMAT_TEXT_MAX bytes are always enough.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_NO_ROOM: `room` is too small; *length is set. */
-#define BISS_FORMAT_TEXT_MAX 1024
-biss_status biss_format_text(const biss_format* format, char* text, size_t room, size_t* length);
+/* BISS_NULL_ARGUMENT, BISS_BAD_FORMAT, BISS_BAD_TIMING. */
+biss_status biss_codec_init(biss_codec* codec, const biss_format* format);
 
 /* ---- Frames ---- */
 
@@ -112,7 +64,7 @@ biss_bounds biss_bounds_defaults(void);
  * `byte_count` is 0. `bounds` may be null: biss_bounds_defaults(). Any cause. BISS_NULL_ARGUMENT,
  * BISS_BAD_HANDLE, BISS_BAD_FORMAT, BISS_BAD_SETUP: a bound is out of its range, or a minimum is
  * above its maximum. */
-biss_status biss_frame_decode(const biss_format* format, const uint8_t* bytes, size_t byte_count,
+biss_status biss_frame_decode(const biss_codec* codec, const uint8_t* bytes, size_t byte_count,
                               size_t first_bit, size_t bit_count, const biss_bounds* bounds,
                               biss_frame* frame);
 
@@ -123,7 +75,7 @@ biss_status biss_frame_decode(const biss_format* format, const uint8_t* bytes, s
 /* A frame to be encoded: the format's number of channels with position and counter 0 and neither
  * error nor warning, one leading one, one clock of ACK, CDS 0.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE. */
-biss_status biss_frame_defaults(const biss_format* format, biss_frame* frame);
+biss_status biss_frame_defaults(const biss_codec* codec, biss_frame* frame);
 
 /* SLO once per clock of MA: `lead_clocks` ones, `ack_clocks` zeros, START, CDS, each channel with
  * its checksum, STOP. *bit_count is their number; the last byte is filled with zeros. `cause`,
@@ -132,18 +84,17 @@ biss_status biss_frame_defaults(const biss_format* format, biss_frame* frame);
  * BISS_VALUE_RANGE: a position or counter is wider than its field, BISS_CLOCK_RANGE: `ack_clocks`
  * is not 1 to 400 or `lead_clocks` is above 402, BISS_NO_ROOM: `byte_count` is too small;
  * *bit_count is set and `bytes` unchanged. */
-biss_status biss_frame_encode(const biss_format* format, const biss_frame* frame, uint8_t* bytes,
+biss_status biss_frame_encode(const biss_codec* codec, const biss_frame* frame, uint8_t* bytes,
                               size_t byte_count, size_t* bit_count);
 
 /* ---- SPI ---- */
 
-typedef struct biss_spi biss_spi;
+BISS_OBJECT(biss_spi, BISS_CODEC_WORDS + 11);
 
 typedef struct biss_spi_setup {
   const biss_format* format;
-  const biss_timing* timing; /* null: of the format's name, see biss_timing_of() */
-  int64_t period_ps;         /* of MA, 32 ps or more */
-  bool sample_on_falling;    /* CPHA = 0, mode 2; false: CPHA = 1, mode 3. CPOL is 1 */
+  int64_t period_ps;      /* of MA, 32 ps or more */
+  bool sample_on_falling; /* CPHA = 0, mode 2; false: CPHA = 1, mode 3. CPOL is 1 */
   /* From MA to SLO, both at the master. The narrower, the more wrong frames are detected. */
   int64_t line_delay_min_ps;
   int64_t line_delay_max_ps; /* defaults: 40 us */
@@ -157,13 +108,10 @@ typedef struct biss_spi_setup {
 
 biss_spi_setup biss_spi_defaults(const biss_format* format, int64_t period_ps);
 
-/* Opens a reader of the buffers of one encoder. *spi is null unless BISS_OK.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_BAD_TIMING, BISS_BAD_SETUP, BISS_CLOCK_MAX,
- * BISS_NO_ERROR_FLAG, BISS_NO_CRC, BISS_NO_MEMORY. */
-biss_status biss_spi_open(const biss_spi_setup* setup, biss_spi** spi);
-
-/* Null is allowed. */
-void biss_spi_close(biss_spi* spi);
+/* Makes a reader of the buffers of one encoder.
+ * BISS_NULL_ARGUMENT, BISS_BAD_FORMAT, BISS_BAD_TIMING, BISS_BAD_SETUP, BISS_CLOCK_MAX,
+ * BISS_NO_ERROR_FLAG, BISS_NO_CRC. */
+biss_status biss_spi_init(biss_spi* spi, const biss_spi_setup* setup);
 
 typedef struct biss_spi_size {
   size_t clocks; /* up to STOP, at the longest line delay and the longest ACK */
@@ -186,6 +134,45 @@ biss_status biss_spi_read(const biss_spi* spi, const uint8_t* bytes, size_t byte
  * leading ones than this reader returns. */
 biss_status biss_spi_line_delay(const biss_spi* spi, const biss_frame* frame, int64_t* min_ps,
                                 int64_t* max_ps);
+
+/* ---- Turns ---- */
+
+/* Counts the turns of an encoder that repeats after 2^width_bits counts. A step is taken in the
+ * shorter direction: less than half a turn between two samples. */
+BISS_OBJECT(biss_turns, 5);
+
+typedef enum biss_turns_state BISS_INT {
+  BISS_TURNS_EMPTY = 0, /* no sample yet */
+  BISS_TURNS_FIRST,     /* one sample: no step was counted */
+  BISS_TURNS_TRACKED,   /* every step since is known */
+  BISS_TURNS_AMBIGUOUS  /* a step may have been either way, or turns passed unseen: until
+                           biss_turns_resynchronise() or init */
+} biss_turns_state;
+
+typedef struct biss_turns_value {
+  biss_turns_state state;
+  int64_t turns; /* whole turns, negative below the start; an estimate if ambiguous */
+  bool has_position;
+  int64_t position; /* turns * 2^width_bits + the last sample; 0 without a sample, or if too wide */
+} biss_turns_value;
+
+/* `max_step` is the most counts from one sample to the next, which the highest speed gives; 0: just
+ * below half a turn. A larger step makes the turns ambiguous.
+ * BISS_NULL_ARGUMENT, BISS_BIT_COUNT: `width_bits` is not 1 to 64. */
+biss_status biss_turns_init(biss_turns* turns, uint32_t width_bits, uint64_t max_step);
+
+/* Takes a sample; bits above the width are dropped. `missed` is how many samples were missing or
+ * bad since the last good one. BISS_NULL_ARGUMENT, BISS_BAD_HANDLE. */
+biss_status biss_turns_update(biss_turns* turns, uint64_t count, uint64_t missed,
+                              biss_turns_value* value);
+
+/* Sets the turns at the last sample, known from a reference; without a sample, at the first one.
+ * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE. */
+biss_status biss_turns_resynchronise(biss_turns* turns, int64_t whole_turns,
+                                     biss_turns_value* value);
+
+/* The value as of the last call. BISS_NULL_ARGUMENT, BISS_BAD_HANDLE. */
+biss_status biss_turns_position(const biss_turns* turns, biss_turns_value* value);
 
 /* ---- Checksums ---- */
 

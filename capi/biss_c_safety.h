@@ -9,7 +9,7 @@
 extern "C" {
 #endif
 
-typedef struct biss_safety biss_safety;
+BISS_OBJECT(biss_safety, BISS_CODEC_WORDS + 34);
 
 typedef enum biss_counter_mode BISS_INT {
   BISS_COUNT_1_63 = 0,
@@ -22,8 +22,8 @@ typedef enum biss_counter_mode BISS_INT {
 
 /* As SafetySetup of the core; the table of docs/safety.md has the same names. */
 typedef struct biss_safety_setup {
-  const char* format; /* a safety configuration ("fs-36-28"), or a format with two words */
-  uint32_t cpw;       /* channel of the control position word, from 0 */
+  const biss_format* format; /* with two words; its timing is not used */
+  uint32_t cpw;              /* channel of the control position word, from 0 */
   uint32_t spw;
   uint32_t start_frames; /* good frames in a row until one is safe, 2 to 255 */
   bool latch;            /* a fault holds until biss_safety_acknowledge() */
@@ -54,29 +54,33 @@ typedef struct biss_safety_setup {
   bool unrated; /* without the checks of checksums, comparison and residual errors */
 } biss_safety_setup;
 
-/* The setup of a configuration, or the usual one for a format, for requests every `cycle_ps`, as
- * at_cycle() of the core: up to 100 s each is valid; 0: as in the configuration.
- * BISS_NULL_ARGUMENT, BISS_BAD_FORMAT, BISS_BAD_SETUP: no such duration. */
-biss_status biss_safety_defaults(const char* format, int64_t cycle_ps, biss_safety_setup* setup);
+/* The usual setup for requests every `cycle_ps`, as at_cycle() of the core: up to 100 s each is
+ * valid; 0: the shortest.
+ * BISS_NULL_ARGUMENT, BISS_BAD_SETUP: no such duration. */
+biss_status biss_safety_defaults(const biss_format* format, int64_t cycle_ps,
+                                 biss_safety_setup* setup);
+
+/* The format and the setup of a safety configuration ("fs-36-28"), at this cycle; of another text,
+ * its format with the usual setup. The setup has a pointer to *format.
+ * Errors as above, and BISS_BAD_FORMAT. */
+biss_status biss_safety_parse(const char* text, int64_t cycle_ps, biss_format* format,
+                              biss_safety_setup* setup);
 
 /* Why frames cannot be monitored with a setup: "no_counter", "frame_gap", …, the names of
  * SafetySetupError in biss/safety/setup.hpp. Null: they can, or the setup is bad in a different
  * way. */
 const char* biss_safety_problem(const biss_safety_setup* setup);
 
-/* Opens a monitor. It judges no frame before its self test. *safety is null unless BISS_OK.
- * BISS_NULL_ARGUMENT, BISS_NO_MEMORY, BISS_BAD_FORMAT, BISS_BAD_SETUP: a number is wider than its
+/* Makes a monitor. It judges no frame before its self test.
+ * BISS_NULL_ARGUMENT, BISS_BAD_FORMAT, BISS_BAD_TIMING, BISS_BAD_SETUP: a number is wider than its
  * field, BISS_BAD_SAFETY. */
-biss_status biss_safety_open(const biss_safety_setup* setup, biss_safety** safety);
-
-/* Null is allowed. */
-void biss_safety_close(biss_safety* safety);
+biss_status biss_safety_init(biss_safety* safety, const biss_safety_setup* setup);
 
 /* Gives every check a frame that it must refuse. Call it at power-up, and later at any time: a
  * later call that passes changes nothing. *passed is false in "failed", whatever the checks do.
- * `expected` is a setup from another place than the setup of open, a constant for example: the
+ * `expected` is a setup from another place than the setup of init, a constant for example: the
  * monitor compares itself with it, all fields, now and before every frame. BISS_NULL_ARGUMENT,
- * BISS_BAD_HANDLE, and as biss_safety_open() for `expected`: BISS_BAD_FORMAT, BISS_BAD_SETUP,
+ * BISS_BAD_HANDLE, and as biss_safety_init() for `expected`: BISS_BAD_FORMAT, BISS_BAD_SETUP,
  * BISS_BAD_SAFETY. Then the test has not passed and the monitor is unchanged. */
 biss_status biss_safety_self_test(biss_safety* safety, const biss_safety_setup* expected,
                                   bool* passed);

@@ -20,15 +20,15 @@ const char* biss_fault_effect(size_t kind);
 
 /* ---- The far end of a line ---- */
 
-typedef struct biss_line biss_line;
+/* The only objects with memory of the heap, and with a file: end them with their close. */
+BISS_OBJECT(biss_line, 1);
 
 /* A stepper between the pins of a master and the encoder at the end of its cable: MA in, SLO out.
  * The master is a biss_master, or a master of the caller. */
 typedef struct biss_line_setup {
-  const char* format;
-  const biss_timing* timing; /* null: biss_timing_of(format) */
-  uint32_t clock_hz;         /* of the master, 1 kHz to 100 MHz: faults are placed by it */
-  int64_t interval_ps;       /* from one request to the next, likewise; 0: the shortest */
+  const biss_format* format;
+  uint32_t clock_hz;   /* of the master, 1 kHz to 100 MHz: faults are placed by it */
+  int64_t interval_ps; /* from one request to the next, likewise; 0: the shortest */
   /* One way in the cable, from MA to SLO in the encoder, and the filter of MA: pulses that are
    * shorter do not reach the encoder, every other edge is delayed by it. Together at most 40 us. */
   int64_t ma_delay_ps;
@@ -66,15 +66,15 @@ typedef struct biss_line_setup {
 } biss_line_setup;
 
 /* A setup without delays and faults, a ramp, counters from 1, seed 1. */
-biss_line_setup biss_line_defaults(const char* format, uint32_t clock_hz);
+biss_line_setup biss_line_defaults(const biss_format* format, uint32_t clock_hz);
 
-/* Opens a line whose encoder is idle. *line is null unless BISS_OK.
+/* Makes a line whose encoder is idle.
  * BISS_NULL_ARGUMENT, BISS_NO_MEMORY, BISS_BAD_FORMAT, BISS_BAD_TIMING, BISS_BAD_SETUP,
  * BISS_FAULT_RULE: a rule is not KIND:RATE with a rate of 0 to 1, nor KIND@CYCLE, BISS_FAULT_KIND:
  * no such kind, or a kind of the encoder, which belongs to the caller, BISS_FAULT_PLACE: a frame of
  * this line has no such place, or the kind has none, BISS_FAULT_TWICE: a kind has two rates, or one
  * cycle twice. */
-biss_status biss_line_open(const biss_line_setup* setup, biss_line** line);
+biss_status biss_line_init(biss_line* line, const biss_line_setup* setup);
 
 /* The index in setup->faults of the wrong rule; 0 if no rule is wrong. */
 size_t biss_line_fault_at(const biss_line_setup* setup);
@@ -139,7 +139,7 @@ biss_status biss_line_put_register(biss_line* line, uint32_t bank, uint32_t addr
 /* The register as it is now, even if the master may not read it. Errors as above. */
 biss_status biss_line_register(biss_line* line, uint32_t bank, uint32_t address, uint8_t* value);
 
-/* The encoder's state as biss_slave_state(); null for a handle that is not open, or if the encoder
+/* The encoder's state as biss_slave_state(); null without init, or if the encoder
  * belongs to the caller. */
 const char* biss_line_state(const biss_line* line);
 
@@ -148,23 +148,23 @@ void biss_line_close(biss_line* line);
 
 /* ---- VCD ---- */
 
-typedef struct biss_vcd biss_vcd;
-
 #define BISS_VCD_SIGNALS 64
+
+BISS_OBJECT(biss_vcd, 12);
 
 /* Creates a VCD file with a time scale of 1 ps and one wire for each name; white space and control
  * characters in names become `_`. Every signal is 1 at time 0, as MA and SLO are idle; `level` at
- * the same time changes that. *vcd is null unless BISS_OK.
- * BISS_NULL_ARGUMENT, BISS_BAD_SETUP: not 1 to 64 names, or an empty one, BISS_NO_MEMORY,
- * BISS_FILE: the file cannot be written; errno has the reason. */
-biss_status biss_vcd_open(const char* path, const char* const* names, size_t count, biss_vcd** vcd);
+ * the same time changes that.
+ * BISS_NULL_ARGUMENT, BISS_BAD_SETUP: not 1 to 64 names, or an empty one, BISS_FILE: the file
+ * cannot be written; errno has the reason. */
+biss_status biss_vcd_init(biss_vcd* vcd, const char* path, const char* const* names, size_t count);
 
 /* The level of a signal from `time_ps` on, 0 or later. A level that it has already is not written.
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_BAD_SETUP: no such signal, BISS_TIME_RANGE,
  * BISS_TIME_BACKWARDS, BISS_FILE. */
 biss_status biss_vcd_put(biss_vcd* vcd, int64_t time_ps, size_t signal, bool level);
 
-/* Ends the file at `time_ps`, at the last change if that is later, and closes the handle in any
+/* Ends the file at `time_ps`, at the last change if that is later, and closes it in any
  * case. Null is allowed. BISS_BAD_HANDLE, BISS_TIME_RANGE: the file ends at the last change,
  * BISS_FILE: it is not complete. */
 biss_status biss_vcd_close(biss_vcd* vcd, int64_t time_ps);

@@ -42,7 +42,7 @@ TEST(CInterface, ValuesOfAllChannels_ComeThrough) {
   Encoder encoder{.says = {{0x9'8765'4321, 0, true, false}, {0x123'4567, 42, false, true}}};
   const char* format = "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16";
   const SlaveHandle slave = open_slave(encoder.setup(format));
-  const MasterHandle master = open_master(biss_master_defaults(format, period_1mhz));
+  const MasterHandle master = open_master(biss_master_defaults(named(format), period_1mhz));
   Line line(slave.get(), master.get());
   EXPECT_EQ(line.request(false), BISS_OK);
   const biss_reading reading = line.reading();
@@ -60,7 +60,8 @@ TEST(CInterface, CdmAndCds_ArriveAtTheOtherEnd) {
   Encoder encoder;
   encoder.says.resize(1, {7, 0, true, true});
   const SlaveHandle slave = open_slave(encoder.setup("pos12,nE,nW,crc6"));
-  const MasterHandle master = open_master(biss_master_defaults("pos12,nE,nW,crc6", period_1mhz));
+  const MasterHandle master =
+      open_master(biss_master_defaults(named("pos12,nE,nW,crc6"), period_1mhz));
   Line line(slave.get(), master.get());
   for (const bool bit : {true, false, false, true}) {
     encoder.cds = !bit;
@@ -71,12 +72,11 @@ TEST(CInterface, CdmAndCds_ArriveAtTheOtherEnd) {
 }
 
 TEST(CInterface, Sampling_IsAskedForTheMomentOfTheDevice) {
-  biss_timing timing;
-  ASSERT_EQ(biss_timing_of("resolute-26", &timing), BISS_OK);
+  const biss_timing& timing = named("resolute-26")->timing;
   Encoder encoder;
   encoder.says.resize(1, {7, 0, true, true});
   const SlaveHandle slave = open_slave(encoder.setup("resolute-26"));
-  const MasterHandle master = open_master(biss_master_defaults("resolute-26", period_1mhz));
+  const MasterHandle master = open_master(biss_master_defaults(named("resolute-26"), period_1mhz));
   Line line(slave.get(), master.get());
   line.request(false);
   // LAT is the first rising edge, half a period after the request.
@@ -85,19 +85,17 @@ TEST(CInterface, Sampling_IsAskedForTheMomentOfTheDevice) {
 }
 
 TEST(CInterface, TimingOfTheSetup_ReplacesTheDevices) {
-  biss_timing timing;
-  ASSERT_EQ(biss_timing_of("resolute-26", &timing), BISS_OK);
+  biss_format format = *named("resolute-26");
+  biss_timing& timing = format.timing;
   EXPECT_EQ(timing.timeout_rule, static_cast<unsigned>(BISS_TIMEOUT_CYCLE));
   timing.start_min_ps = timing.sampling_min_ps = timing.sampling_typical_ps = 0;
   timing.ack_clocks = 9;
   Encoder encoder;
   encoder.says.resize(1, {7, 0, true, true});
   biss_slave_setup setup = encoder.setup("resolute-26");
-  setup.timing = &timing;
+  setup.format = &format;
   const SlaveHandle slave = open_slave(setup);
-  biss_master_setup master_setup = biss_master_defaults("resolute-26", period_1mhz);
-  master_setup.timing = &timing;
-  const MasterHandle master = open_master(master_setup);
+  const MasterHandle master = open_master(biss_master_defaults(&format, period_1mhz));
   Line line(slave.get(), master.get());
   line.request(false);
   EXPECT_EQ(line.reading().cause, BISS_CAUSE_OK);
@@ -107,7 +105,7 @@ TEST(CInterface, TimingOfTheSetup_ReplacesTheDevices) {
 
 // ACK of 26 bits at 250 kHz lasts four clocks at most: 42 clocks, and 1.5 periods.
 TEST(CInterface, MasterAfterATooLongAck_RestsForTheFullRequestCycle) {
-  const MasterHandle master = open_master(biss_master_defaults("resolute-26", 4'000'000));
+  const MasterHandle master = open_master(biss_master_defaults(named("resolute-26"), 4'000'000));
   biss_output ma{};
   ASSERT_EQ(biss_master_begin(master.get(), 0, true, false, &ma), BISS_OK);
   std::int64_t now = 0;
@@ -149,9 +147,7 @@ TEST(CInterface, FormatProblem_SaysWhatAndWhere) {
                "crc must be the last item of its channel");
   EXPECT_EQ(at, 11U);
   EXPECT_STREQ(biss_format_problem(nullptr, &at), "the format is empty");
-  std::size_t channels = 0;
-  EXPECT_EQ(biss_channels_of("pos36,crc6+pos28,crc16", &channels), BISS_OK);
-  EXPECT_EQ(channels, 2U);
+  EXPECT_EQ(named("pos36,crc6+pos28,crc16")->channel_count, 2U);
 }
 
 // An encoder with registers from 0x40 on, and two write-only registers at 2.
@@ -172,7 +168,7 @@ struct Registers {
   static void sample(void*, std::int64_t, biss_channel*, std::size_t) {}
 
   biss_slave_setup setup() {
-    biss_slave_setup setup = biss_slave_defaults("pos12,nE,nW,crc6");
+    biss_slave_setup setup = biss_slave_defaults(named("pos12,nE,nW,crc6"));
     setup.user = this;
     setup.sample = &sample;
     setup.register_permits = &permits;
@@ -199,7 +195,8 @@ TEST(Registers, FramesOfTheProtocol_AreAnsweredBitByBit) {
   Registers registers;
   registers.values[0x42] = 0x62;
   const SlaveHandle slave = open_slave(registers.setup());
-  const MasterHandle master = open_master(biss_master_defaults("pos12,nE,nW,crc6", 1'000'000));
+  const MasterHandle master =
+      open_master(biss_master_defaults(named("pos12,nE,nW,crc6"), 1'000'000));
   Line line(slave.get(), master.get());
   EXPECT_EQ(cds_of(line, "11000100001001111010000000000000"), "10000000000000001010110001001000");
   EXPECT_EQ(cds_of(line, "11000000001000000110101010100100"), "10000000000000000110101010100100");
@@ -212,17 +209,17 @@ TEST(Registers, FramesOfTheProtocol_AreAnsweredBitByBit) {
 
 TEST(Registers, HalfOfTheCallbacks_AreRefused) {
   Registers registers;
-  biss_slave* slave = nullptr;
+  biss_slave slave;
   biss_slave_setup setup = registers.setup();
   setup.register_write = nullptr;
-  EXPECT_EQ(biss_slave_open(&setup, &slave), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_slave_init(&slave, &setup), BISS_NULL_ARGUMENT);
   setup = registers.setup();
   setup.register_permits = nullptr;
-  EXPECT_EQ(biss_slave_open(&setup, &slave), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_slave_init(&slave, &setup), BISS_NULL_ARGUMENT);
   setup = registers.setup();
   setup.cds = [](void*) { return true; };
-  EXPECT_EQ(biss_slave_open(&setup, &slave), BISS_BAD_SETUP);
-  EXPECT_EQ(slave, nullptr);
+  EXPECT_EQ(biss_slave_init(&slave, &setup), BISS_BAD_SETUP);
+  EXPECT_EQ(biss_slave_state(&slave), nullptr);
 }
 
 }  // namespace biss_c_test

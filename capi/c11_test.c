@@ -23,19 +23,18 @@ static biss_status run(biss_slave* slave, biss_master* master, biss_reading* rea
   return status == BISS_OK ? biss_master_reading(master, reading) : status;
 }
 
-biss_status c11_read(const char* format, int64_t period_ps, uint64_t position,
+biss_status c11_read(const char* text, int64_t period_ps, uint64_t position,
                      biss_reading* reading) {
-  biss_slave_setup slave_setup = biss_slave_defaults(format);
-  biss_master_setup master_setup = biss_master_defaults(format, period_ps);
-  biss_slave* slave = NULL;
-  biss_master* master = NULL;
+  biss_format format = biss_format_defaults();
+  biss_status status = biss_format_parse(text, &format);
+  biss_slave_setup slave_setup = biss_slave_defaults(&format);
+  biss_master_setup master_setup = biss_master_defaults(&format, period_ps);
+  biss_slave slave;
+  biss_master master;
   master_setup.no_error_flag = true; /* of the catalogue, one encoder has no nE */
   slave_setup.sample = sample;
   slave_setup.user = &position;
-  biss_status status = biss_slave_open(&slave_setup, &slave);
-  if (status == BISS_OK) status = biss_master_open(&master_setup, &master);
-  if (status == BISS_OK) status = run(slave, master, reading);
-  biss_master_close(master);
-  biss_slave_close(slave);
-  return status;
+  if (status == BISS_OK) status = biss_slave_init(&slave, &slave_setup);
+  if (status == BISS_OK) status = biss_master_init(&master, &master_setup);
+  return status == BISS_OK ? run(&slave, &master, reading) : status;
 }

@@ -8,7 +8,6 @@
 #include "biss/eds/advise.hpp"
 #include "biss/eds/common_part.hpp"
 #include "capi/biss_c_control.h"
-#include "capi/biss_c_frame.h"
 #include "capi/test_handles.hpp"
 
 namespace biss::capi {
@@ -19,12 +18,12 @@ constexpr std::uint32_t clock_hz = 5'000'000;
 constexpr std::int64_t period = 200'000;
 constexpr std::int64_t interval = LineReader::interval;
 
-using ControlHandle = Handle<biss_control, biss_control_close>;
+using ControlHandle = Handle<biss_control>;
 
 ControlHandle open_control(std::uint32_t retries = 0) {
   biss_control_setup setup = biss_control_defaults();
   setup.retries = retries;
-  return opened<biss_control_close, const biss_control_setup*>(biss_control_open, &setup);
+  return opened(biss_control_init, setup);
 }
 
 // An encoder with registers, a master with a session.
@@ -74,7 +73,7 @@ class Link {
 
  private:
   static biss_line_setup line_setup(const char* faults) {
-    biss_line_setup setup = biss_line_defaults(format, clock_hz);
+    biss_line_setup setup = biss_line_defaults(named(format), clock_hz);
     setup.interval_ps = interval;
     setup.ma_delay_ps = setup.slo_delay_ps = 100'000;
     setup.registers = true;
@@ -82,7 +81,7 @@ class Link {
     return setup;
   }
   static biss_master_setup master_setup(biss_control* control) {
-    biss_master_setup setup = biss_master_defaults(format, period);
+    biss_master_setup setup = biss_master_defaults(named(format), period);
     setup.control = control;
     return setup;
   }
@@ -241,8 +240,7 @@ TEST(CEds, DataSheetOfADevice_GivesItsFormat) {
   // Of identity, profile, serial number, the bank of the EDS, and its two parts at least.
   EXPECT_GE(link.outcome().tries, 6U);
   EXPECT_EQ(link.outcome().frames, frames);
-  std::array<char, BISS_FORMAT_TEXT_MAX> text{};
-  biss_timing timing;
+  biss_format found;
   unsigned remarks = 0;
   const auto count = [](void* user, std::uint32_t, const char* field, const char* remark,
                         std::uint32_t, std::uint32_t) {
@@ -250,15 +248,12 @@ TEST(CEds, DataSheetOfADevice_GivesItsFormat) {
     EXPECT_GT(std::string(remark).size(), 5U);
     ++*static_cast<unsigned*>(user);
   };
-  ASSERT_EQ(biss_eds_format(&device, clock_hz, text.data(), text.size(), &timing, count, &remarks),
-            BISS_OK);
-  EXPECT_STREQ(text.data(), format);
+  ASSERT_EQ(biss_eds_format(&device, clock_hz, &found, count, &remarks), BISS_OK);
+  EXPECT_EQ(text_of(found), format);
   EXPECT_GT(remarks, 0U);
-  EXPECT_GT(timing.ack_max_ps, 0);
-  EXPECT_EQ(biss_eds_format(&device, clock_hz, text.data(), 5, nullptr, nullptr, nullptr),
-            BISS_NO_ROOM);
-  EXPECT_EQ(biss_eds_format(&device, 0, text.data(), text.size(), nullptr, nullptr, nullptr),
-            BISS_BAD_SETUP);
+  EXPECT_GT(found.timing.ack_max_ps, 0);
+  EXPECT_EQ(biss_eds_format(&device, clock_hz, nullptr, nullptr, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_eds_format(&device, 0, &found, nullptr, nullptr), BISS_BAD_SETUP);
 }
 
 TEST(CEds, DataSheetThatContradictsItself_IsRefusedWithItsFinding) {
@@ -268,7 +263,7 @@ TEST(CEds, DataSheetThatContradictsItself_IsRefusedWithItsFinding) {
   link.run();
   biss_device device;
   ASSERT_EQ(biss_control_device(link.control(), &device), BISS_OK);
-  std::array<char, BISS_FORMAT_TEXT_MAX> text{};
+  biss_format found{};
   std::string said;
   const auto take = [](void* user, std::uint32_t, const char* field, const char* remark,
                        std::uint32_t, std::uint32_t) {
@@ -276,11 +271,10 @@ TEST(CEds, DataSheetThatContradictsItself_IsRefusedWithItsFinding) {
   };
   device.channel[0][0x10] = 0x7F;  // MT_CNT
   device.channel[0][63] = static_cast<std::uint8_t>(device.channel[0][63] + 0x7F);
-  EXPECT_EQ(biss_eds_format(&device, clock_hz, text.data(), text.size(), nullptr, take, &said),
-            BISS_BAD_EDS);
+  EXPECT_EQ(biss_eds_format(&device, clock_hz, &found, take, &said), BISS_BAD_EDS);
   EXPECT_NE(said.find("MT_CNT: more counts than its length can distinguish"), std::string::npos)
       << said;
-  EXPECT_STREQ(text.data(), "");
+  EXPECT_EQ(found.channel_count, 0U);
 }
 
 TEST(CEds, DeviceWithoutADataSheet_HasItsProfileOrNone) {
@@ -292,16 +286,13 @@ TEST(CEds, DeviceWithoutADataSheet_HasItsProfileOrNone) {
   ASSERT_EQ(biss_control_query(link.control(), 0), BISS_OK);
   link.run();
   ASSERT_EQ(biss_control_device(link.control(), &device), BISS_OK);
-  std::array<char, BISS_FORMAT_TEXT_MAX> text{};
-  ASSERT_EQ(biss_eds_format(&device, clock_hz, text.data(), text.size(), nullptr, nullptr, nullptr),
-            BISS_OK);
-  EXPECT_STREQ(text.data(), "pos26,nE,nW,crc6");
+  biss_format found;
+  ASSERT_EQ(biss_eds_format(&device, clock_hz, &found, nullptr, nullptr), BISS_OK);
+  EXPECT_EQ(text_of(found), "pos26,nE,nW,crc6");
   device.has_profile = false;
-  EXPECT_EQ(biss_eds_format(&device, clock_hz, text.data(), text.size(), nullptr, nullptr, nullptr),
-            BISS_BAD_EDS);
+  EXPECT_EQ(biss_eds_format(&device, clock_hz, &found, nullptr, nullptr), BISS_BAD_EDS);
   device.has_common = true;  // 64 zeros: no data channel
-  EXPECT_EQ(biss_eds_format(&device, clock_hz, text.data(), text.size(), nullptr, nullptr, nullptr),
-            BISS_BAD_EDS);
+  EXPECT_EQ(biss_eds_format(&device, clock_hz, &found, nullptr, nullptr), BISS_BAD_EDS);
 }
 
 TEST(CEds, QueryOfADeviceThatIsNotThere_HasItsCause) {
@@ -314,14 +305,15 @@ TEST(CEds, QueryOfADeviceThatIsNotThere_HasItsCause) {
 
 TEST(CControl, WrongCalls_AreRefusedByTheirCause) {
   biss_control_setup setup = biss_control_defaults();
-  biss_control* control = nullptr;
-  EXPECT_EQ(biss_control_open(&setup, nullptr), BISS_NULL_ARGUMENT);
+  biss_control memory;
+  biss_control* control = &memory;
+  EXPECT_EQ(biss_control_init(nullptr, &setup), BISS_NULL_ARGUMENT);
   setup.retries = 256;
-  EXPECT_EQ(biss_control_open(&setup, &control), BISS_BAD_SETUP);
+  EXPECT_EQ(biss_control_init(control, &setup), BISS_BAD_SETUP);
   setup.retries = 0;
   setup.busy_max_ps = -1;
-  EXPECT_EQ(biss_control_open(&setup, &control), BISS_BAD_SETUP);
-  ASSERT_EQ(biss_control_open(nullptr, &control), BISS_OK);
+  EXPECT_EQ(biss_control_init(control, &setup), BISS_BAD_SETUP);
+  ASSERT_EQ(biss_control_init(control, nullptr), BISS_OK);
   std::array<std::uint8_t, 80> bytes{};
   std::size_t count = 0;
   bool cdm = false;
@@ -340,7 +332,6 @@ TEST(CControl, WrongCalls_AreRefusedByTheirCause) {
         biss_control_query(c, 0),
         biss_control_device(c, &device)};
   };
-  EXPECT_EQ(every(nullptr), std::vector<biss_status>(10, BISS_NULL_ARGUMENT));
   EXPECT_TRUE(biss_control_done(nullptr));
   EXPECT_EQ(biss_control_write(control, 0, 0, nullptr, 1), BISS_NULL_ARGUMENT);
   EXPECT_EQ(biss_control_write(control, 0, 0, bytes.data(), 65), BISS_NO_ROOM);
@@ -355,15 +346,12 @@ TEST(CControl, WrongCalls_AreRefusedByTheirCause) {
   EXPECT_EQ(biss_control_step(control, 5, BISS_CDS_ZERO, &cdm), BISS_OK);
   EXPECT_EQ(biss_control_step(control, 4, BISS_CDS_ZERO, &cdm), BISS_TIME_BACKWARDS);
   EXPECT_EQ(biss_control_step(control, INT64_MAX, BISS_CDS_ZERO, &cdm), BISS_TIME_RANGE);
-  EXPECT_EQ(biss_eds_format(nullptr, 1, nullptr, 0, nullptr, nullptr, nullptr), BISS_NULL_ARGUMENT);
-  biss_master_setup master = biss_master_defaults(format, period);
+  EXPECT_EQ(biss_eds_format(nullptr, 1, nullptr, nullptr, nullptr), BISS_NULL_ARGUMENT);
+  biss_master_setup master = biss_master_defaults(named(format), period);
   master.control = control;
-  biss_control_close(control);
-  EXPECT_EQ(every(control), std::vector<biss_status>(10, BISS_BAD_HANDLE));
-  biss_master* opened = nullptr;
-  EXPECT_EQ(biss_master_open(&master, &opened), BISS_BAD_HANDLE);
-  EXPECT_EQ(opened, nullptr);
-  biss_control_close(control);
+  expect_refusals(control, every);
+  biss_master opened;
+  EXPECT_EQ(biss_master_init(&opened, &master), BISS_BAD_HANDLE);
 }
 
 }  // namespace control_test

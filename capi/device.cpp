@@ -25,21 +25,22 @@ biss_timing as_c(const DeviceTiming& timing) {
 
 namespace {
 
-DeviceTiming from_c(const biss_timing& timing) {
-  const std::uint32_t release = timing.release_half_periods;
-  return {
-      .clock_min = hertz(timing.clock_min_hz),
-      .clock_max = hertz(timing.clock_max_hz),
-      .start_min = picoseconds(timing.start_min_ps),
-      .ack_max = picoseconds(timing.ack_max_ps),
-      .ack_clocks = static_cast<std::uint16_t>(timing.ack_clocks),
-      .timeout = {static_cast<TimeoutRule>(timing.timeout_rule), picoseconds(timing.timeout_ps),
-                  release != 0 ? static_cast<std::uint8_t>(release) : biss_release_half_periods},
-      .internal_delay_max = picoseconds(timing.internal_delay_max_ps),
-      .cycle_min = picoseconds(timing.cycle_min_ps),
-      .sampling_min = picoseconds(timing.sampling_min_ps),
-      .sampling_typical = picoseconds(timing.sampling_typical_ps),
-      .sampling_max = picoseconds(timing.sampling_max_ps)};
+// \pre is_possible()
+void put(const biss_timing& from, DeviceTiming& to) {
+  to.clock_min = hertz(from.clock_min_hz);
+  to.clock_max = hertz(from.clock_max_hz);
+  to.start_min = picoseconds(from.start_min_ps);
+  to.ack_max = picoseconds(from.ack_max_ps);
+  to.ack_clocks = static_cast<std::uint16_t>(from.ack_clocks);
+  to.timeout.rule = static_cast<TimeoutRule>(from.timeout_rule);
+  to.timeout.time = picoseconds(from.timeout_ps);
+  const std::uint32_t release = from.release_half_periods;
+  if (release != 0) to.timeout.release_half_periods = static_cast<std::uint8_t>(release);
+  to.internal_delay_max = picoseconds(from.internal_delay_max_ps);
+  to.cycle_min = picoseconds(from.cycle_min_ps);
+  to.sampling_min = picoseconds(from.sampling_min_ps);
+  to.sampling_typical = picoseconds(from.sampling_typical_ps);
+  to.sampling_max = picoseconds(from.sampling_max_ps);
 }
 
 bool is_possible(const biss_timing& timing) {
@@ -58,19 +59,108 @@ bool is_possible(const biss_timing& timing) {
          timing.sampling_typical_ps <= timing.sampling_max_ps;
 }
 
-}  // namespace
-
-std::optional<Device> find_device(const char* format) {
-  const auto device = read_device(format);
-  if (!device.ok()) return std::nullopt;
-  return *device;
+biss_crc as_c(const CrcSpec& crc) {
+  return {crc.polynomial, crc.start,         crc.width_bits, crc.inverted,
+          crc.reversed,   crc.without_flags, crc.with_cds,   crc.of_previous};
 }
 
-bool override_timing(const biss_timing* timing, Device& device) {
-  if (timing == nullptr) return true;
-  if (!is_possible(*timing)) return false;
-  device.timing = from_c(*timing);
-  return true;
+biss_flag as_c(const FlagField& flag) { return {flag.present, flag.shift, flag.active_high}; }
+
+biss_channel_format as_c(const ChannelFormat& channel) {
+  const auto part = [](const Field& field, bool gray, bool lsb) {
+    return biss_field{field.bits, field.shift, gray, lsb};
+  };
+  return {channel.data_bits,
+          part(channel.position, channel.position_gray, channel.position_lsb),
+          part(channel.multiturn, channel.multiturn_gray, channel.multiturn_lsb),
+          part(channel.singleturn, channel.singleturn_gray, channel.singleturn_lsb),
+          part(channel.life_counter, false, false),
+          as_c(channel.error),
+          as_c(channel.warning),
+          as_c(channel.crc)};
+}
+
+Field from_c(const biss_field& field) { return {field.shift, field.bits}; }
+
+FlagField from_c(const biss_flag& flag) { return {flag.shift, flag.present, flag.active_high}; }
+
+// Member by member, which is the smallest code.
+void put(const biss_channel_format& from, ChannelFormat& to) {
+  to.data_bits = from.data_bits;
+  to.position = from_c(from.position);
+  to.multiturn = from_c(from.multiturn);
+  to.singleturn = from_c(from.singleturn);
+  to.position_gray = from.position.gray;
+  to.multiturn_gray = from.multiturn.gray;
+  to.singleturn_gray = from.singleturn.gray;
+  to.position_lsb = from.position.lsb;
+  to.multiturn_lsb = from.multiturn.lsb;
+  to.singleturn_lsb = from.singleturn.lsb;
+  to.error = from_c(from.error);
+  to.warning = from_c(from.warning);
+  to.life_counter = from_c(from.life_counter);
+  if (from.crc.width_bits != 0) to.crc = crc_from_c(from.crc);
+}
+
+// Whether the fields are in the data and do not overlap.
+bool is_possible(const ChannelFormat& channel) {
+  if (channel.data_bits < 1 || channel.data_bits > max_data_bits) return false;
+  std::uint64_t taken = ~low_mask(channel.data_bits);
+  for (const Field& field :
+       {channel.position, channel.multiturn, channel.singleturn, channel.life_counter,
+        channel.error.place(), channel.warning.place()}) {
+    if (!field.present()) continue;
+    if (field.shift >= max_data_bits || field.bits > max_data_bits - field.shift) return false;
+    const std::uint64_t bits = field.placed(~std::uint64_t{0});
+    if ((taken & bits) != 0) return false;
+    taken |= bits;
+  }
+  const bool in_parts = channel.multiturn.present() || channel.singleturn.present();
+  return !(channel.position.present() && in_parts) &&
+         channel.life_counter.bits <= max_life_counter_bits;
+}
+
+}  // namespace
+
+biss_format as_c(const FrameFormat& format, const DeviceTiming& timing) {
+  biss_format result{};
+  result.timing = as_c(timing);
+  result.cds0 = format.cds0;
+  for (const ChannelFormat& channel : format.channels()) {
+    result.channels[result.channel_count++] = as_c(channel);
+  }
+  return result;
+}
+
+CrcSpec crc_from_c(const biss_crc& crc) {
+  return {crc.polynomial,
+          static_cast<std::uint16_t>(crc.start),
+          static_cast<std::uint8_t>(crc.width_bits),
+          crc.inverted,
+          crc.reversed,
+          crc.without_flags,
+          crc.with_cds,
+          crc.of_previous};
+}
+
+bool is_possible(const biss_crc& crc) {
+  return crc.width_bits >= min_crc_bits && crc.width_bits <= max_crc_bits &&
+         is_full_form(crc.polynomial, crc.width_bits) && (crc.start >> crc.width_bits) == 0;
+}
+
+biss_status read(const biss_format* from, Described& to) {
+  if (from == nullptr) return BISS_NULL_ARGUMENT;
+  if (from->channel_count < 1 || from->channel_count > max_channels) return BISS_BAD_FORMAT;
+  to.format.cds0 = from->cds0;
+  for (std::uint8_t& k = to.format.channel_count = 0; k < from->channel_count; ++k) {
+    const biss_channel_format& channel = from->channels[k];
+    if (channel.crc.width_bits != 0 && !is_possible(channel.crc)) return BISS_BAD_FORMAT;
+    put(channel, to.format.channel_list[k]);
+    if (!is_possible(to.format.channel_list[k])) return BISS_BAD_FORMAT;
+  }
+  if (!is_possible(from->timing)) return BISS_BAD_TIMING;
+  put(from->timing, to.timing);
+  return BISS_OK;
 }
 
 biss_channel as_c(const Channel& channel) {
@@ -92,3 +182,9 @@ biss_cause cause_of(const FrameFault& fault) {
 }
 
 }  // namespace biss::capi
+
+extern "C" biss_format biss_format_defaults(void) {
+  biss_format format{};
+  format.timing = biss::capi::as_c(biss::DeviceTiming{});
+  return format;
+}

@@ -1,28 +1,33 @@
-// Conversions for the handles of the C interface: texts and numbers of C to the core's types.
+// Conversions between the data of the C interface and the core's types.
 #pragma once
 
 #include <algorithm>
 #include <cstdint>
 #include <initializer_list>
 #include <limits>
-#include <optional>
 
-#include "biss/configure/named_device.hpp"
+#include "biss/frame/format.hpp"
 #include "biss/frame/frame.hpp"
+#include "biss/timing/device_timing.hpp"
 #include "capi/biss_c.h"
-#include "capi/handle_table.hpp"
+#include "capi/object.hpp"
 
 namespace biss::capi {
 
-using biss::Device;
-
-/// \pre not null
-std::optional<Device> find_device(const char* format);
+/// A biss_format in the types of the core.
+struct Described {
+  FrameFormat format;
+  DeviceTiming timing;
+};
 
 biss_timing as_c(const DeviceTiming& timing);
-
-/// Replaces the timing unless `timing` is null. False: no device can have it.
-bool override_timing(const biss_timing* timing, Device& device);
+biss_format as_c(const FrameFormat& format, const DeviceTiming& timing);
+/// \return BISS_NULL_ARGUMENT, BISS_BAD_FORMAT or BISS_BAD_TIMING: `to` is not complete
+biss_status read(const biss_format* from, Described& to);
+/// \pre each number fits its field
+CrcSpec crc_from_c(const biss_crc& crc);
+/// Whether this is a checksum, also with the errors of a maker.
+bool is_possible(const biss_crc& crc);
 
 constexpr bool is_duration(std::int64_t count) { return count >= 0 && count <= BISS_DURATION_MAX; }
 constexpr bool is_time(std::int64_t count) {
@@ -30,14 +35,13 @@ constexpr bool is_time(std::int64_t count) {
 }
 
 constexpr bool are_durations(std::initializer_list<std::int64_t> counts) {
-  return std::all_of(counts.begin(), counts.end(), is_duration);
+  return std::ranges::all_of(counts, is_duration);
 }
 /// Whether each number has a place in an `Integer`.
 template <class Integer>
 constexpr bool all_fit(std::initializer_list<std::uint32_t> numbers) {
-  return std::all_of(numbers.begin(), numbers.end(), [](std::uint32_t number) {
-    return number <= std::numeric_limits<Integer>::max();
-  });
+  return std::ranges::all_of(
+      numbers, [](std::uint32_t number) { return number <= std::numeric_limits<Integer>::max(); });
 }
 
 biss_channel as_c(const Channel& channel);
@@ -46,7 +50,7 @@ std::uint32_t put_channels(const Frame& frame, biss_channel* channels);
 /// 0: ok.
 biss_cause cause_of(const FrameFault& fault);
 
-/// Remembers the last time of a handle.
+/// Remembers the last time of an object.
 class Clock {
  public:
   biss_status check(std::int64_t now) const {

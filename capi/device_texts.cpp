@@ -1,7 +1,11 @@
-// Formats and timings of devices by name.
+// Formats as texts.
+#include <algorithm>
 #include <cstddef>
+#include <string_view>
 
 #include "biss/catalogue/catalogue.hpp"
+#include "biss/configure/named_device.hpp"
+#include "biss/frame/format_text.hpp"
 #include "capi/device.hpp"
 
 extern "C" {
@@ -12,27 +16,32 @@ const char* biss_encoder_name(size_t index) {
   return index < biss_encoder_count() ? biss::catalogue[index].name.data() : nullptr;
 }
 
-const char* biss_format_problem(const char* format, size_t* at) {
+biss_status biss_format_parse(const char* text, biss_format* format) {
+  if (text == nullptr || format == nullptr) return BISS_NULL_ARGUMENT;
+  const auto device = biss::read_device(text);
+  if (!device.ok()) return BISS_BAD_FORMAT;
+  *format = biss::capi::as_c(device->format, device->timing);
+  return BISS_OK;
+}
+
+const char* biss_format_problem(const char* text, size_t* at) {
   if (at != nullptr) *at = 0;
-  const auto device = biss::read_device(format == nullptr ? "" : format);
+  const auto device = biss::read_device(text == nullptr ? "" : text);
   if (device.ok()) return nullptr;
   if (at != nullptr) *at = device.error().item.at;
   return biss::text_of(device.error()).data();
 }
 
-biss_status biss_timing_of(const char* format, biss_timing* timing) {
-  if (format == nullptr || timing == nullptr) return BISS_NULL_ARGUMENT;
-  const auto device = biss::capi::find_device(format);
-  if (!device) return BISS_BAD_FORMAT;
-  *timing = biss::capi::as_c(device->timing);
-  return BISS_OK;
-}
-
-biss_status biss_channels_of(const char* format, size_t* channels) {
-  if (format == nullptr || channels == nullptr) return BISS_NULL_ARGUMENT;
-  const auto device = biss::capi::find_device(format);
-  if (!device) return BISS_BAD_FORMAT;
-  *channels = device->format.channel_count;
+biss_status biss_format_text(const biss_format* format, char* text, size_t room, size_t* length) {
+  if (text == nullptr) return BISS_NULL_ARGUMENT;
+  biss::capi::Described device;
+  if (const auto wrong = biss::capi::read(format, device)) return wrong;
+  const biss::FormatText whole = biss::format_text(device.format);
+  const std::string_view view = whole.view();
+  if (length != nullptr) *length = view.size();
+  if (room <= view.size()) return BISS_NO_ROOM;
+  std::copy(view.begin(), view.end(), text);
+  text[view.size()] = '\0';
   return BISS_OK;
 }
 

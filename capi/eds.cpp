@@ -8,7 +8,7 @@
 #include "biss/eds/device.hpp"
 #include "biss/eds/profile.hpp"
 #include "capi/biss_c_control.h"
-#include "capi/frame.hpp"
+#include "capi/device.hpp"
 
 namespace biss::capi {
 namespace {
@@ -41,16 +41,16 @@ struct Parts {
 
 extern "C" {
 
-biss_status biss_eds_format(const biss_device* device, uint32_t clock_hz, char* format, size_t room,
-                            biss_timing* timing, biss_eds_remark remark, void* user) {
+biss_status biss_eds_format(const biss_device* device, uint32_t clock_hz, biss_format* format,
+                            biss_eds_remark remark, void* user) {
   if (device == nullptr || format == nullptr) return BISS_NULL_ARGUMENT;
   if (clock_hz == 0) return BISS_BAD_SETUP;
   const biss::capi::Parts parts(*device);
   if (!device->has_common) {
     const auto of_profile = biss::profile_format(static_cast<std::uint16_t>(device->profile));
     if (!device->has_profile || !of_profile.ok()) return BISS_BAD_EDS;
-    if (timing != nullptr) *timing = biss::capi::as_c(biss::DeviceTiming{});
-    return biss::capi::put_text(*of_profile, format, room);
+    *format = biss::capi::as_c(*of_profile, {});
+    return BISS_OK;
   }
   // Symbols and remarks are literals, so they end with a zero.
   const auto tell = [&](const biss::EdsRemark& each) {
@@ -67,8 +67,8 @@ biss_status biss_eds_format(const biss_device* device, uint32_t clock_hz, char* 
   });
   const auto found = biss::describe_device(parts.image, {}, tell);
   if (!found.ok() || contradiction) return BISS_BAD_EDS;
-  if (timing != nullptr) *timing = biss::capi::as_c(timing_at(*found, biss::hertz(clock_hz)));
-  return biss::capi::put_text(found->format, format, room);
+  *format = biss::capi::as_c(found->format, timing_at(*found, biss::hertz(clock_hz)));
+  return BISS_OK;
 }
 
 }  // extern "C"

@@ -3,6 +3,7 @@
 
 #include <climits>
 #include <functional>
+#include <memory>
 #include <set>
 #include <string>
 #include <utility>
@@ -18,18 +19,18 @@ constexpr std::int64_t period = 1'000'000;
 constexpr int last_status = BISS_NO_CRC;
 
 biss_status try_slave(const biss_slave_setup* setup) {
-  biss_slave* slave = reinterpret_cast<biss_slave*>(1);
-  const biss_status status = biss_slave_open(setup, &slave);
-  EXPECT_EQ(slave == nullptr, status != BISS_OK);
-  biss_slave_close(slave);
+  auto slave = std::make_unique<biss_slave>();
+  const biss_status status = biss_slave_init(slave.get(), setup);
+  EXPECT_EQ(biss_slave_state(slave.get()) == nullptr, status != BISS_OK);
   return status;
 }
 
 biss_status try_master(const biss_master_setup* setup) {
-  biss_master* master = reinterpret_cast<biss_master*>(1);
-  const biss_status status = biss_master_open(setup, &master);
-  EXPECT_EQ(master == nullptr, status != BISS_OK);
-  biss_master_close(master);
+  auto master = std::make_unique<biss_master>();
+  biss_output out;
+  const biss_status status = biss_master_init(master.get(), setup);
+  EXPECT_EQ(biss_master_begin(master.get(), 0, true, false, &out) == BISS_BAD_HANDLE,
+            status != BISS_OK);
   return status;
 }
 
@@ -86,70 +87,51 @@ TEST(CErrors, NullPointers_AreNamedEverywhere) {
   Encoder encoder;
   const biss_slave_setup slave_setup = encoder.setup(format);
   const SlaveHandle slave = open_slave(slave_setup);
-  const MasterHandle master = open_master(biss_master_defaults(format, period));
-  biss_output out;
-  biss_reading reading;
-  biss_timing timing;
-  std::size_t channels = 0;
-  EXPECT_EQ(biss_timing_of(nullptr, &timing), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_timing_of(format, nullptr), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_channels_of(nullptr, &channels), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_channels_of(format, nullptr), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_slave_open(&slave_setup, nullptr), BISS_NULL_ARGUMENT);
+  const MasterHandle master = open_master(biss_master_defaults(named(format), period));
+  biss_format parsed;
+  EXPECT_EQ(biss_format_parse(nullptr, &parsed), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_format_parse(format, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_slave_init(nullptr, &slave_setup), BISS_NULL_ARGUMENT);
   EXPECT_EQ(try_slave(nullptr), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_slave_step(nullptr, 0, true, false, &out), BISS_NULL_ARGUMENT);
   EXPECT_EQ(biss_slave_step(slave.get(), 0, true, false, nullptr), BISS_NULL_ARGUMENT);
   EXPECT_EQ(biss_slave_state(nullptr), nullptr);
-  EXPECT_EQ(biss_master_open(nullptr, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_master_init(nullptr, nullptr), BISS_NULL_ARGUMENT);
   EXPECT_EQ(try_master(nullptr), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_master_begin(nullptr, 0, true, false, &out), BISS_NULL_ARGUMENT);
   EXPECT_EQ(biss_master_begin(master.get(), 0, true, false, nullptr), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_master_step(nullptr, 0, true, &out), BISS_NULL_ARGUMENT);
   EXPECT_EQ(biss_master_step(master.get(), 0, true, nullptr), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_master_reading(nullptr, &reading), BISS_NULL_ARGUMENT);
   EXPECT_EQ(biss_master_reading(master.get(), nullptr), BISS_NULL_ARGUMENT);
   EXPECT_TRUE(biss_master_done(nullptr));
-  biss_slave_close(nullptr);
-  biss_master_close(nullptr);
 }
 
-TEST(CErrors, ClosedAndForeignHandles_AreNamedEverywhere) {
+TEST(CErrors, MemoryThatHadNoInit_IsNamedEverywhere) {
   Encoder encoder;
-  SlaveHandle slave = open_slave(encoder.setup(format));
-  MasterHandle master = open_master(biss_master_defaults(format, period));
+  const SlaveHandle slave = open_slave(encoder.setup(format));
+  const MasterHandle master = open_master(biss_master_defaults(named(format), period));
   biss_output out;
   biss_reading reading;
-  const auto every = [&](biss_slave* s, biss_master* m) {
-    return std::vector<biss_status>{
-        biss_slave_step(s, 0, true, false, &out), biss_master_begin(m, 0, true, false, &out),
-        biss_master_step(m, 0, true, &out), biss_master_reading(m, &reading)};
-  };
-  const std::vector<biss_status> refused(4, BISS_BAD_HANDLE);
-  auto* as_slave = reinterpret_cast<biss_slave*>(master.get());
-  auto* as_master = reinterpret_cast<biss_master*>(slave.get());
-  EXPECT_EQ(every(as_slave, as_master), refused);
-  EXPECT_EQ(biss_slave_state(as_slave), nullptr);
-  EXPECT_TRUE(biss_master_done(as_master));
-  biss_slave_close(as_slave);
+  const biss_slave copied_slave = *slave;
+  EXPECT_EQ(biss_slave_state(&copied_slave), nullptr);
+  const biss_master copied_master = *master;
+  EXPECT_TRUE(biss_master_done(&copied_master));
   EXPECT_EQ(biss_master_begin(master.get(), 0, true, false, &out), BISS_OK);
-  biss_slave* closed_slave = slave.get();
-  biss_master* closed_master = master.get();
-  slave.reset();
-  master.reset();
-  EXPECT_EQ(every(closed_slave, closed_master), refused);
-  biss_slave_close(closed_slave);
-  biss_master_close(closed_master);
+  EXPECT_FALSE(biss_master_done(master.get()));
+  expect_refusals(slave.get(), [&](biss_slave* s) {
+    return std::vector{biss_slave_step(s, 0, true, false, &out)};
+  });
+  expect_refusals(master.get(), [&](biss_master* m) {
+    return std::vector{biss_master_begin(m, 0, true, false, &out),
+                       biss_master_step(m, 0, true, &out), biss_master_reading(m, &reading)};
+  });
 }
 
-TEST(CErrors, ManyHandles_OpenAndCloseInAnyOrder) {
+TEST(CErrors, InitThatFails_EndsTheObject) {
   Encoder encoder;
+  const SlaveHandle slave = open_slave(encoder.setup(format));
+  EXPECT_EQ(biss_slave_init(slave.get(), nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_slave_state(slave.get()), nullptr);
   const biss_slave_setup setup = encoder.setup(format);
-  std::vector<SlaveHandle> slaves;
-  for (int i = 0; i < 3000; ++i) slaves.push_back(open_slave(setup));
-  for (std::size_t i = 0; i < slaves.size(); i += 2) slaves[i].reset();
-  for (std::size_t i = 0; i < slaves.size(); ++i) {
-    EXPECT_EQ(biss_slave_state(slaves[i].get()) != nullptr, i % 2 == 1) << i;
-  }
+  EXPECT_EQ(biss_slave_init(slave.get(), &setup), BISS_OK);
+  EXPECT_STREQ(biss_slave_state(slave.get()), "idle");
 }
 
 TEST(CErrors, SlaveSetup_RefusedByItsCause) {
@@ -176,7 +158,7 @@ TEST(CErrors, SlaveSetup_RefusedByItsCause) {
   setup.register_write = [](void*, std::uint8_t, std::uint8_t) {};
   EXPECT_EQ(try_slave(&setup), BISS_OK);
   // Answers to accesses are in CDS, which is always 0 here.
-  setup.format = "pos26,nE,nW,crc6;cds0";
+  setup.format = named("pos26,nE,nW,crc6;cds0");
   EXPECT_EQ(try_slave(&setup), BISS_BAD_SETUP);
 }
 
@@ -194,14 +176,13 @@ TEST(CErrors, TimingThatNoDeviceHas_IsRefused) {
       [](biss_timing& t) { t.sampling_max_ps = t.sampling_typical_ps - 1; }};
   Encoder encoder;
   biss_slave_setup slave_setup = encoder.setup(format);
-  biss_master_setup master_setup = biss_master_defaults(format, period);
+  biss_master_setup master_setup = biss_master_defaults(named(format), period);
   for (std::size_t i = 0; i < spoilers.size(); ++i) {
-    biss_timing timing;
-    ASSERT_EQ(biss_timing_of("resolute-26", &timing), BISS_OK);
-    slave_setup.timing = master_setup.timing = &timing;
+    biss_format spoiled = *named("resolute-26");
+    slave_setup.format = master_setup.format = &spoiled;
     ASSERT_EQ(try_slave(&slave_setup), BISS_OK);
     ASSERT_EQ(try_master(&master_setup), BISS_OK);
-    spoilers[i](timing);
+    spoilers[i](spoiled.timing);
     EXPECT_EQ(try_slave(&slave_setup), BISS_BAD_TIMING) << i;
     EXPECT_EQ(try_master(&master_setup), BISS_BAD_TIMING) << i;
   }
@@ -222,22 +203,22 @@ TEST(CErrors, MasterSetup_RefusedByItsCause) {
       [](biss_master_setup& s) { s.line_delay_max_ps = -1; },
       [](biss_master_setup& s) { s.reset_time_ps = -1; },
       [](biss_master_setup& s) { s.idle_min_ps = BISS_DURATION_MAX + 1; }};
-  biss_master_setup setup = biss_master_defaults(format, period);
+  biss_master_setup setup = biss_master_defaults(named(format), period);
   EXPECT_EQ(try_master(&setup), BISS_OK);
   for (std::size_t i = 0; i < spoilers.size(); ++i) {
-    setup = biss_master_defaults(format, period);
+    setup = biss_master_defaults(named(format), period);
     spoilers[i](setup);
     EXPECT_EQ(try_master(&setup), BISS_BAD_SETUP) << i;
   }
   setup = biss_master_defaults(nullptr, period);
   EXPECT_EQ(try_master(&setup), BISS_NULL_ARGUMENT);
-  setup = biss_master_defaults("", period);
+  setup = biss_master_defaults(named(""), period);
   EXPECT_EQ(try_master(&setup), BISS_BAD_FORMAT);
 }
 
 TEST(CErrors, MasterForAFormatWithoutErrorFlagOrChecksum_NeedsTheWord) {
   const auto status = [](const char* text, bool no_error_flag, bool unchecked) {
-    biss_master_setup setup = biss_master_defaults(text, 100'000);
+    biss_master_setup setup = biss_master_defaults(named(text), 100'000);
     setup.no_error_flag = no_error_flag;
     setup.unchecked = unchecked;
     return try_master(&setup);
@@ -250,22 +231,21 @@ TEST(CErrors, MasterForAFormatWithoutErrorFlagOrChecksum_NeedsTheWord) {
 }
 
 TEST(CErrors, MasterAboveTheClockOfTheEncoder_IsRefused) {
-  biss_master_setup setup = biss_master_defaults("resolute-26", 100'000);
+  biss_master_setup setup = biss_master_defaults(named("resolute-26"), 100'000);
   EXPECT_EQ(try_master(&setup), BISS_OK);
   setup.period_ps = 99'999;
   EXPECT_EQ(try_master(&setup), BISS_CLOCK_MAX);
   setup.period_ps = 100'000;
-  biss_timing timing;
-  ASSERT_EQ(biss_timing_of("resolute-26", &timing), BISS_OK);
-  timing.clock_max_hz = 5'000'000;
-  setup.timing = &timing;
+  biss_format slower = *named("resolute-26");
+  slower.timing.clock_max_hz = 5'000'000;
+  setup.format = &slower;
   EXPECT_EQ(try_master(&setup), BISS_CLOCK_MAX);
 }
 
 TEST(CErrors, TimeThatRunsBackwards_ChangesNothing) {
   Encoder encoder;
   const SlaveHandle slave = open_slave(encoder.setup(format));
-  const MasterHandle master = open_master(biss_master_defaults(format, period));
+  const MasterHandle master = open_master(biss_master_defaults(named(format), period));
   biss_output out{};
   EXPECT_EQ(biss_slave_step(slave.get(), 100, false, false, &out), BISS_OK);
   EXPECT_EQ(biss_slave_step(slave.get(), 99, true, false, &out), BISS_TIME_BACKWARDS);
@@ -281,7 +261,7 @@ TEST(CErrors, TimeThatRunsBackwards_ChangesNothing) {
 }
 
 TEST(CErrors, Requests_RefusedWhileOneRunsAndWhileTheEncoderIsNotReady) {
-  const MasterHandle master = open_master(biss_master_defaults(format, period));
+  const MasterHandle master = open_master(biss_master_defaults(named(format), period));
   biss_output out{};
   biss_reading reading;
   EXPECT_EQ(biss_master_reading(master.get(), &reading), BISS_NO_READING);
@@ -305,15 +285,12 @@ TEST(CErrors, Requests_RefusedWhileOneRunsAndWhileTheEncoderIsNotReady) {
 }
 
 TEST(CErrors, RequestBeforeTheShortestCycle_IsTooEarly) {
-  biss_timing timing;
-  ASSERT_EQ(biss_timing_of(format, &timing), BISS_OK);
-  timing.cycle_min_ps = 500 * period;
+  biss_format slow = *named(format);
+  slow.timing.cycle_min_ps = 500 * period;
   Encoder encoder;
   encoder.says.resize(1, {1, 0, true, true});
   const SlaveHandle slave = open_slave(encoder.setup(format));
-  biss_master_setup setup = biss_master_defaults(format, period);
-  setup.timing = &timing;
-  const MasterHandle master = open_master(setup);
+  const MasterHandle master = open_master(biss_master_defaults(&slow, period));
   Line line(slave.get(), master.get());
   line.request(false);
   biss_output out{};
@@ -327,7 +304,8 @@ TEST(CErrors, ValueWiderThanItsField_IsToldAndSentAsNoData) {
        {biss_channel{1ULL << 26U, 0, true, true}, biss_channel{1, 64, true, true}}) {
     Encoder encoder{.says = {wide}};
     const SlaveHandle slave = open_slave(encoder.setup("pos26,nE,nW,lc6,crc6"));
-    const MasterHandle master = open_master(biss_master_defaults("pos26,nE,nW,lc6,crc6", period));
+    const MasterHandle master =
+        open_master(biss_master_defaults(named("pos26,nE,nW,lc6,crc6"), period));
     Line line(slave.get(), master.get());
     EXPECT_EQ(line.request(false), BISS_VALUE_RANGE);
     EXPECT_EQ(line.reading().cause, BISS_CAUSE_OK);
@@ -355,7 +333,7 @@ struct Meddler {
 
 TEST(CErrors, StepFromItsOwnCallback_IsRefused) {
   Meddler meddler;
-  biss_slave_setup setup = biss_slave_defaults(format);
+  biss_slave_setup setup = biss_slave_defaults(named(format));
   setup.sample = &Meddler::sample;
   setup.user = &meddler;
   const SlaveHandle slave = open_slave(setup);

@@ -6,6 +6,9 @@
 #include <array>
 #include <climits>
 #include <cstring>
+#include <memory>
+#include <string>
+#include <tuple>
 #include <vector>
 
 #include "capi/test_handles.hpp"
@@ -13,11 +16,9 @@
 namespace biss::capi {
 namespace frame_test {
 
-using FormatHandle = Handle<biss_format, biss_format_close>;
+using CodecHandle = Handle<biss_codec>;
 
-FormatHandle open_format(const char* text) {
-  return opened<biss_format_close>(biss_format_open, text);
-}
+CodecHandle open_codec(const char* text) { return opened(biss_codec_init, *named(text)); }
 
 using Bytes = std::vector<std::uint8_t>;
 
@@ -33,80 +34,144 @@ struct Encoded {
   void flip(std::size_t bit) { bytes[bit / 8] ^= static_cast<std::uint8_t>(0x80U >> (bit % 8)); }
 };
 
-Encoded encode(const biss_format* format, const biss_frame& frame) {
+Encoded encode(const biss_codec* codec, const biss_frame& frame) {
   Encoded encoded{Bytes(BISS_FRAME_BYTES_MAX)};
   EXPECT_EQ(
-      biss_frame_encode(format, &frame, encoded.bytes.data(), encoded.bytes.size(), &encoded.bits),
+      biss_frame_encode(codec, &frame, encoded.bytes.data(), encoded.bytes.size(), &encoded.bits),
       BISS_OK);
   return encoded;
 }
 
-biss_frame decode(const biss_format* format, const Encoded& from,
+biss_frame decode(const biss_codec* codec, const Encoded& from,
                   const biss_bounds* bounds = nullptr) {
   biss_frame frame;
   EXPECT_EQ(
-      biss_frame_decode(format, from.bytes.data(), from.bytes.size(), 0, from.bits, bounds, &frame),
+      biss_frame_decode(codec, from.bytes.data(), from.bytes.size(), 0, from.bits, bounds, &frame),
       BISS_OK);
   return frame;
 }
 
-biss_frame frame_of(const biss_format* format) {
+biss_frame frame_of(const biss_codec* codec) {
   biss_frame frame;
-  EXPECT_EQ(biss_frame_defaults(format, &frame), BISS_OK);
+  EXPECT_EQ(biss_frame_defaults(codec, &frame), BISS_OK);
   return frame;
 }
 
 TEST(CFormat, NamesAndTexts_GiveTheirFields) {
-  const FormatHandle format = open_format("mt12,st20,nE,W,lc6,crc16+pos30,crc6:0x43:0x15;cds0");
-  biss_format_size size;
-  ASSERT_EQ(biss_format_size_of(format.get(), &size), BISS_OK);
-  EXPECT_EQ(size.channel_count, 2U);
-  EXPECT_EQ(size.payload_bits, 40U + 16U + 30U + 6U);
-  EXPECT_TRUE(size.cds0);
-  biss_channel_format channel;
-  ASSERT_EQ(biss_format_channel(format.get(), 0, &channel), BISS_OK);
-  EXPECT_EQ(channel.data_bits, 40U);
-  EXPECT_EQ(channel.position_bits, 32U);
-  EXPECT_EQ(channel.singleturn_bits, 20U);
-  EXPECT_EQ(channel.life_counter_bits, 6U);
-  EXPECT_TRUE(channel.has_error && channel.has_warning);
-  EXPECT_EQ(channel.crc.polynomial, 0x190D9U);
-  ASSERT_EQ(biss_format_channel(format.get(), 1, &channel), BISS_OK);
-  EXPECT_EQ(channel.crc.start, 0x15U);
-  EXPECT_FALSE(channel.has_error || channel.has_warning);
-  EXPECT_EQ(biss_format_channel(format.get(), 2, &channel), BISS_CHANNEL_COUNT);
+  const biss_format& format = *named("mt12,st20,nE,W,lc6,crc16+pos30,crc6:0x43:0x15;cds0");
+  EXPECT_EQ(format.channel_count, 2U);
+  EXPECT_TRUE(format.cds0);
+  const biss_channel_format& first = format.channels[0];
+  EXPECT_EQ(first.data_bits, 40U);
+  EXPECT_EQ(first.position.bits, 0U);
+  EXPECT_EQ(first.multiturn.bits, 12U);
+  EXPECT_EQ(first.multiturn.shift, 28U);
+  EXPECT_EQ(first.singleturn.bits, 20U);
+  EXPECT_EQ(first.life_counter.bits, 6U);
+  EXPECT_TRUE(first.error.present && !first.error.active_high);
+  EXPECT_TRUE(first.warning.present && first.warning.active_high);
+  EXPECT_EQ(first.crc.polynomial, 0x190D9U);
+  const biss_channel_format& second = format.channels[1];
+  EXPECT_EQ(second.position.bits, 30U);
+  EXPECT_EQ(second.crc.start, 0x15U);
+  EXPECT_FALSE(second.error.present || second.warning.present);
 }
 
-TEST(CFormat, TextOfAName_IsItsFormat) {
-  const FormatHandle format = open_format("resolute-26");
+TEST(CFormat, TextOfAFormat_IsItsText) {
+  EXPECT_EQ(text_of(*named("resolute-26")), "pos26,nE,nW,crc6;cds0");
+  for (const char* text :
+       {"pad3,pos26:gray,E,W,lc6,crc6", "mt12:lsb,pad1,st20:gray,nE,pad2,crc16:0x190D9:0x1234",
+        "pos64", "lc6,nE,pos12,crc5:raw,crc6"}) {
+    const std::string whole = text_of(*named(text));
+    EXPECT_EQ(text_of(*named(whole)), whole) << text;
+  }
+  for (std::size_t i = 0; i < biss_encoder_count(); ++i) {
+    const biss_format& format = *named(biss_encoder_name(i));
+    EXPECT_EQ(
+        std::memcmp(format.channels, named(text_of(format))->channels, sizeof format.channels), 0);
+  }
   std::array<char, BISS_FORMAT_TEXT_MAX> text{};
   std::size_t length = 0;
-  ASSERT_EQ(biss_format_text(format.get(), text.data(), text.size(), &length), BISS_OK);
-  EXPECT_STREQ(text.data(), "pos26,nE,nW,crc6;cds0");
+  const biss_format* format = named("resolute-26");
+  ASSERT_EQ(biss_format_text(format, text.data(), text.size(), &length), BISS_OK);
   EXPECT_EQ(length, std::strlen(text.data()));
   text.fill('x');
-  EXPECT_EQ(biss_format_text(format.get(), text.data(), length, &length), BISS_NO_ROOM);
+  EXPECT_EQ(biss_format_text(format, text.data(), length, &length), BISS_NO_ROOM);
   EXPECT_EQ(text[0], 'x');
-  EXPECT_EQ(biss_format_text(format.get(), text.data(), length + 1, nullptr), BISS_OK);
+  EXPECT_EQ(biss_format_text(format, text.data(), length + 1, nullptr), BISS_OK);
+  EXPECT_EQ(biss_format_text(format, nullptr, 0, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_format_text(nullptr, text.data(), text.size(), nullptr), BISS_NULL_ARGUMENT);
 }
 
-TEST(CFormat, TextThatIsNone_IsRefused) {
-  biss_format* format = reinterpret_cast<biss_format*>(8);
-  EXPECT_EQ(biss_format_open("pos26,crc", &format), BISS_BAD_FORMAT);
-  EXPECT_EQ(format, nullptr);
-  EXPECT_EQ(biss_format_open(nullptr, &format), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_format_open("pos26,crc6", nullptr), BISS_NULL_ARGUMENT);
+// What a program without texts writes.
+TEST(CFormat, PlainData_AreTheFormatOfTheText) {
+  biss_format format = biss_format_defaults();
+  format.channel_count = 1;
+  format.cds0 = true;
+  format.channels[0].data_bits = 28;
+  format.channels[0].position = {26, 2, false, false};
+  format.channels[0].error = {true, 1, false};
+  format.channels[0].warning = {true, 0, false};
+  format.channels[0].crc = biss_crc_defaults(6);
+  EXPECT_EQ(text_of(format), "pos26,nE,nW,crc6;cds0");
+  EXPECT_EQ(std::memcmp(&format.timing, &named("pos8,crc5")->timing, sizeof(biss_timing)), 0);
+}
+
+TEST(CFormat, DataThatAreNoFormat_AreRefused) {
+  using F = biss_format;
+  using C = biss_channel_format;
+  const std::vector<void (*)(F&, C&)> spoilers{
+      [](F& f, C&) { f.channel_count = 0; },
+      [](F& f, C&) { f.channel_count = 9; },
+      [](F& f, C&) { f.channel_count = 2; },  // the second one is empty
+      [](F&, C& c) { c.data_bits = 0; },
+      [](F&, C& c) { c.data_bits = 65; },
+      [](F&, C& c) {
+        c.position = {65, 0, {}, {}};
+      },
+      [](F&, C& c) {
+        c.position = {1, 64, {}, {}};
+      },
+      [](F&, C& c) {
+        c.position = {26, 17, {}, {}};
+      },
+      [](F&, C& c) { c.multiturn.bits = 1; },
+      [](F&, C& c) { c.singleturn.bits = 1; },
+      [](F&, C& c) {
+        c.position = {}, c.life_counter = {33, 0, {}, {}};
+      },
+      [](F&, C& c) {
+        c.error = {true, 16, {}};
+      },
+      [](F&, C& c) {
+        c.warning = {true, 60, {}};
+      },
+      [](F&, C& c) { c.crc.width_bits = 17; },
+      [](F&, C& c) { c.crc.width_bits = 262; },
+      [](F&, C& c) { c.crc.start = 64; }};
+  const auto codec = std::make_unique<biss_codec>();
+  const F good = *named("pos26,pad16,crc6");
+  ASSERT_EQ(biss_codec_init(codec.get(), &good), BISS_OK);
+  for (std::size_t i = 0; i < spoilers.size(); ++i) {
+    F format = good;
+    spoilers[i](format, format.channels[0]);
+    EXPECT_EQ(biss_codec_init(codec.get(), &format), BISS_BAD_FORMAT) << i;
+  }
+  F format = good;
+  format.timing.ack_clocks = 401;
+  EXPECT_EQ(biss_codec_init(codec.get(), &format), BISS_BAD_TIMING);
+  EXPECT_EQ(biss_format_parse("pos26,crc", &format), BISS_BAD_FORMAT);
 }
 
 TEST(CFrame, EncodedFrame_DecodesToItself) {
-  const FormatHandle format = open_format("mt4,st20,nE,nW,lc6,crc16+pos64,crc5");
-  biss_frame frame = frame_of(format.get());
+  const CodecHandle codec = open_codec("mt4,st20,nE,nW,lc6,crc16+pos64,crc5");
+  biss_frame frame = frame_of(codec.get());
   frame.channels[0] = {0xABCDEF, 63, true, false};
   frame.channels[1] = {0xFEDC'BA98'7654'3210, 0, true, true};
   frame.cds = true;
   frame.lead_clocks = 3;
   frame.ack_clocks = 17;
-  const biss_frame read = decode(format.get(), encode(format.get(), frame));
+  const biss_frame read = decode(codec.get(), encode(codec.get(), frame));
   EXPECT_EQ(read.cause, BISS_CAUSE_OK);
   EXPECT_EQ(read.channel_count, 2U);
   EXPECT_EQ(read.channels[0].position, 0xABCDEFU);
@@ -126,14 +191,14 @@ TEST(CFrame, EncodedFrame_DecodesToItself) {
 
 // Each way in which the bits can be no frame.
 TEST(CFrame, DamagedBits_HaveEachCause) {
-  const FormatHandle format = open_format("pos12,nE,nW,crc6+pos8,crc5;cds0");
-  biss_frame frame = frame_of(format.get());
+  const CodecHandle codec = open_codec("pos12,nE,nW,crc6+pos8,crc5;cds0");
+  biss_frame frame = frame_of(codec.get());
   frame.lead_clocks = 2;
   frame.ack_clocks = 4;  // START is bit 6, CDS bit 7
   frame.channels[0].position = 0x5A5;
-  const Encoded good = encode(format.get(), frame);
+  const Encoded good = encode(codec.get(), frame);
   ASSERT_EQ(good.bits, 8U + 20 + 13 + 1);
-  ASSERT_EQ(decode(format.get(), good).cause, BISS_CAUSE_OK);
+  ASSERT_EQ(decode(codec.get(), good).cause, BISS_CAUSE_OK);
   const biss_bounds narrow{2, 3, 4, 6, 0};
   struct Case {
     biss_cause cause;
@@ -158,7 +223,7 @@ TEST(CFrame, DamagedBits_HaveEachCause) {
   add(BISS_CAUSE_CRC, 1).flip(30);
   add(BISS_CAUSE_STOP_BIT, 0).set(41, true);
   for (const Case& each : cases) {
-    const biss_frame read = decode(format.get(), each.bits, &each.bounds);
+    const biss_frame read = decode(codec.get(), each.bits, &each.bounds);
     EXPECT_STREQ(biss_cause_name(read.cause), biss_cause_name(each.cause));
     EXPECT_EQ(read.cause_channel, each.channel);
     EXPECT_EQ(read.channel_count, 0U);
@@ -168,23 +233,23 @@ TEST(CFrame, DamagedBits_HaveEachCause) {
 }
 
 TEST(CFrame, FrameWithAnError_IsNotTrusted) {
-  const FormatHandle format = open_format("pos8,nE,crc5+pos8,nE,crc5");
-  biss_frame frame = frame_of(format.get());
+  const CodecHandle codec = open_codec("pos8,nE,crc5+pos8,nE,crc5");
+  biss_frame frame = frame_of(codec.get());
   frame.channels[1].nE = false;
-  const biss_frame read = decode(format.get(), encode(format.get(), frame));
+  const biss_frame read = decode(codec.get(), encode(codec.get(), frame));
   EXPECT_EQ(read.cause, BISS_CAUSE_OK);
   EXPECT_FALSE(biss_frame_trusted(&read));
   EXPECT_FALSE(biss_frame_trusted(nullptr));
 }
 
 TEST(CFrame, ValuesThatDoNotFit_AreRefusedByTheirCause) {
-  const FormatHandle format = open_format("pos12,nE,nW,lc6,crc6");
+  const CodecHandle codec = open_codec("pos12,nE,nW,lc6,crc6");
   Bytes bytes(BISS_FRAME_BYTES_MAX, 0xAA);
   const auto status = [&](auto change, std::size_t room = BISS_FRAME_BYTES_MAX) {
-    biss_frame frame = frame_of(format.get());
+    biss_frame frame = frame_of(codec.get());
     change(frame);
     std::size_t bits = 0;
-    const biss_status result = biss_frame_encode(format.get(), &frame, bytes.data(), room, &bits);
+    const biss_status result = biss_frame_encode(codec.get(), &frame, bytes.data(), room, &bits);
     if (result == BISS_NO_ROOM) {
       EXPECT_EQ(bits, 2U + 2 + 20 + 6 + 1);
     }
@@ -205,40 +270,37 @@ TEST(CFrame, ValuesThatDoNotFit_AreRefusedByTheirCause) {
 }
 
 TEST(CFrame, BoundsOutOfRange_AreRefused) {
-  const FormatHandle format = open_format("pos12,crc6");
+  const CodecHandle codec = open_codec("pos12,crc6");
   biss_frame frame;
   for (const biss_bounds& bounds :
        {biss_bounds{0, 2, 1, 2, 0}, biss_bounds{1, 403, 1, 2, 0}, biss_bounds{3, 2, 1, 2, 0},
         biss_bounds{1, 2, 0, 2, 0}, biss_bounds{1, 2, 1, 401, 0}, biss_bounds{1, 2, 3, 2, 0},
         biss_bounds{1, 2, 1, 2, 403}}) {
-    EXPECT_EQ(biss_frame_decode(format.get(), nullptr, 0, 0, 0, &bounds, &frame), BISS_BAD_SETUP);
+    EXPECT_EQ(biss_frame_decode(codec.get(), nullptr, 0, 0, 0, &bounds, &frame), BISS_BAD_SETUP);
   }
   const biss_bounds widest = biss_bounds_defaults();
-  EXPECT_EQ(biss_frame_decode(format.get(), nullptr, 0, SIZE_MAX, SIZE_MAX, &widest, &frame),
+  EXPECT_EQ(biss_frame_decode(codec.get(), nullptr, 0, SIZE_MAX, SIZE_MAX, &widest, &frame),
             BISS_OK);
   EXPECT_EQ(frame.cause, BISS_CAUSE_NO_RESPONSE);
 }
 
 // ---- SPI
 
-using SpiHandle = Handle<biss_spi, biss_spi_close>;
+using SpiHandle = Handle<biss_spi>;
 
-SpiHandle open_spi(const biss_spi_setup& setup) {
-  return opened<biss_spi_close>(biss_spi_open, &setup);
-}
+SpiHandle open_spi(const biss_spi_setup& setup) { return opened(biss_spi_init, setup); }
 
 // The example of docs/spi.md.
 constexpr std::array<std::uint8_t, 9> buffer{0xF0, 0x00, 0x00, 0x00, 0x01, 0x24, 0x68, 0xB9, 0xA0};
 
-biss_spi_setup example_setup(const biss_format* format) {
-  biss_spi_setup setup = biss_spi_defaults(format, 100'000);
+biss_spi_setup example_setup() {
+  biss_spi_setup setup = biss_spi_defaults(named("resolute-18"), 100'000);
   setup.line_delay_max_ps = 242'500;
   return setup;
 }
 
 TEST(CSpi, ExampleOfTheDocument_IsRead) {
-  const FormatHandle format = open_format("resolute-18");
-  const SpiHandle spi = open_spi(example_setup(format.get()));
+  const SpiHandle spi = open_spi(example_setup());
   biss_spi_size size;
   ASSERT_EQ(biss_spi_size_of(spi.get(), &size), BISS_OK);
   EXPECT_EQ(size.clocks, 193U);
@@ -258,18 +320,19 @@ TEST(CSpi, ExampleOfTheDocument_IsRead) {
   EXPECT_EQ(most, 300'000);
 }
 
-TEST(CSpi, ReaderLives_WhenItsFormatIsClosed) {
-  FormatHandle format = open_format("resolute-18");
-  const SpiHandle spi = open_spi(example_setup(format.get()));
-  format.reset();
+TEST(CSpi, ReaderLives_WhenItsFormatIsGone) {
+  biss_format format = *named("resolute-18");
+  biss_spi_setup setup = example_setup();
+  setup.format = &format;
+  const SpiHandle spi = open_spi(setup);
+  format = {};
   biss_frame frame;
   ASSERT_EQ(biss_spi_read(spi.get(), buffer.data(), buffer.size(), SIZE_MAX, &frame), BISS_OK);
   EXPECT_EQ(frame.channels[0].position, 0x12345U);
 }
 
 TEST(CSpi, ClocksTailAndPadding_AreRespected) {
-  const FormatHandle format = open_format("resolute-18");
-  biss_spi_setup setup = example_setup(format.get());
+  biss_spi_setup setup = example_setup();
   const auto cause = [&](Bytes bytes, std::size_t clocks) {
     biss_frame frame;
     const SpiHandle spi = open_spi(setup);
@@ -294,21 +357,22 @@ TEST(CSpi, ClocksTailAndPadding_AreRespected) {
 }
 
 TEST(CSpi, Setup_RefusedByItsCause) {
-  const FormatHandle format = open_format("resolute-18");
   const auto status = [&](auto change) {
-    biss_spi_setup setup = example_setup(format.get());
+    biss_spi_setup setup = example_setup();
     change(setup);
-    biss_spi* spi = reinterpret_cast<biss_spi*>(8);
-    const biss_status result = biss_spi_open(&setup, &spi);
-    EXPECT_EQ(spi == nullptr, result != BISS_OK);
-    biss_spi_close(spi);
+    const auto spi = std::make_unique<biss_spi>();
+    biss_spi_size size;
+    const biss_status result = biss_spi_init(spi.get(), &setup);
+    EXPECT_EQ(biss_spi_size_of(spi.get(), &size) == BISS_BAD_HANDLE, result != BISS_OK);
     return result;
   };
-  biss_timing timing;
-  ASSERT_EQ(biss_timing_of("resolute-18", &timing), BISS_OK);
-  EXPECT_EQ(status([&](biss_spi_setup& s) { s.timing = &timing; }), BISS_OK);
-  timing.timeout_rule = 9;
-  EXPECT_EQ(status([&](biss_spi_setup& s) { s.timing = &timing; }), BISS_BAD_TIMING);
+  biss_format format = *named("resolute-18");
+  EXPECT_EQ(status([&](biss_spi_setup& s) { s.format = &format; }), BISS_OK);
+  format.timing.timeout_rule = 9;
+  EXPECT_EQ(status([&](biss_spi_setup& s) { s.format = &format; }), BISS_BAD_TIMING);
+  EXPECT_EQ(status([](biss_spi_setup& s) { s.format = named("what"); }), BISS_BAD_FORMAT);
+  EXPECT_EQ(status([](biss_spi_setup& s) { s.format = named("pos8,nE,crc5:previous"); }),
+            BISS_BAD_FORMAT);
   EXPECT_EQ(status([](biss_spi_setup& s) { s.format = nullptr; }), BISS_NULL_ARGUMENT);
   EXPECT_EQ(status([](biss_spi_setup& s) { s.period_ps = 31; }), BISS_BAD_SETUP);
   EXPECT_EQ(status([](biss_spi_setup& s) { s.period_ps = INT64_MAX; }), BISS_BAD_SETUP);
@@ -317,21 +381,17 @@ TEST(CSpi, Setup_RefusedByItsCause) {
             BISS_BAD_SETUP);
   EXPECT_EQ(status([](biss_spi_setup& s) { s.first_bit = 65'536; }), BISS_BAD_SETUP);
   EXPECT_EQ(status([](biss_spi_setup& s) { s.period_ps = 25'000; }), BISS_CLOCK_MAX);
-  ASSERT_EQ(biss_timing_of("resolute-18", &timing), BISS_OK);
-  timing.clock_max_hz = 5'000'000;
-  EXPECT_EQ(status([&](biss_spi_setup& s) { s.timing = &timing; }), BISS_CLOCK_MAX);
+  format = *named("resolute-18");
+  format.timing.clock_max_hz = 5'000'000;
+  EXPECT_EQ(status([&](biss_spi_setup& s) { s.format = &format; }), BISS_CLOCK_MAX);
 }
 
 TEST(CSpi, FormatWithoutErrorFlagOrChecksum_NeedsTheWord) {
   const auto status = [](const char* text, bool no_error_flag, bool unchecked) {
-    const FormatHandle format = open_format(text);
-    biss_spi_setup setup = biss_spi_defaults(format.get(), 100'000);
+    biss_spi_setup setup = biss_spi_defaults(named(text), 100'000);
     setup.no_error_flag = no_error_flag;
     setup.unchecked = unchecked;
-    biss_spi* spi = nullptr;
-    const biss_status result = biss_spi_open(&setup, &spi);
-    biss_spi_close(spi);
-    return result;
+    return biss_spi_init(std::make_unique<biss_spi>().get(), &setup);
   };
   EXPECT_EQ(status("pos24,crc6", false, true), BISS_NO_ERROR_FLAG);
   EXPECT_EQ(status("pos24,crc6", true, false), BISS_OK);
@@ -343,14 +403,14 @@ TEST(CSpi, FormatWithoutErrorFlagOrChecksum_NeedsTheWord) {
 // What no one has accepted is in the frame, and it is not trusted.
 TEST(CFrame, FormatWithoutErrorFlagOrChecksum_IsDecodedAndNotTrusted) {
   const auto decoded = [](const char* text) {
-    const FormatHandle format = open_format(text);
+    const CodecHandle codec = open_codec(text);
     biss_frame frame{};
-    EXPECT_EQ(biss_frame_defaults(format.get(), &frame), BISS_OK);
+    EXPECT_EQ(biss_frame_defaults(codec.get(), &frame), BISS_OK);
     frame.channels[0].position = 1234;
     std::array<std::uint8_t, BISS_FRAME_BYTES_MAX> bytes{};
     std::size_t bits = 0;
-    EXPECT_EQ(biss_frame_encode(format.get(), &frame, bytes.data(), bytes.size(), &bits), BISS_OK);
-    EXPECT_EQ(biss_frame_decode(format.get(), bytes.data(), bytes.size(), 0, bits, nullptr, &frame),
+    EXPECT_EQ(biss_frame_encode(codec.get(), &frame, bytes.data(), bytes.size(), &bits), BISS_OK);
+    EXPECT_EQ(biss_frame_decode(codec.get(), bytes.data(), bytes.size(), 0, bits, nullptr, &frame),
               BISS_OK);
     EXPECT_EQ(frame.cause, BISS_CAUSE_OK);
     EXPECT_EQ(frame.channels[0].position, 1234U);
@@ -372,14 +432,14 @@ TEST(CFrame, FormatWithoutErrorFlagOrChecksum_IsDecodedAndNotTrusted) {
 
 // The setup has accepted it.
 TEST(CSpi, FrameOfAReaderWithTheWords_IsTrusted) {
-  const FormatHandle format = open_format("pos24");
+  const CodecHandle codec = open_codec("pos24");
   biss_frame frame{};
-  ASSERT_EQ(biss_frame_defaults(format.get(), &frame), BISS_OK);
+  ASSERT_EQ(biss_frame_defaults(codec.get(), &frame), BISS_OK);
   frame.lead_clocks = 2;
   std::array<std::uint8_t, BISS_FRAME_BYTES_MAX> bytes{};
   std::size_t bits = 0;
-  ASSERT_EQ(biss_frame_encode(format.get(), &frame, bytes.data(), bytes.size(), &bits), BISS_OK);
-  biss_spi_setup setup = biss_spi_defaults(format.get(), 100'000);
+  ASSERT_EQ(biss_frame_encode(codec.get(), &frame, bytes.data(), bytes.size(), &bits), BISS_OK);
+  biss_spi_setup setup = biss_spi_defaults(named("pos24"), 100'000);
   setup.no_error_flag = setup.unchecked = true;
   const SpiHandle spi = open_spi(setup);
   ASSERT_EQ(biss_spi_read(spi.get(), bytes.data(), bytes.size(), bits, &frame), BISS_OK);
@@ -387,8 +447,7 @@ TEST(CSpi, FrameOfAReaderWithTheWords_IsTrusted) {
 }
 
 TEST(CSpi, LineDelayOfAForeignFrame_IsRefused) {
-  const FormatHandle format = open_format("resolute-18");
-  const SpiHandle spi = open_spi(example_setup(format.get()));
+  const SpiHandle spi = open_spi(example_setup());
   biss_frame frame{};
   std::int64_t delay = 0;
   frame.cause = BISS_CAUSE_CRC;
@@ -450,54 +509,81 @@ TEST(CCrc, WhatIsNoChecksum_IsRefused) {
   EXPECT_EQ(biss_crc_of(&crc, 256, 8, &value), BISS_VALUE_RANGE);
 }
 
-TEST(CFrame, NullPointersAndClosedHandles_AreNamedEverywhere) {
-  biss_format* format = nullptr;
-  ASSERT_EQ(biss_format_open("pos12,crc6", &format), BISS_OK);
-  biss_spi* spi = nullptr;
-  biss_spi_setup setup = biss_spi_defaults(format, 100'000);
+// ---- Turns
+
+TEST(CTurns, Steps_AreCountedAcrossZeroAndUntilTheyAreAmbiguous) {
+  biss_turns turns;
+  biss_turns_value value;
+  ASSERT_EQ(biss_turns_init(&turns, 8, 0), BISS_OK);
+  const auto now = [&value] { return std::tuple(value.state, value.turns, value.position); };
+  ASSERT_EQ(biss_turns_position(&turns, &value), BISS_OK);
+  EXPECT_EQ(now(), std::tuple(BISS_TURNS_EMPTY, 0, 0));
+  EXPECT_FALSE(value.has_position);
+  EXPECT_EQ(biss_turns_update(&turns, 10, 0, &value), BISS_OK);
+  EXPECT_EQ(now(), std::tuple(BISS_TURNS_FIRST, 0, 10));
+  EXPECT_EQ(biss_turns_update(&turns, 250, 0, &value), BISS_OK);
+  EXPECT_EQ(now(), std::tuple(BISS_TURNS_TRACKED, -1, -6));
+  EXPECT_TRUE(value.has_position);
+  EXPECT_EQ(biss_turns_update(&turns, 256 + 5, 0, &value), BISS_OK);
+  EXPECT_EQ(now(), std::tuple(BISS_TURNS_TRACKED, 0, 5));
+  EXPECT_EQ(biss_turns_update(&turns, 5, 1, &value), BISS_OK);
+  EXPECT_EQ(value.state, BISS_TURNS_AMBIGUOUS);
+  EXPECT_EQ(biss_turns_resynchronise(&turns, 7, &value), BISS_OK);
+  EXPECT_EQ(now(), std::tuple(BISS_TURNS_TRACKED, 7, 7 * 256 + 5));
+  ASSERT_EQ(biss_turns_init(&turns, 8, 10), BISS_OK);
+  biss_turns_update(&turns, 0, 0, &value);
+  biss_turns_update(&turns, 11, 0, &value);
+  EXPECT_EQ(value.state, BISS_TURNS_AMBIGUOUS);
+  EXPECT_EQ(biss_turns_resynchronise(&turns, INT64_MAX, &value), BISS_OK);
+  EXPECT_FALSE(value.has_position);
+  EXPECT_EQ(value.position, 0);
+}
+
+TEST(CTurns, WrongCalls_AreRefusedByTheirCause) {
+  biss_turns turns;
+  biss_turns_value value;
+  EXPECT_EQ(biss_turns_init(nullptr, 8, 0), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_turns_init(&turns, 0, 0), BISS_BIT_COUNT);
+  EXPECT_EQ(biss_turns_init(&turns, 65, 0), BISS_BIT_COUNT);
+  EXPECT_EQ(biss_turns_init(&turns, 64, 0), BISS_OK);
+  EXPECT_EQ(biss_turns_update(&turns, 0, 0, nullptr), BISS_NULL_ARGUMENT);
+  expect_refusals(&turns, [&value](biss_turns* each) {
+    return std::vector{biss_turns_update(each, 0, 0, &value),
+                       biss_turns_resynchronise(each, 0, &value),
+                       biss_turns_position(each, &value)};
+  });
+}
+
+TEST(CFrame, NullPointersAndMemoryThatIsNoObject_AreNamedEverywhere) {
+  const CodecHandle codec = open_codec("pos12,crc6");
+  biss_spi_setup setup = biss_spi_defaults(named("pos12,crc6"), 100'000);
   setup.no_error_flag = true;
-  ASSERT_EQ(biss_spi_open(&setup, &spi), BISS_OK);
+  const SpiHandle spi = open_spi(setup);
   biss_frame frame{};
-  biss_channel_format channel;
-  biss_format_size size;
   biss_spi_size spi_size;
   std::uint8_t byte = 0;
   std::size_t bits = 0;
   std::int64_t delay = 0;
-  std::array<char, 8> text{};
-  const auto every = [&](const biss_format* f, const biss_spi* s) {
-    return std::vector<biss_status>{biss_format_channel(f, 0, &channel),
-                                    biss_format_size_of(f, &size),
-                                    biss_format_text(f, text.data(), text.size(), nullptr),
-                                    biss_frame_decode(f, &byte, 1, 0, 8, nullptr, &frame),
-                                    biss_frame_defaults(f, &frame),
-                                    biss_frame_encode(f, &frame, &byte, 1, &bits),
-                                    biss_spi_size_of(s, &spi_size),
-                                    biss_spi_read(s, &byte, 1, 8, &frame),
-                                    biss_spi_line_delay(s, &frame, &delay, &delay)};
-  };
-  EXPECT_EQ(every(nullptr, nullptr), std::vector<biss_status>(9, BISS_NULL_ARGUMENT));
-  EXPECT_EQ(biss_format_channel(format, 0, nullptr), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_format_size_of(format, nullptr), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_format_text(format, nullptr, 0, nullptr), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_frame_decode(format, nullptr, 1, 0, 8, nullptr, &frame), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_frame_decode(format, &byte, 1, 0, 8, nullptr, nullptr), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_frame_encode(format, nullptr, &byte, 1, &bits), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_frame_encode(format, &frame, nullptr, 1, &bits), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_frame_encode(format, &frame, &byte, 1, nullptr), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_spi_read(spi, nullptr, 1, 8, &frame), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_spi_open(&setup, nullptr), BISS_NULL_ARGUMENT);
+  const biss_codec* c = codec.get();
+  EXPECT_EQ(biss_frame_decode(c, nullptr, 1, 0, 8, nullptr, &frame), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_frame_decode(c, &byte, 1, 0, 8, nullptr, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_frame_encode(c, nullptr, &byte, 1, &bits), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_frame_encode(c, &frame, nullptr, 1, &bits), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_frame_encode(c, &frame, &byte, 1, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_spi_read(spi.get(), nullptr, 1, 8, &frame), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_spi_init(nullptr, &setup), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_codec_init(nullptr, named("pos8")), BISS_NULL_ARGUMENT);
   EXPECT_EQ(biss_crc_of(nullptr, 0, 8, nullptr), BISS_NULL_ARGUMENT);
-  // Each handle in the place of the other, then both closed.
-  EXPECT_EQ(every(reinterpret_cast<biss_format*>(spi), reinterpret_cast<biss_spi*>(format)),
-            std::vector<biss_status>(9, BISS_BAD_HANDLE));
-  biss_format_close(reinterpret_cast<biss_format*>(spi));
-  EXPECT_EQ(biss_spi_size_of(spi, &spi_size), BISS_OK);
-  biss_format_close(format);
-  biss_spi_close(spi);
-  EXPECT_EQ(every(format, spi), std::vector<biss_status>(9, BISS_BAD_HANDLE));
-  EXPECT_EQ(biss_spi_open(&setup, &spi), BISS_BAD_HANDLE);
-  biss_format_close(format);
+  expect_refusals(codec.get(), [&](const biss_codec* each) {
+    return std::vector{biss_frame_decode(each, &byte, 1, 0, 8, nullptr, &frame),
+                       biss_frame_defaults(each, &frame),
+                       biss_frame_encode(each, &frame, &byte, 1, &bits)};
+  });
+  expect_refusals(spi.get(), [&](const biss_spi* each) {
+    return std::vector{biss_spi_size_of(each, &spi_size), biss_spi_read(each, &byte, 1, 8, &frame),
+                       biss_spi_line_delay(each, &frame, &delay, &delay)};
+  });
+  EXPECT_EQ(biss_codec_init(codec.get(), nullptr), BISS_NULL_ARGUMENT);
 }
 
 }  // namespace frame_test

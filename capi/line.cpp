@@ -1,4 +1,4 @@
-// biss_line: a handle of the simulator's FarEnd.
+// biss_line: the simulator's FarEnd, on the heap.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -49,7 +49,7 @@ bool is_possible(const biss_line_setup& setup) {
 }
 
 // \pre is_possible()
-FarEndSetup from_c(const biss_line_setup& setup, const Device& device) {
+FarEndSetup from_c(const biss_line_setup& setup, const Described& device) {
   FarEndSetup result;
   sim::LineSetup& line = result.line;
   line.format = device.format;
@@ -126,14 +126,13 @@ void read_rules(std::string_view text, bool foreign_encoder, Checked& checked) {
 }
 
 Checked check(const biss_line_setup* setup) {
-  if (setup == nullptr || setup->format == nullptr) return {{}, BISS_NULL_ARGUMENT};
-  auto device = find_device(setup->format);
-  if (!device) return {{}, BISS_BAD_FORMAT};
-  if (!override_timing(setup->timing, *device)) return {{}, BISS_BAD_TIMING};
-  if (!is_possible(*setup) || (setup->registers && device->format.cds0)) {
+  if (setup == nullptr) return {{}, BISS_NULL_ARGUMENT};
+  Described device;
+  if (const auto wrong = read(setup->format, device)) return {{}, wrong};
+  if (!is_possible(*setup) || (setup->registers && device.format.cds0)) {
     return {{}, BISS_BAD_SETUP};
   }
-  Checked checked{from_c(*setup, *device)};
+  Checked checked{from_c(*setup, device)};
   read_rules(setup->faults == nullptr ? "" : setup->faults, setup->foreign_encoder, checked);
   return checked;
 }
@@ -145,20 +144,14 @@ unsigned position_bits_of(const FrameFormat& format) {
   return 0;
 }
 
-}  // namespace
-
-}  // namespace biss::capi
-
-struct biss_line {
-  biss_line(const biss::sim::FarEndSetup& setup, const biss_line_setup& from)
-      : far(setup),
-        chosen(from),
-        position_mask(biss::low_mask(biss::capi::position_bits_of(setup.line.format))) {
+struct Line {
+  Line(const sim::FarEndSetup& setup, const biss_line_setup& from)
+      : far(setup), chosen(from), position_mask(low_mask(position_bits_of(setup.line.format))) {
     if (from.position != nullptr) far.encoder().set_positions(&ask, this);
   }
 
-  static std::optional<std::uint64_t> ask(void* self, biss::Picoseconds moment) {
-    auto& line = *static_cast<biss_line*>(self);
+  static std::optional<std::uint64_t> ask(void* self, Picoseconds moment) {
+    auto& line = *static_cast<Line*>(self);
     const std::uint64_t position = line.chosen.position(line.chosen.user, moment.count);
     if ((position & ~line.position_mask) == 0) return position;
     line.value_range = true;
@@ -166,18 +159,17 @@ struct biss_line {
   }
 
   // The address of a register; null: there is no such register.
-  std::uint8_t* register_at(biss::sim::EncoderRegisters& registers, std::uint32_t bank,
+  std::uint8_t* register_at(sim::EncoderRegisters& registers, std::uint32_t bank,
                             std::uint32_t address) const {
-    if (address > biss::reg::bsel && address < biss::register_count) {
+    if (address > reg::bsel && address < register_count) {
       return &registers.value(address);
     }
-    if (address < biss::bank_bytes && bank < biss::bank_count)
-      return &registers.bank(bank)[address];
+    if (address < bank_bytes && bank < bank_count) return &registers.bank(bank)[address];
     return nullptr;
   }
 
-  biss::sim::FarEnd far;
-  biss::capi::Clock clock;
+  sim::FarEnd far;
+  Clock clock;
   biss_line_setup chosen;
   std::uint64_t position_mask;
   bool stepping = false;
@@ -185,16 +177,13 @@ struct biss_line {
   bool value_range = false;
 };
 
-namespace biss::capi {
-namespace {
-
 template <class... Pointers>
 biss_status usable(const biss_line* line, const Pointers*... needed) {
   const biss_status wrong = check_call(line, needed...);
-  return wrong == BISS_OK && line->stepping ? BISS_REENTERED : wrong;
+  return wrong == BISS_OK && thing<Line*>(line)->stepping ? BISS_REENTERED : wrong;
 }
 
-void put(biss::sim::EncoderRegisters& registers, std::uint32_t bank, std::uint32_t address,
+void put(sim::EncoderRegisters& registers, std::uint32_t bank, std::uint32_t address,
          std::uint8_t value, bool writable) {
   const auto protection = writable ? RegisterProtection::read_write : RegisterProtection::read_only;
   if (address == reg::bsel) {
@@ -243,7 +232,7 @@ const char* biss_fault_effect(size_t kind) {
   return kind < biss_fault_count() ? biss::sim::fault_list[kind].effect.data() : nullptr;
 }
 
-biss_line_setup biss_line_defaults(const char* format, uint32_t clock_hz) {
+biss_line_setup biss_line_defaults(const biss_format* format, uint32_t clock_hz) {
   biss_line_setup setup{};
   setup.format = format;
   setup.clock_hz = clock_hz;
@@ -252,13 +241,12 @@ biss_line_setup biss_line_defaults(const char* format, uint32_t clock_hz) {
   return setup;
 }
 
-biss_status biss_line_open(const biss_line_setup* setup, biss_line** line) {
-  if (line == nullptr) return BISS_NULL_ARGUMENT;
-  *line = nullptr;
+biss_status biss_line_init(biss_line* line, const biss_line_setup* setup) {
+  if (const auto wrong = begin_init(line)) return wrong;
   try {
     const auto checked = check(setup);
     if (checked.status != BISS_OK) return checked.status;
-    return open_handle(*line, checked.far, *setup);
+    return make<Line*>(line, new Line(checked.far, *setup));
   } catch (const std::exception&) {
     return BISS_NO_MEMORY;
   }
@@ -275,30 +263,31 @@ size_t biss_line_fault_at(const biss_line_setup* setup) {
 biss_status biss_line_step(biss_line* line, int64_t now_ps, bool ma, bool encoder_slo,
                            biss_line_output* out) {
   if (const auto wrong = usable(line, out)) return wrong;
-  if (const auto wrong = line->clock.check(now_ps)) return wrong;
-  if (line->broken) return BISS_NO_MEMORY;
-  line->clock.set(now_ps);
-  line->stepping = true;
+  auto& self = *thing<Line*>(line);
+  if (const auto wrong = self.clock.check(now_ps)) return wrong;
+  if (self.broken) return BISS_NO_MEMORY;
+  self.clock.set(now_ps);
+  self.stepping = true;
   try {
-    const auto output = line->far.step(biss::picoseconds(now_ps), ma, encoder_slo);
+    const auto output = self.far.step(biss::picoseconds(now_ps), ma, encoder_slo);
     *out = {output.slo, output.ma, output.deadline.count};
   } catch (const std::exception&) {
-    line->broken = true;
+    self.broken = true;
   }
-  line->stepping = false;
-  if (line->broken) return BISS_NO_MEMORY;
-  return std::exchange(line->value_range, false) ? BISS_VALUE_RANGE : BISS_OK;
+  self.stepping = false;
+  if (self.broken) return BISS_NO_MEMORY;
+  return std::exchange(self.value_range, false) ? BISS_VALUE_RANGE : BISS_OK;
 }
 
 biss_status biss_line_set_flags(biss_line* line, bool nE, bool nW) {
   if (const auto wrong = usable(line)) return wrong;
-  line->far.set_flags(nE, nW);
+  thing<Line*>(line)->far.set_flags(nE, nW);
   return BISS_OK;
 }
 
 biss_status biss_line_request_of(const biss_line* line, biss_line_request* request) {
   if (const auto wrong = usable(line, request)) return wrong;
-  const biss::sim::FarEndCycle* cycle = line->far.cycle();
+  const biss::sim::FarEndCycle* cycle = thing<Line*>(line)->far.cycle();
   if (cycle == nullptr) return BISS_NO_READING;
   *request = request_of(*cycle);
   return BISS_OK;
@@ -307,30 +296,36 @@ biss_status biss_line_request_of(const biss_line* line, biss_line_request* reque
 biss_status biss_line_put_register(biss_line* line, uint32_t bank, uint32_t address, uint8_t value,
                                    bool writable) {
   if (const auto wrong = usable(line)) return wrong;
-  if (!line->chosen.registers) return BISS_NO_REGISTER;
+  auto& self = *thing<Line*>(line);
+  if (!self.chosen.registers) return BISS_NO_REGISTER;
   const bool exists = address == biss::reg::bsel ||
-                      line->register_at(line->far.registers(), bank, address) != nullptr;
+                      self.register_at(self.far.registers(), bank, address) != nullptr;
   if (!exists) return BISS_NO_REGISTER;
-  put(line->far.registers(), bank, address, value, writable);
-  put(line->far.initial_registers(), bank, address, value, writable);
+  put(self.far.registers(), bank, address, value, writable);
+  put(self.far.initial_registers(), bank, address, value, writable);
   return BISS_OK;
 }
 
 biss_status biss_line_register(biss_line* line, uint32_t bank, uint32_t address, uint8_t* value) {
   if (const auto wrong = usable(line, value)) return wrong;
-  if (!line->chosen.registers) return BISS_NO_REGISTER;
-  auto& registers = line->far.registers();
-  const std::uint8_t* found = line->register_at(registers, bank, address);
+  auto& self = *thing<Line*>(line);
+  if (!self.chosen.registers) return BISS_NO_REGISTER;
+  auto& registers = self.far.registers();
+  const std::uint8_t* found = self.register_at(registers, bank, address);
   if (address != biss::reg::bsel && found == nullptr) return BISS_NO_REGISTER;
   *value = found == nullptr ? registers.bsel() : *found;
   return BISS_OK;
 }
 
 const char* biss_line_state(const biss_line* line) {
-  const bool shown = is_open(line) && !line->chosen.foreign_encoder;
-  return shown ? biss::name_of(line->far.state()).data() : nullptr;
+  const bool shown = is_open(line) && !thing<Line*>(line)->chosen.foreign_encoder;
+  return shown ? biss::name_of(thing<Line*>(line)->far.state()).data() : nullptr;
 }
 
-void biss_line_close(biss_line* line) { destroy_handle(line); }
+void biss_line_close(biss_line* line) {
+  if (!is_open(line)) return;
+  delete thing<Line*>(line);
+  end(line);
+}
 
 }  // extern "C"

@@ -16,10 +16,10 @@ constexpr std::uint32_t clock_hz = 5'000'000;
 constexpr std::int64_t period = 200'000;
 constexpr std::int64_t interval = LineReader::interval;
 
-const biss_master_setup master_setup = biss_master_defaults(format, period);
+const biss_master_setup master_setup = biss_master_defaults(named(format), period);
 
 biss_line_setup line_setup() {
-  biss_line_setup setup = biss_line_defaults(format, clock_hz);
+  biss_line_setup setup = biss_line_defaults(named(format), clock_hz);
   setup.interval_ps = interval;
   setup.ma_delay_ps = 130'000;
   setup.slo_delay_ps = 170'000;
@@ -152,19 +152,18 @@ TEST(CLine, Setup_RefusedByItsCause) {
   const auto status = [](const std::function<void(biss_line_setup&)>& change) {
     biss_line_setup setup = line_setup();
     change(setup);
-    auto* line = reinterpret_cast<biss_line*>(8);
-    const biss_status result = biss_line_open(&setup, &line);
-    EXPECT_EQ(line == nullptr, result != BISS_OK);
-    biss_line_close(line);
+    biss_line line;
+    const biss_status result = biss_line_init(&line, &setup);
+    EXPECT_EQ(biss_line_set_flags(&line, true, true) == BISS_BAD_HANDLE, result != BISS_OK);
+    biss_line_close(&line);
     return result;
   };
   using S = biss_line_setup;
   EXPECT_EQ(status([](S& s) { s.format = nullptr; }), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(status([](S& s) { s.format = "pos"; }), BISS_BAD_FORMAT);
-  biss_timing timing;
-  ASSERT_EQ(biss_timing_of(format, &timing), BISS_OK);
-  timing.timeout_rule = 7;
-  EXPECT_EQ(status([&](S& s) { s.timing = &timing; }), BISS_BAD_TIMING);
+  EXPECT_EQ(status([](S& s) { s.format = named("pos"); }), BISS_BAD_FORMAT);
+  biss_format wrong = *named(format);
+  wrong.timing.timeout_rule = 7;
+  EXPECT_EQ(status([&](S& s) { s.format = &wrong; }), BISS_BAD_TIMING);
   const std::vector<std::function<void(S&)>> spoilers{
       [](S& s) { s.clock_hz = 999; },
       [](S& s) { s.clock_hz = 100'000'001; },
@@ -179,7 +178,7 @@ TEST(CLine, Setup_RefusedByItsCause) {
       [](S& s) { s.counter_start = 0; },
       [](S& s) { s.counter_start = 64; },
       [](S& s) { s.register_busy_frames = 65'536; },
-      [](S& s) { s.format = "pos8,crc5;cds0", s.registers = true; },
+      [](S& s) { s.format = named("pos8,crc5;cds0"), s.registers = true; },
       [](S& s) { s.foreign_encoder = s.registers = true; },
       [](S& s) {
         s.foreign_encoder = true;
@@ -188,7 +187,9 @@ TEST(CLine, Setup_RefusedByItsCause) {
   for (std::size_t i = 0; i < spoilers.size(); ++i)
     EXPECT_EQ(status(spoilers[i]), BISS_BAD_SETUP) << i;
   EXPECT_EQ(status([](S& s) { s.motion = "sine"; }), BISS_OK);
-  EXPECT_EQ(biss_line_open(nullptr, nullptr), BISS_NULL_ARGUMENT);
+  biss_line line;
+  EXPECT_EQ(biss_line_init(nullptr, nullptr), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_line_init(&line, nullptr), BISS_NULL_ARGUMENT);
 }
 
 TEST(CLine, FaultRules_RefusedByTheirCauseAndPlace) {
@@ -213,12 +214,11 @@ TEST(CLine, FaultRules_RefusedByTheirCauseAndPlace) {
     biss_line_setup setup = line_setup();
     setup.faults = each.faults;
     setup.foreign_encoder = each.foreign;
-    biss_line* line = nullptr;
-    EXPECT_EQ(biss_line_open(&setup, &line), each.status) << each.faults;
+    biss_line line;
+    EXPECT_EQ(biss_line_init(&line, &setup), each.status) << each.faults;
     EXPECT_EQ(biss_line_fault_at(&setup), each.at) << each.faults;
-    EXPECT_EQ(biss_line_state(line),
-              each.foreign || line == nullptr ? nullptr : biss_line_state(line));
-    biss_line_close(line);
+    EXPECT_EQ(biss_line_state(&line) == nullptr, each.foreign || each.status != BISS_OK);
+    biss_line_close(&line);
   }
   EXPECT_EQ(biss_line_fault_at(nullptr), 0U);
 }
@@ -233,8 +233,7 @@ TEST(CLine, CallsInTheWrongPlace_AreRefused) {
         biss_line_request_of(line, &request), biss_line_put_register(line, 0, 0x48, 0, true),
         biss_line_register(line, 0, 0x48, &value)};
   };
-  EXPECT_EQ(every(nullptr), std::vector<biss_status>(5, BISS_NULL_ARGUMENT));
-  LineHandle line = open_line(line_setup());
+  const LineHandle line = open_line(line_setup());
   EXPECT_EQ(biss_line_request_of(line.get(), &request), BISS_NO_READING);
   EXPECT_EQ(biss_line_step(line.get(), 0, true, true, nullptr), BISS_NULL_ARGUMENT);
   EXPECT_EQ(biss_line_request_of(line.get(), nullptr), BISS_NULL_ARGUMENT);
@@ -242,11 +241,12 @@ TEST(CLine, CallsInTheWrongPlace_AreRefused) {
   EXPECT_EQ(biss_line_step(line.get(), 10, true, true, &out), BISS_OK);
   EXPECT_EQ(biss_line_step(line.get(), 9, true, true, &out), BISS_TIME_BACKWARDS);
   EXPECT_EQ(biss_line_step(line.get(), INT64_MAX, true, true, &out), BISS_TIME_RANGE);
-  biss_line* closed = line.get();
-  line.reset();
-  EXPECT_EQ(every(closed), std::vector<biss_status>(5, BISS_BAD_HANDLE));
-  EXPECT_EQ(biss_line_state(closed), nullptr);
-  biss_line_close(closed);
+  biss_line copy = *line;
+  biss_line_close(&copy);
+  EXPECT_EQ(biss_line_step(line.get(), 11, true, true, &out), BISS_OK);
+  biss_line_close(line.get());
+  EXPECT_EQ(biss_line_state(line.get()), nullptr);
+  expect_refusals(line.get(), every);
 }
 
 // A callback that calls its own line.

@@ -1,4 +1,4 @@
-// biss_master: a handle of the core's RequestCycle.
+// biss_master: the core's RequestCycle.
 #include <cstdint>
 
 #include "biss/frame/codec.hpp"
@@ -24,7 +24,7 @@ bool is_possible(const biss_master_setup& setup) {
          setup.slaves <= max_channels && all_fit<std::uint16_t>({setup.extra_clocks});
 }
 
-MasterSetup from_c(const Device& device, const biss_master_setup& setup) {
+MasterSetup from_c(const Described& device, const biss_master_setup& setup) {
   const bool limited = setup.line_delay_max_ps != 0;
   return {.period = picoseconds(setup.period_ps),
           .timing = device.timing,
@@ -66,38 +66,37 @@ biss_reading reading_of(const Request::Reading& from) {
   return reading;
 }
 
-}  // namespace
-
-}  // namespace biss::capi
-
-struct biss_master {
-  biss_master(const biss::Device& device, const biss_master_setup& setup)
-      : request(biss::FrameCodec<>(device.format), biss::capi::from_c(device, setup)),
-        control(setup.control) {}
+struct Master {
+  Master(const Described& device, const biss_master_setup& setup)
+      : request(FrameCodec<>(device.format), from_c(device, setup)), control(setup.control) {}
 
   // Once CDS is known, or known to be missing: CDM may depend on it.
-  void answer_cds(biss::Picoseconds now) {
+  void answer_cds(Picoseconds now) {
     const auto cds = request.reading().cds;
     if (answered || control == nullptr || !(cds || request.done())) return;
     answered = true;
-    auto bit = biss::CdsBit::missing;
-    if (!request.done()) bit = *cds ? biss::CdsBit::one : biss::CdsBit::zero;
-    const bool cdm = biss::capi::step_control(control, now, bit);
+    auto bit = CdsBit::missing;
+    if (!request.done()) bit = *cds ? CdsBit::one : CdsBit::zero;
+    const bool cdm = step_control(control, now, bit);
     if (!request.done()) request.set_cdm(cdm);
   }
 
-  biss::capi::Request request;
-  biss::capi::Clock clock;
+  Request request;
+  Clock clock;
   biss_control* control;
   bool answered = true;  // the CDS of the request under way
   bool has_reading = false;
 };
 
+}  // namespace
+
+}  // namespace biss::capi
+
 using namespace biss::capi;
 
 extern "C" {
 
-biss_master_setup biss_master_defaults(const char* format, int64_t period_ps) {
+biss_master_setup biss_master_defaults(const biss_format* format, int64_t period_ps) {
   biss_master_setup setup{};
   setup.format = format;
   setup.period_ps = period_ps;
@@ -106,58 +105,58 @@ biss_master_setup biss_master_defaults(const char* format, int64_t period_ps) {
   return setup;
 }
 
-biss_status biss_master_open(const biss_master_setup* setup, biss_master** master) {
-  if (master == nullptr) return BISS_NULL_ARGUMENT;
-  *master = nullptr;
-  if (setup == nullptr || setup->format == nullptr) return BISS_NULL_ARGUMENT;
-  auto device = find_device(setup->format);
-  if (!device || device->format.needs_previous()) return BISS_BAD_FORMAT;
-  if (!override_timing(setup->timing, *device)) return BISS_BAD_TIMING;
+biss_status biss_master_init(biss_master* master, const biss_master_setup* setup) {
+  if (const auto wrong = begin_init(master, setup)) return wrong;
+  Described device;
+  if (const auto wrong = read(setup->format, device)) return wrong;
+  if (device.format.needs_previous()) return BISS_BAD_FORMAT;
   if (!is_possible(*setup)) return BISS_BAD_SETUP;
-  const biss_status refused = check_spi(*device, {.period = biss::picoseconds(setup->period_ps),
-                                                  .no_error_flag = setup->no_error_flag,
-                                                  .unchecked = setup->unchecked});
-  if (refused != BISS_OK) return refused;
+  if (const auto refused = check_spi(device, {.period = biss::picoseconds(setup->period_ps),
+                                              .no_error_flag = setup->no_error_flag,
+                                              .unchecked = setup->unchecked})) {
+    return refused;
+  }
   if (setup->control != nullptr && !is_open(setup->control)) return BISS_BAD_HANDLE;
-  return open_handle(*master, *device, *setup);
+  return make<Master>(master, device, *setup);
 }
 
 biss_status biss_master_begin(biss_master* master, int64_t now_ps, bool slo, bool cdm,
                               biss_output* out) {
   if (const auto wrong = check_call(master, out)) return wrong;
-  if (const auto wrong = master->clock.check(now_ps)) return wrong;
-  if (!master->request.done()) return BISS_RUNNING;
-  master->clock.set(now_ps);
+  auto& self = thing<Master>(master);
+  if (const auto wrong = self.clock.check(now_ps)) return wrong;
+  if (!self.request.done()) return BISS_RUNNING;
+  self.clock.set(now_ps);
   const biss::StepOutput output =
-      master->request.begin(biss::picoseconds(now_ps), slo, cdm && master->control == nullptr);
-  master->has_reading = true;
-  master->answered = master->request.done();
+      self.request.begin(biss::picoseconds(now_ps), slo, cdm && self.control == nullptr);
+  self.has_reading = true;
+  self.answered = self.request.done();
   *out = {output.level, output.deadline.count};
-  return status_of(master->request.reading().refusal);
+  return status_of(self.request.reading().refusal);
 }
 
 biss_status biss_master_step(biss_master* master, int64_t now_ps, bool slo, biss_output* out) {
   if (const auto wrong = check_call(master, out)) return wrong;
-  if (const auto wrong = master->clock.check(now_ps)) return wrong;
-  master->clock.set(now_ps);
-  const biss::StepOutput output = master->request.step(biss::picoseconds(now_ps), slo);
-  master->answer_cds(biss::picoseconds(now_ps));
+  auto& self = thing<Master>(master);
+  if (const auto wrong = self.clock.check(now_ps)) return wrong;
+  self.clock.set(now_ps);
+  const biss::StepOutput output = self.request.step(biss::picoseconds(now_ps), slo);
+  self.answer_cds(biss::picoseconds(now_ps));
   *out = {output.level, output.deadline.count};
   return BISS_OK;
 }
 
 bool biss_master_done(const biss_master* master) {
-  return !is_open(master) || master->request.done();
+  return !is_open(master) || thing<Master>(master).request.done();
 }
 
 biss_status biss_master_reading(const biss_master* master, biss_reading* reading) {
   if (const auto wrong = check_call(master, reading)) return wrong;
-  if (!master->request.done()) return BISS_RUNNING;
-  if (!master->has_reading) return BISS_NO_READING;
-  *reading = reading_of(master->request.reading());
+  auto& self = thing<Master>(master);
+  if (!self.request.done()) return BISS_RUNNING;
+  if (!self.has_reading) return BISS_NO_READING;
+  *reading = reading_of(self.request.reading());
   return BISS_OK;
 }
-
-void biss_master_close(biss_master* master) { destroy_handle(master); }
 
 }  // extern "C"

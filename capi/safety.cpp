@@ -1,4 +1,4 @@
-// biss_safety: a handle of the core's SafetyMonitor.
+// biss_safety: the core's SafetyMonitor.
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -24,7 +24,7 @@ static_assert(index_of(SafetyVerdict::comparison) == BISS_VERDICT_COMPARISON);
 static_assert(BISS_COUNT_LEARNED == static_cast<int>(CounterMode::learned));
 static_assert(BISS_ANY_COUNTER == any_first_value);
 
-biss_safety_setup as_setup(const char* format, const SafetySetup& from) {
+biss_safety_setup as_setup(const biss_format* format, const SafetySetup& from) {
   return {.format = format,
           .cpw = from.cpw,
           .spw = from.spw,
@@ -103,11 +103,11 @@ struct Wanted {
 };
 
 Wanted read_setup(const biss_safety_setup* setup) {
-  if (setup == nullptr || setup->format == nullptr) return {.status = BISS_NULL_ARGUMENT};
-  const auto device = find_device(setup->format);
-  if (!device) return {.status = BISS_BAD_FORMAT};
+  if (setup == nullptr) return {.status = BISS_NULL_ARGUMENT};
+  Described device;
+  if (const auto wrong = read(setup->format, device)) return {.status = wrong};
   if (!is_possible(*setup)) return {.status = BISS_BAD_SETUP};
-  Wanted wanted{.format = device->format, .setup = from_c(*setup), .unrated = setup->unrated};
+  Wanted wanted{.format = device.format, .setup = from_c(*setup), .unrated = setup->unrated};
   wanted.mistake = setup->unrated ? check_safety(wanted.format, UnratedSafetySetup(wanted.setup))
                                   : check_safety(wanted.format, wanted.setup);
   if (wanted.mistake) wanted.status = BISS_BAD_SAFETY;
@@ -141,29 +141,25 @@ Plan plan_of(const Wanted& wanted) {
   return Plan(wanted.format, wanted.setup);
 }
 
+biss_status put_setup(const biss_format* format, const SafetySetup& usual, std::int64_t cycle_ps,
+                      biss_safety_setup* setup) {
+  if (format == nullptr || setup == nullptr) return BISS_NULL_ARGUMENT;
+  if (cycle_ps < 0) return BISS_BAD_SETUP;
+  *setup = as_setup(format, cycle_ps == 0 ? usual : at_cycle(usual, picoseconds(cycle_ps)));
+  return BISS_OK;
+}
+
 }  // namespace
 
 }  // namespace biss::capi
-
-struct biss_safety {
-  explicit biss_safety(const biss::capi::Wanted& wanted) : monitor(biss::capi::plan_of(wanted)) {}
-
-  biss::capi::Monitor monitor;
-};
 
 using namespace biss::capi;
 
 extern "C" {
 
-biss_status biss_safety_defaults(const char* format, int64_t cycle_ps, biss_safety_setup* setup) {
-  if (format == nullptr || setup == nullptr) return BISS_NULL_ARGUMENT;
-  if (cycle_ps < 0) return BISS_BAD_SETUP;
-  const biss::SafetyConfiguration* found = biss::find_safety_configuration(format);
-  if (!find_device(format)) return BISS_BAD_FORMAT;
-  biss::SafetySetup usual = found == nullptr ? biss::SafetySetup{} : found->setup;
-  if (cycle_ps != 0) usual = at_cycle(usual, biss::picoseconds(cycle_ps));
-  *setup = as_setup(format, usual);
-  return BISS_OK;
+biss_status biss_safety_defaults(const biss_format* format, int64_t cycle_ps,
+                                 biss_safety_setup* setup) {
+  return put_setup(format, biss::SafetySetup{}, cycle_ps, setup);
 }
 
 const char* biss_safety_problem(const biss_safety_setup* setup) {
@@ -171,15 +167,20 @@ const char* biss_safety_problem(const biss_safety_setup* setup) {
   return wanted.mistake ? biss::name_of(*wanted.mistake).data() : nullptr;
 }
 
-biss_status biss_safety_open(const biss_safety_setup* setup, biss_safety** safety) {
-  if (safety == nullptr) return BISS_NULL_ARGUMENT;
-  *safety = nullptr;
-  const auto wanted = read_setup(setup);
-  if (wanted.status != BISS_OK) return wanted.status;
-  return open_handle(*safety, wanted);
+biss_status biss_safety_parse(const char* text, int64_t cycle_ps, biss_format* format,
+                              biss_safety_setup* setup) {
+  if (text == nullptr) return BISS_NULL_ARGUMENT;
+  const biss::SafetyConfiguration* found = biss::find_safety_configuration(text);
+  const auto wrong =
+      put_setup(format, found == nullptr ? biss::SafetySetup{} : found->setup, cycle_ps, setup);
+  return wrong == BISS_OK ? biss_format_parse(text, format) : wrong;
 }
 
-void biss_safety_close(biss_safety* safety) { destroy_handle(safety); }
+biss_status biss_safety_init(biss_safety* safety, const biss_safety_setup* setup) {
+  if (const auto wrong = begin_init(safety)) return wrong;
+  const auto wanted = read_setup(setup);
+  return wanted.status == BISS_OK ? make<Monitor>(safety, plan_of(wanted)) : wanted.status;
+}
 
 biss_status biss_safety_self_test(biss_safety* safety, const biss_safety_setup* expected,
                                   bool* passed) {
@@ -188,7 +189,7 @@ biss_status biss_safety_self_test(biss_safety* safety, const biss_safety_setup* 
   if (const auto wrong = check_call(safety)) return wrong;
   const auto wanted = read_setup(expected);
   if (wanted.status != BISS_OK) return wanted.status;
-  *passed = safety->monitor.self_test(
+  *passed = thing<Monitor>(safety).self_test(
       biss::SafetyFingerprint(wanted.format, wanted.setup, wanted.unrated ? 0 : 1));
   return BISS_OK;
 }
@@ -205,21 +206,22 @@ biss_status biss_safety_step(biss_safety* safety, const biss_safety_time* time,
   if (const auto wrong = check_call(safety, time, judgement, given(bytes, byte_count)))
     return wrong;
   const biss::BitView bits(std::span(bytes, byte_count), first_bit, bit_count);
-  *judgement = as_judgement(safety->monitor, safety->monitor.step(from_c(*time), bits));
+  *judgement =
+      as_judgement(thing<Monitor>(safety), thing<Monitor>(safety).step(from_c(*time), bits));
   return BISS_OK;
 }
 
 biss_status biss_safety_watch(biss_safety* safety, const biss_safety_time* time,
                               biss_judgement* judgement) {
   if (const auto wrong = check_call(safety, time, judgement)) return wrong;
-  *judgement = as_judgement(safety->monitor, safety->monitor.watch(from_c(*time)));
+  *judgement = as_judgement(thing<Monitor>(safety), thing<Monitor>(safety).watch(from_c(*time)));
   return BISS_OK;
 }
 
 biss_status biss_safety_deadline(const biss_safety* safety, bool* is_expected,
                                  int64_t* deadline_ps) {
   if (const auto wrong = check_call(safety, is_expected, deadline_ps)) return wrong;
-  const auto deadline = safety->monitor.deadline();
+  const auto deadline = thing<Monitor>(safety).deadline();
   *is_expected = deadline.has_value();
   *deadline_ps = deadline ? deadline->count : BISS_NEVER;
   return BISS_OK;
@@ -227,7 +229,7 @@ biss_status biss_safety_deadline(const biss_safety* safety, bool* is_expected,
 
 biss_status biss_safety_expect(biss_safety* safety, uint64_t low, uint64_t high) {
   if (const auto wrong = check_call(safety)) return wrong;
-  safety->monitor.expect_position(low, high);
+  thing<Monitor>(safety).expect_position(low, high);
   return BISS_OK;
 }
 
@@ -235,22 +237,22 @@ biss_status biss_safety_acknowledge(biss_safety* safety, biss_verdict cause) {
   if (const auto wrong = check_call(safety)) return wrong;
   if (cause < BISS_VERDICT_SAFE || cause >= BISS_VERDICT_INVALID) return BISS_NO_READING;
   const auto verdict = biss::verdict_of(static_cast<std::size_t>(cause));
-  return safety->monitor.acknowledge(verdict) ? BISS_OK : BISS_NO_READING;
+  return thing<Monitor>(safety).acknowledge(verdict) ? BISS_OK : BISS_NO_READING;
 }
 
 biss_status biss_safety_cause(const biss_safety* safety, biss_verdict* cause) {
   if (const auto wrong = check_call(safety, cause)) return wrong;
-  const biss::SafetyState state = safety->monitor.state();
+  const biss::SafetyState state = thing<Monitor>(safety).state();
   if (state != biss::SafetyState::latched && state != biss::SafetyState::failed) {
     return BISS_NO_READING;
   }
-  *cause = static_cast<biss_verdict>(biss::index_of(safety->monitor.latched_cause()));
+  *cause = static_cast<biss_verdict>(biss::index_of(thing<Monitor>(safety).latched_cause()));
   return BISS_OK;
 }
 
 biss_status biss_safety_encoder_restarted(biss_safety* safety) {
   if (const auto wrong = check_call(safety)) return wrong;
-  safety->monitor.encoder_restarted();
+  thing<Monitor>(safety).encoder_restarted();
   return BISS_OK;
 }
 

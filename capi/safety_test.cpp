@@ -5,6 +5,7 @@
 
 #include <array>
 #include <limits>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -18,23 +19,23 @@ constexpr const char* format_text = "pos36,nE,nW,crc6+pos28,nE,nW,lc6,crc16;cds0
 constexpr std::int64_t cycle = 62'500'000;
 
 biss_safety_setup setup_of(const char* name = configuration) {
+  static biss_format format;
   biss_safety_setup setup;
-  EXPECT_EQ(biss_safety_defaults(name, cycle, &setup), BISS_OK);
+  EXPECT_EQ(biss_safety_parse(name, cycle, &format, &setup), BISS_OK);
   return setup;
 }
 
 // A monitor and the frames of its encoder.
 class Bench {
  public:
-  explicit Bench(const biss_safety_setup& setup)
-      : safety_(opened<biss_safety_close>(biss_safety_open, &setup)) {}
+  explicit Bench(const biss_safety_setup& setup) : safety_(opened(biss_safety_init, setup)) {}
 
   biss_safety* get() const { return safety_.get(); }
 
   // The next frame of the encoder at `position` of the SPW, `damage`d at a bit unless that is 0.
   biss_judgement frame(std::uint64_t position, std::size_t damage = 0) {
     biss_frame frame;
-    EXPECT_EQ(biss_frame_defaults(format_.get(), &frame), BISS_OK);
+    EXPECT_EQ(biss_frame_defaults(codec_.get(), &frame), BISS_OK);
     frame.channels[0].position = position << 8U;
     frame.channels[1].position = position;
     counter_ = counter_ % 63 + 1;
@@ -43,7 +44,7 @@ class Bench {
     frame.ack_clocks = 50;
     std::array<std::uint8_t, BISS_FRAME_BYTES_MAX> bytes{};
     std::size_t bits = 0;
-    EXPECT_EQ(biss_frame_encode(format_.get(), &frame, bytes.data(), bytes.size(), &bits), BISS_OK);
+    EXPECT_EQ(biss_frame_encode(codec_.get(), &frame, bytes.data(), bytes.size(), &bits), BISS_OK);
     if (damage != 0) bytes[damage / 8] ^= static_cast<std::uint8_t>(0x80U >> (damage % 8));
     now_ += cycle;
     biss_judgement judgement;
@@ -67,9 +68,8 @@ class Bench {
   std::int64_t now() const { return now_; }
 
  private:
-  Handle<biss_safety, biss_safety_close> safety_;
-  Handle<biss_format, biss_format_close> format_ =
-      opened<biss_format_close>(biss_format_open, format_text);
+  Handle<biss_safety> safety_;
+  Handle<biss_codec> codec_ = opened(biss_codec_init, *named(format_text));
   std::uint32_t counter_ = 0;
   std::int64_t now_ = 0;
 };
@@ -210,10 +210,9 @@ TEST(CSafety, SetupsThatCannotBeMonitored_HaveTheirName) {
   const auto problem = [](auto change) -> std::string {
     biss_safety_setup setup = setup_of();
     change(setup);
-    biss_safety* safety = reinterpret_cast<biss_safety*>(8);
-    const biss_status status = biss_safety_open(&setup, &safety);
-    EXPECT_EQ(safety == nullptr, status != BISS_OK);
-    biss_safety_close(safety);
+    const auto safety = std::make_unique<biss_safety>();
+    const biss_status status = biss_safety_init(safety.get(), &setup);
+    EXPECT_EQ(biss_safety_expect(safety.get(), 0, 0) == BISS_BAD_HANDLE, status != BISS_OK);
     const char* name = biss_safety_problem(&setup);
     EXPECT_EQ(status == BISS_BAD_SAFETY, name != nullptr);
     return name != nullptr ? name : biss_status_name(status);
@@ -223,14 +222,15 @@ TEST(CSafety, SetupsThatCannotBeMonitored_HaveTheirName) {
   EXPECT_EQ(problem([](S& s) { s.spw = 0; }), "channels");
   EXPECT_EQ(problem([](S& s) { s.start_frames = 1; }), "start_frames");
   EXPECT_EQ(problem([](S& s) { s.frame_gap_max_ps = 0; }), "frame_gap");
-  EXPECT_EQ(problem([](S& s) { s.format = "pos26,nE,nW,crc6"; }), "channels");
+  EXPECT_EQ(problem([](S& s) { s.format = named("pos26,nE,nW,crc6"); }), "channels");
   EXPECT_EQ(problem([](S& s) { s.bounds.ack_min_clocks = 32, s.bounds.ack_max_clocks = 2; }),
             "bounds");
   EXPECT_EQ(problem([](S& s) { s.bounds.lead_max_clocks = 0; }), "bounds");
   EXPECT_EQ(problem([](S& s) { s.compare_bits = 8; }), "weak_comparison");
   EXPECT_EQ(problem([](S& s) { s.compare_bits = 8, s.unrated = true; }), "ok");
-  EXPECT_EQ(problem([](S& s) { s.format = "pos20,nE,nW,crc6+pos19,nE,nW,lc6,crc16"; }), "unrated");
-  EXPECT_EQ(problem([](S& s) { s.format = "what"; }), "bad_format");
+  EXPECT_EQ(problem([](S& s) { s.format = named("pos20,nE,nW,crc6+pos19,nE,nW,lc6,crc16"); }),
+            "unrated");
+  EXPECT_EQ(problem([](S& s) { s.format = named("what"); }), "bad_format");
   EXPECT_EQ(problem([](S& s) { s.format = nullptr; }), "null_argument");
   EXPECT_EQ(problem([](S& s) { s.cpw = 256; }), "bad_setup");
   EXPECT_EQ(problem([](S& s) { s.bounds.ack_max_clocks = 65'536; }), "bad_setup");
@@ -240,16 +240,16 @@ TEST(CSafety, SetupsThatCannotBeMonitored_HaveTheirName) {
 TEST(CSafety, WatchdogInWhichAPeriodCanBeLost_IsRefused) {
   const auto problem = [](std::int64_t cycle_min, std::int64_t most, std::int64_t least,
                           bool unrated) -> std::string {
+    biss_format format;
     biss_safety_setup setup;
-    EXPECT_EQ(biss_safety_defaults(configuration, 0, &setup), BISS_OK);
+    EXPECT_EQ(biss_safety_parse(configuration, 0, &format, &setup), BISS_OK);
     setup.cycle_min_ps = cycle_min;
     setup.frame_gap_max_ps = most;
     if (least >= 0) setup.frame_gap_min_ps = least;
     setup.unrated = unrated;
     const char* name = biss_safety_problem(&setup);
-    biss_safety* safety = nullptr;
-    EXPECT_EQ(biss_safety_open(&setup, &safety), name == nullptr ? BISS_OK : BISS_BAD_SAFETY);
-    biss_safety_close(safety);
+    const auto safety = std::make_unique<biss_safety>();
+    EXPECT_EQ(biss_safety_init(safety.get(), &setup), name == nullptr ? BISS_OK : BISS_BAD_SAFETY);
     return name == nullptr ? "ok" : name;
   };
   constexpr std::int64_t usual = -1;
@@ -268,16 +268,17 @@ TEST(CSafety, WatchdogInWhichAPeriodCanBeLost_IsRefused) {
 }
 
 TEST(CSafety, DefaultsAtAnyCycle_AreValidUpTo100Seconds) {
+  biss_format format;
   biss_safety_setup setup;
   for (const char* name : {configuration, "rxm", format_text}) {
     for (std::int64_t cycle_ps = 31'250'000; cycle_ps <= 100'000'000'000'000;
          cycle_ps += cycle_ps / 9) {
-      ASSERT_EQ(biss_safety_defaults(name, cycle_ps, &setup), BISS_OK);
+      ASSERT_EQ(biss_safety_parse(name, cycle_ps, &format, &setup), BISS_OK);
       EXPECT_EQ(biss_safety_problem(&setup), nullptr) << name << " " << cycle_ps;
     }
-    ASSERT_EQ(biss_safety_defaults(name, 100'000'000'000'001, &setup), BISS_OK);
+    ASSERT_EQ(biss_safety_parse(name, 100'000'000'000'001, &format, &setup), BISS_OK);
     EXPECT_STREQ(biss_safety_problem(&setup), "frame_gap");
-    ASSERT_EQ(biss_safety_defaults(name, std::numeric_limits<std::int64_t>::max(), &setup),
+    ASSERT_EQ(biss_safety_parse(name, std::numeric_limits<std::int64_t>::max(), &format, &setup),
               BISS_OK);
     EXPECT_STREQ(biss_safety_problem(&setup), "frame_gap");
   }
@@ -285,8 +286,10 @@ TEST(CSafety, DefaultsAtAnyCycle_AreValidUpTo100Seconds) {
 
 // A request every 2 ms with the defaults of that cycle, then every 31.25 us: no frame is accepted.
 TEST(CSafety, FramesFasterThanTheSetupsCycle_AreEarly) {
+  biss_format format;
   biss_safety_setup setup;
-  ASSERT_EQ(biss_safety_defaults(configuration, 2 * std::int64_t{1'000'000'000}, &setup), BISS_OK);
+  ASSERT_EQ(biss_safety_parse(configuration, 2 * std::int64_t{1'000'000'000}, &format, &setup),
+            BISS_OK);
   Bench bench(setup);
   EXPECT_TRUE(bench.self_test(setup));
   bench.frame(1000);
@@ -318,16 +321,19 @@ TEST(CSafety, SelfTestWithAnotherLimitRatingOrUnrated_Fails) {
 }
 
 TEST(CSafety, WrongCalls_AreRefusedByTheirCause) {
+  biss_format format;
   biss_safety_setup setup;
+  EXPECT_EQ(biss_safety_parse(nullptr, 0, &format, &setup), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_safety_parse(configuration, 0, nullptr, &setup), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_safety_parse("what", 0, &format, &setup), BISS_BAD_FORMAT);
+  EXPECT_EQ(biss_safety_parse(configuration, -1, &format, &setup), BISS_BAD_SETUP);
   EXPECT_EQ(biss_safety_defaults(nullptr, 0, &setup), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_safety_defaults("what", 0, &setup), BISS_BAD_FORMAT);
-  EXPECT_EQ(biss_safety_defaults(configuration, -1, &setup), BISS_BAD_SETUP);
-  EXPECT_EQ(biss_safety_defaults(format_text, 0, &setup), BISS_OK);
+  EXPECT_EQ(biss_safety_defaults(named(format_text), 0, &setup), BISS_OK);
   EXPECT_EQ(setup.start_frames, 3U);
   setup = setup_of();
-  biss_safety* safety = nullptr;
-  ASSERT_EQ(biss_safety_open(&setup, &safety), BISS_OK);
-  EXPECT_EQ(biss_safety_open(&setup, nullptr), BISS_NULL_ARGUMENT);
+  const Handle<biss_safety> memory = opened(biss_safety_init, setup);
+  biss_safety* const safety = memory.get();
+  EXPECT_EQ(biss_safety_init(nullptr, &setup), BISS_NULL_ARGUMENT);
   bool flag = false;
   std::int64_t deadline = 0;
   biss_verdict cause{};
@@ -343,12 +349,9 @@ TEST(CSafety, WrongCalls_AreRefusedByTheirCause) {
                                     biss_safety_cause(s, &cause),
                                     biss_safety_encoder_restarted(s)};
   };
-  EXPECT_EQ(every(nullptr), std::vector<biss_status>(8, BISS_NULL_ARGUMENT));
   EXPECT_EQ(biss_safety_step(safety, &time, nullptr, 1, 0, 0, &judgement), BISS_NULL_ARGUMENT);
   EXPECT_EQ(biss_safety_self_test(safety, nullptr, &flag), BISS_NULL_ARGUMENT);
-  biss_safety_close(safety);
-  EXPECT_EQ(every(safety), std::vector<biss_status>(8, BISS_BAD_HANDLE));
-  biss_safety_close(safety);
+  expect_refusals(safety, every);
   for (const int number : {-1, 23, 99}) {
     EXPECT_STREQ(biss_verdict_name(static_cast<biss_verdict>(number)), "invalid");
   }

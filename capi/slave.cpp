@@ -1,4 +1,4 @@
-// biss_slave: a handle of the core's Slave, with callbacks in C.
+// biss_slave: the core's Slave, with callbacks in C.
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -106,68 +106,63 @@ biss_status check_registers(const biss_slave_setup& setup, const FrameFormat& fo
   return possible ? BISS_OK : BISS_BAD_SETUP;
 }
 
-SlaveTiming timing_of(const Device& device, const biss_slave_setup& setup) {
+SlaveTiming timing_of(const Described& device, const biss_slave_setup& setup) {
   SlaveTiming timing = slave_timing(device.timing, picoseconds(setup.ready_ps));
   timing.chained = setup.chained;
   return timing;
 }
 
+struct Encoder {
+  Encoder(const Described& device, const biss_slave_setup& setup)
+      : slave(FrameCodec<>(device.format), timing_of(device, setup),
+              CallbackSource(setup, device.format)) {}
+
+  Slave<FrameCodec<>, CallbackSource> slave;
+  Clock clock;
+  bool stepping = false;
+};
+
 }  // namespace
 
 }  // namespace biss::capi
-
-struct biss_slave {
-  biss_slave(const biss::Device& device, const biss_slave_setup& setup)
-      : slave(biss::FrameCodec<>(device.format), biss::capi::timing_of(device, setup),
-              biss::capi::CallbackSource(setup, device.format)) {}
-
-  biss::Slave<biss::FrameCodec<>, biss::capi::CallbackSource> slave;
-  biss::capi::Clock clock;
-  bool stepping = false;
-};
 
 using namespace biss::capi;
 
 extern "C" {
 
-biss_slave_setup biss_slave_defaults(const char* format) {
+biss_slave_setup biss_slave_defaults(const biss_format* format) {
   biss_slave_setup setup{};
   setup.format = format;
   return setup;
 }
 
-biss_status biss_slave_open(const biss_slave_setup* setup, biss_slave** slave) {
-  if (slave == nullptr) return BISS_NULL_ARGUMENT;
-  *slave = nullptr;
-  if (setup == nullptr || setup->format == nullptr || setup->sample == nullptr) {
-    return BISS_NULL_ARGUMENT;
-  }
-  auto device = find_device(setup->format);
-  if (!device) return BISS_BAD_FORMAT;
-  if (!override_timing(setup->timing, *device)) return BISS_BAD_TIMING;
+biss_status biss_slave_init(biss_slave* slave, const biss_slave_setup* setup) {
+  if (const auto wrong = begin_init(slave, setup)) return wrong;
+  if (setup->sample == nullptr) return BISS_NULL_ARGUMENT;
+  Described device;
+  if (const auto wrong = read(setup->format, device)) return wrong;
   if (!is_duration(setup->ready_ps)) return BISS_BAD_SETUP;
-  if (const auto wrong = check_registers(*setup, device->format)) return wrong;
-  return open_handle(*slave, *device, *setup);
+  if (const auto wrong = check_registers(*setup, device.format)) return wrong;
+  return make<Encoder>(slave, device, *setup);
 }
 
 biss_status biss_slave_step(biss_slave* slave, int64_t now_ps, bool ma, bool sli,
                             biss_output* out) {
   if (const auto wrong = check_call(slave, out)) return wrong;
-  if (slave->stepping) return BISS_REENTERED;
-  if (const auto wrong = slave->clock.check(now_ps)) return wrong;
-  slave->clock.set(now_ps);
-  slave->stepping = true;
-  const biss::StepOutput output = slave->slave.step(biss::picoseconds(now_ps), ma, sli);
-  slave->stepping = false;
-  slave->slave.set_channels_active(slave->slave.source().channels_active());
+  auto& encoder = thing<Encoder>(slave);
+  if (encoder.stepping) return BISS_REENTERED;
+  if (const auto wrong = encoder.clock.check(now_ps)) return wrong;
+  encoder.clock.set(now_ps);
+  encoder.stepping = true;
+  const biss::StepOutput output = encoder.slave.step(biss::picoseconds(now_ps), ma, sli);
+  encoder.stepping = false;
+  encoder.slave.set_channels_active(encoder.slave.source().channels_active());
   *out = {output.level, output.deadline.count};
-  return slave->slave.source().take_value_range() ? BISS_VALUE_RANGE : BISS_OK;
+  return encoder.slave.source().take_value_range() ? BISS_VALUE_RANGE : BISS_OK;
 }
 
 const char* biss_slave_state(const biss_slave* slave) {
-  return is_open(slave) ? biss::name_of(slave->slave.state()).data() : nullptr;
+  return is_open(slave) ? biss::name_of(thing<Encoder>(slave).slave.state()).data() : nullptr;
 }
-
-void biss_slave_close(biss_slave* slave) { destroy_handle(slave); }
 
 }  // extern "C"

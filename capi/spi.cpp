@@ -1,4 +1,4 @@
-// biss_spi: a handle of the core's SpiReader.
+// biss_spi: the core's SpiReader.
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -32,7 +32,7 @@ SpiSetup from_c(const biss_spi_setup& setup) {
 
 }  // namespace
 
-biss_status check_spi(const Device& device, const SpiSetup& setup) {
+biss_status check_spi(const Described& device, const SpiSetup& setup) {
   const auto error = biss::check_spi(device.format, setup, device.timing);
   if (!error) return BISS_OK;
   switch (*error) {
@@ -54,16 +54,19 @@ biss_status check_spi(const Device& device, const SpiSetup& setup) {
   return BISS_BAD_SETUP;
 }
 
-}  // namespace biss::capi
+namespace {
 
-struct biss_spi {
-  biss_spi(const biss::FrameCodec<>& codec, const biss::SpiSetup& chosen,
-           const biss::DeviceTiming& timing)
-      : setup(chosen), reader(codec, chosen, timing) {}
+struct Spi {
+  Spi(const Described& device, const SpiSetup& chosen)
+      : setup(chosen), reader(FrameCodec<>(device.format), chosen, device.timing) {}
 
-  biss::SpiSetup setup;
-  biss::SpiReader<biss::FrameCodec<>> reader;
+  SpiSetup setup;
+  SpiReader<FrameCodec<>> reader;
 };
+
+}  // namespace
+
+}  // namespace biss::capi
 
 using namespace biss::capi;
 
@@ -77,32 +80,27 @@ biss_spi_setup biss_spi_defaults(const biss_format* format, int64_t period_ps) {
   return setup;
 }
 
-biss_status biss_spi_open(const biss_spi_setup* setup, biss_spi** spi) {
-  if (spi == nullptr) return BISS_NULL_ARGUMENT;
-  *spi = nullptr;
-  if (setup == nullptr || setup->format == nullptr) return BISS_NULL_ARGUMENT;
-  if (!is_open(setup->format)) return BISS_BAD_HANDLE;
-  biss::Device device{setup->format->codec.format(), setup->format->timing};
-  if (!override_timing(setup->timing, device)) return BISS_BAD_TIMING;
+biss_status biss_spi_init(biss_spi* spi, const biss_spi_setup* setup) {
+  if (const auto wrong = begin_init(spi, setup)) return wrong;
+  Described device;
+  if (const auto wrong = read(setup->format, device)) return wrong;
   if (!is_possible(*setup)) return BISS_BAD_SETUP;
   const biss::SpiSetup chosen = from_c(*setup);
-  const biss_status refused = check_spi(device, chosen);
-  if (refused != BISS_OK) return refused;
-  return open_handle(*spi, setup->format->codec, chosen, device.timing);
+  if (const auto refused = check_spi(device, chosen)) return refused;
+  return make<Spi>(spi, device, chosen);
 }
-
-void biss_spi_close(biss_spi* spi) { destroy_handle(spi); }
 
 biss_status biss_spi_size_of(const biss_spi* spi, biss_spi_size* size) {
   if (const auto wrong = check_call(spi, size)) return wrong;
-  *size = {spi->reader.clocks(), spi->reader.bytes(), as_c(spi->reader.bounds())};
+  const auto& reader = thing<Spi>(spi).reader;
+  *size = {reader.clocks(), reader.bytes(), as_c(reader.bounds())};
   return BISS_OK;
 }
 
 biss_status biss_spi_read(const biss_spi* spi, const uint8_t* bytes, size_t byte_count,
                           size_t clocks, biss_frame* frame) {
   if (const auto wrong = check_call(spi, frame, given(bytes, byte_count))) return wrong;
-  *frame = as_c(spi->reader.read(std::span(bytes, byte_count), clocks));
+  *frame = as_c(thing<Spi>(spi).reader.read(std::span(bytes, byte_count), clocks));
   return BISS_OK;
 }
 
@@ -110,13 +108,13 @@ biss_status biss_spi_line_delay(const biss_spi* spi, const biss_frame* frame, in
                                 int64_t* max_ps) {
   if (const auto wrong = check_call(spi, frame, min_ps, max_ps)) return wrong;
   if (frame->cause != BISS_CAUSE_OK) return BISS_NO_READING;
-  const biss::FrameBounds& bounds = spi->reader.bounds();
+  const biss::FrameBounds& bounds = thing<Spi>(spi).reader.bounds();
   if (frame->lead_clocks < bounds.lead_min_clocks || frame->lead_clocks > bounds.lead_max_clocks) {
     return BISS_CLOCK_RANGE;
   }
   biss::Frame lead;
   lead.lead_clocks = static_cast<std::uint16_t>(frame->lead_clocks);
-  const biss::LineDelayRange range = biss::observed_line_delay(lead, spi->setup);
+  const biss::LineDelayRange range = biss::observed_line_delay(lead, thing<Spi>(spi).setup);
   *min_ps = range.min.count;
   *max_ps = range.max.count;
   return BISS_OK;

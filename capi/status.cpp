@@ -1,7 +1,6 @@
 // Names and texts of the status codes and causes of the C interface, and its version.
 #include <algorithm>
 #include <array>
-#include <string_view>
 
 #include "biss/frame/status.hpp"
 #include "capi/biss_c.h"
@@ -17,19 +16,19 @@ struct StatusText {
 constexpr std::array<StatusText, BISS_NO_CRC + 1> statuses{{
     {BISS_OK, "ok", "done"},
     {BISS_NULL_ARGUMENT, "null_argument", "a required pointer is null"},
-    {BISS_NO_MEMORY, "no_memory", "no memory for the handle"},
+    {BISS_NO_MEMORY, "no_memory", "no memory"},
     {BISS_BAD_FORMAT, "bad_format", "neither an encoder of the catalogue nor a frame format"},
     {BISS_BAD_TIMING, "bad_timing", "no device can have this timing"},
     {BISS_BAD_SETUP, "bad_setup", "a value of the setup is out of its range"},
     {BISS_TIME_RANGE, "time_range", "a time beyond BISS_TIME_MAX"},
     {BISS_TIME_BACKWARDS, "time_backwards", "a time before the last one"},
-    {BISS_REENTERED, "reentered", "a handle was called from its own callback"},
+    {BISS_REENTERED, "reentered", "an object was called from its own callback"},
     {BISS_VALUE_RANGE, "value_range", "a position or counter is wider than its field"},
     {BISS_RUNNING, "running", "a request is running"},
     {BISS_SLO_LOW, "slo_low", "no request was made: SLO is low, the encoder is not ready"},
     {BISS_TOO_EARLY, "too_early", "no request was made: the last one is too recent"},
     {BISS_NO_READING, "no_reading", "there is no reading or frame"},
-    {BISS_BAD_HANDLE, "bad_handle", "the handle is closed, or of another kind"},
+    {BISS_BAD_HANDLE, "bad_handle", "the object had no init, was moved, or is of another kind"},
     {BISS_CHANNEL_COUNT, "channel_count", "the format has a different number of channels"},
     {BISS_CLOCK_RANGE, "clock_range", "a number of clocks is out of its range"},
     {BISS_NO_ROOM, "no_room", "the buffer is too small"},
@@ -53,10 +52,6 @@ constexpr std::array<StatusText, BISS_NO_CRC + 1> statuses{{
 static_assert(std::ranges::adjacent_find(statuses, std::ranges::greater_equal(),
                                          &StatusText::status) == statuses.end() &&
               statuses.back().status == BISS_NO_CRC);
-
-// CMake's version of the project, which is also the version of the package.
-static_assert(std::string_view(BISS_C_VERSION) == BISS_PROJECT_VERSION);
-static_assert(BISS_C_VERSION_NUMBER == BISS_PROJECT_VERSION_NUMBER);
 
 // A caller may have any number in a biss_status or biss_cause; a negative one becomes a large index.
 constexpr StatusText text_of(biss_status status) {

@@ -1,47 +1,90 @@
-// Handles that close automatically, a line without delay, and a master at a simulated line.
+// Objects after their init, formats by name, a line without delay, and a master at a simulated
+// line.
 #pragma once
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <cstdint>
+#include <map>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "capi/biss_c.h"
 #include "capi/biss_c_sim.h"
+#include "capi/object.hpp"
 
 namespace biss::capi {
 
-template <auto close>
-struct HandleCloser {
-  void operator()(auto* handle) const { close(handle); }
-};
-template <class Thing, auto close>
-using Handle = std::unique_ptr<Thing, HandleCloser<close>>;
-
-/// \param open such as biss_line_open
-template <auto close, class Setup, class Thing>
-Handle<Thing, close> opened(biss_status (*open)(Setup, Thing**), Setup setup) {
-  Thing* thing = nullptr;
-  EXPECT_EQ(open(setup, &thing), BISS_OK);
-  return Handle<Thing, close>(thing);
+/// The format of a text, which is valid as long as the program; without channels if there is none.
+inline const biss_format* named(const std::string& text) {
+  static std::map<std::string, biss_format> formats;
+  const auto [found, is_new] = formats.try_emplace(text);
+  if (is_new) biss_format_parse(text.c_str(), &found->second);
+  return &found->second;
 }
 
-using SlaveHandle = Handle<biss_slave, biss_slave_close>;
-using MasterHandle = Handle<biss_master, biss_master_close>;
-using LineHandle = Handle<biss_line, biss_line_close>;
+/// The inverse; empty if the format is wrong.
+inline std::string text_of(const biss_format& format) {
+  char text[BISS_FORMAT_TEXT_MAX] = "";
+  biss_format_text(&format, text, sizeof text, nullptr);
+  return text;
+}
+
+template <class Object>
+using Handle = std::unique_ptr<Object>;
+
+/// \param init such as biss_slave_init
+template <class Object, class Setup>
+Handle<Object> opened(biss_status (*init)(Object*, const Setup*), const Setup& setup) {
+  auto object = std::make_unique<Object>();
+  EXPECT_EQ(init(object.get(), &setup), BISS_OK);
+  return object;
+}
+
+using SlaveHandle = Handle<biss_slave>;
+using MasterHandle = Handle<biss_master>;
+
+struct LineCloser {
+  void operator()(biss_line* line) const {
+    biss_line_close(line);
+    delete line;
+  }
+};
+using LineHandle = std::unique_ptr<biss_line, LineCloser>;
 
 inline SlaveHandle open_slave(const biss_slave_setup& setup) {
-  return opened<biss_slave_close>(biss_slave_open, &setup);
+  return opened(biss_slave_init, setup);
 }
 
 inline MasterHandle open_master(const biss_master_setup& setup) {
-  return opened<biss_master_close>(biss_master_open, &setup);
+  return opened(biss_master_init, setup);
 }
 
 inline LineHandle open_line(const biss_line_setup& setup) {
-  return opened<biss_line_close>(biss_line_open, &setup);
+  return LineHandle(opened(biss_line_init, setup).release());
+}
+
+/// Every call refuses null, another kind, a copy, and the object after its end.
+/// \param every all calls with an object, and their statuses
+template <class Object>
+void expect_refusals(Object* object, const auto& every) {
+  using Statuses = std::vector<biss_status>;
+  const std::size_t count = every(static_cast<Object*>(nullptr)).size();
+  EXPECT_EQ(every(static_cast<Object*>(nullptr)), Statuses(count, BISS_NULL_ARGUMENT));
+  const Statuses refused(count, BISS_BAD_HANDLE);
+  struct OtherKind {
+    std::uintptr_t mark;
+    Object object;
+  };
+  auto other = std::make_unique<OtherKind>();
+  other->object = *object;
+  EXPECT_EQ(every(&other->object), refused);
+  other->mark = mark_of(other.get());
+  EXPECT_EQ(every(reinterpret_cast<Object*>(other.get())), refused);
+  *object = {};
+  EXPECT_EQ(every(object), refused);
 }
 
 /// An encoder in a test: what it sends, and the calls that it received.
@@ -62,7 +105,7 @@ struct Encoder {
   }
 
   biss_slave_setup setup(const char* format) {
-    biss_slave_setup setup = biss_slave_defaults(format);
+    biss_slave_setup setup = biss_slave_defaults(format == nullptr ? nullptr : named(format));
     setup.user = this;
     setup.sample = &sample;
     setup.cds = &answer_cds;

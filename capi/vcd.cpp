@@ -11,8 +11,11 @@
 #include "capi/biss_c_sim.h"
 #include "capi/device.hpp"
 
-struct biss_vcd {
-  biss_vcd(std::FILE* to, std::size_t signals) : file(to), count(signals) { levels.fill(true); }
+namespace biss::capi {
+namespace {
+
+struct Vcd {
+  Vcd(std::FILE* to, std::size_t signals) : file(to), count(signals) { levels.fill(true); }
 
   std::FILE* file;
   std::size_t count;
@@ -20,9 +23,6 @@ struct biss_vcd {
   std::int64_t last = 0;
   int error = 0;  // errno of the first failure
 };
-
-namespace biss::capi {
-namespace {
 
 // The identifiers are the first printable characters.
 char id_of(std::size_t signal) { return static_cast<char>('!' + signal); }
@@ -51,14 +51,14 @@ bool are_names(const char* const* names, std::size_t count) {
                      [](const char* name) { return name != nullptr && *name != '\0'; });
 }
 
-void put_time(biss_vcd& vcd, std::int64_t time) {
+void put_time(Vcd& vcd, std::int64_t time) {
   if (time == vcd.last) return;
   vcd.last = time;
   std::fprintf(vcd.file, "#%" PRId64 "\n", time);
 }
 
 // \return false: the file cannot be written, and errno has the reason
-bool is_written(biss_vcd& vcd) {
+bool is_written(Vcd& vcd) {
   if (std::ferror(vcd.file) == 0) return true;
   if (vcd.error == 0) vcd.error = errno;
   errno = vcd.error;
@@ -66,55 +66,50 @@ bool is_written(biss_vcd& vcd) {
 }
 
 }  // namespace
+
 }  // namespace biss::capi
+
+using namespace biss::capi;
 
 extern "C" {
 
-biss_status biss_vcd_open(const char* path, const char* const* names, size_t count,
-                          biss_vcd** vcd) {
-  if (vcd == nullptr) return BISS_NULL_ARGUMENT;
-  *vcd = nullptr;
-  if (path == nullptr || names == nullptr) return BISS_NULL_ARGUMENT;
-  if (count < 1 || count > BISS_VCD_SIGNALS || !biss::capi::are_names(names, count)) {
-    return BISS_BAD_SETUP;
-  }
+biss_status biss_vcd_init(biss_vcd* vcd, const char* path, const char* const* names, size_t count) {
+  if (const auto wrong = begin_init(vcd, path, names)) return wrong;
+  if (count < 1 || count > BISS_VCD_SIGNALS || !are_names(names, count)) return BISS_BAD_SETUP;
   std::FILE* file = std::fopen(path, "wb");
   if (file == nullptr) return BISS_FILE;
-  biss::capi::put_header(file, names, count);
-  if (std::ferror(file) != 0) {
-    const int error = errno;
-    std::fclose(file);
-    errno = error;
-    return BISS_FILE;
-  }
-  *vcd = biss::capi::make_handle<biss_vcd>(file, count);
-  if (*vcd != nullptr) return BISS_OK;
+  put_header(file, names, count);
+  if (std::ferror(file) == 0) return make<Vcd>(vcd, file, count);
+  const int error = errno;
   std::fclose(file);
-  return BISS_NO_MEMORY;
+  errno = error;
+  return BISS_FILE;
 }
 
 biss_status biss_vcd_put(biss_vcd* vcd, int64_t time_ps, size_t signal, bool level) {
-  if (const auto wrong = biss::capi::check_call(vcd)) return wrong;
-  if (signal >= vcd->count) return BISS_BAD_SETUP;
+  if (const auto wrong = check_call(vcd)) return wrong;
+  Vcd& self = thing<Vcd>(vcd);
+  if (signal >= self.count) return BISS_BAD_SETUP;
   if (time_ps < 0 || time_ps > BISS_TIME_MAX) return BISS_TIME_RANGE;
-  if (time_ps < vcd->last) return BISS_TIME_BACKWARDS;
-  if (vcd->levels[signal] == level) return BISS_OK;
-  vcd->levels[signal] = level;
-  biss::capi::put_time(*vcd, time_ps);
-  std::fprintf(vcd->file, "%c%c\n", level ? '1' : '0', biss::capi::id_of(signal));
-  return biss::capi::is_written(*vcd) ? BISS_OK : BISS_FILE;
+  if (time_ps < self.last) return BISS_TIME_BACKWARDS;
+  if (self.levels[signal] == level) return BISS_OK;
+  self.levels[signal] = level;
+  put_time(self, time_ps);
+  std::fprintf(self.file, "%c%c\n", level ? '1' : '0', id_of(signal));
+  return is_written(self) ? BISS_OK : BISS_FILE;
 }
 
 biss_status biss_vcd_close(biss_vcd* vcd, int64_t time_ps) {
   if (vcd == nullptr) return BISS_OK;
-  if (!biss::capi::is_open(vcd)) return BISS_BAD_HANDLE;
+  if (!is_open(vcd)) return BISS_BAD_HANDLE;
+  Vcd& self = thing<Vcd>(vcd);
   const bool in_range = time_ps >= 0 && time_ps <= BISS_TIME_MAX;
-  if (in_range && time_ps > vcd->last) biss::capi::put_time(*vcd, time_ps);
-  const bool written = biss::capi::is_written(*vcd);
-  int error = vcd->error;
-  const bool closed = std::fclose(vcd->file) == 0;
+  if (in_range && time_ps > self.last) put_time(self, time_ps);
+  const bool written = is_written(self);
+  int error = self.error;
+  const bool closed = std::fclose(self.file) == 0;
   if (written && !closed) error = errno;
-  biss::capi::destroy_handle(vcd);
+  end(vcd);
   if (!written || !closed) {
     errno = error;
     return BISS_FILE;

@@ -24,14 +24,14 @@ std::string content() {
   return text.str();
 }
 
-biss_vcd* open() {
-  biss_vcd* vcd = nullptr;
-  EXPECT_EQ(biss_vcd_open(path().c_str(), names.data(), names.size(), &vcd), BISS_OK);
-  return vcd;
+void open(biss_vcd* vcd) {
+  EXPECT_EQ(biss_vcd_init(vcd, path().c_str(), names.data(), names.size()), BISS_OK);
 }
 
 TEST(CVcd, Changes_AreWritten) {
-  biss_vcd* vcd = open();
+  biss_vcd memory;
+  biss_vcd* vcd = &memory;
+  open(vcd);
   EXPECT_EQ(biss_vcd_put(vcd, 0, 1, false), BISS_OK);
   EXPECT_EQ(biss_vcd_put(vcd, 1'000, 0, false), BISS_OK);
   EXPECT_EQ(biss_vcd_put(vcd, 1'000, 1, true), BISS_OK);
@@ -45,17 +45,18 @@ TEST(CVcd, Changes_AreWritten) {
 }
 
 TEST(CVcd, WrongCalls_AreRefusedByTheirCause) {
-  biss_vcd* vcd = nullptr;
-  EXPECT_EQ(biss_vcd_open(nullptr, names.data(), 2, &vcd), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_vcd_open(path().c_str(), nullptr, 2, &vcd), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_vcd_open(path().c_str(), names.data(), 2, nullptr), BISS_NULL_ARGUMENT);
-  EXPECT_EQ(biss_vcd_open(path().c_str(), names.data(), 0, &vcd), BISS_BAD_SETUP);
-  EXPECT_EQ(biss_vcd_open(path().c_str(), names.data(), 65, &vcd), BISS_BAD_SETUP);
+  biss_vcd memory;
+  biss_vcd* vcd = &memory;
+  EXPECT_EQ(biss_vcd_init(vcd, nullptr, names.data(), 2), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_vcd_init(vcd, path().c_str(), nullptr, 2), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_vcd_init(nullptr, path().c_str(), names.data(), 2), BISS_NULL_ARGUMENT);
+  EXPECT_EQ(biss_vcd_init(vcd, path().c_str(), names.data(), 0), BISS_BAD_SETUP);
+  EXPECT_EQ(biss_vcd_init(vcd, path().c_str(), names.data(), 65), BISS_BAD_SETUP);
   const std::array<const char*, 2> empty{"MA", ""};
-  EXPECT_EQ(biss_vcd_open(path().c_str(), empty.data(), 2, &vcd), BISS_BAD_SETUP);
-  EXPECT_EQ(biss_vcd_open("/no/such/folder/line.vcd", names.data(), 2, &vcd), BISS_FILE);
-  EXPECT_EQ(vcd, nullptr);
-  vcd = open();
+  EXPECT_EQ(biss_vcd_init(vcd, path().c_str(), empty.data(), 2), BISS_BAD_SETUP);
+  EXPECT_EQ(biss_vcd_init(vcd, "/no/such/folder/line.vcd", names.data(), 2), BISS_FILE);
+  EXPECT_EQ(biss_vcd_put(vcd, 0, 0, false), BISS_BAD_HANDLE);
+  open(vcd);
   EXPECT_EQ(biss_vcd_put(vcd, 10, 2, false), BISS_BAD_SETUP);
   EXPECT_EQ(biss_vcd_put(vcd, -1, 0, false), BISS_TIME_RANGE);
   EXPECT_EQ(biss_vcd_put(vcd, 10, 0, false), BISS_OK);
@@ -70,16 +71,18 @@ TEST(CVcd, WrongCalls_AreRefusedByTheirCause) {
 }
 
 TEST(CVcd, FullDisk_IsReported) {
-  biss_vcd* vcd = nullptr;
-  ASSERT_EQ(biss_vcd_open("/dev/full", names.data(), 2, &vcd), BISS_OK);
+  biss_vcd memory;
+  biss_vcd* vcd = &memory;
+  ASSERT_EQ(biss_vcd_init(vcd, "/dev/full", names.data(), 2), BISS_OK);
   errno = 0;
   EXPECT_EQ(biss_vcd_close(vcd, 100), BISS_FILE);
   EXPECT_EQ(errno, ENOSPC);
 }
 
 TEST(CVcd, FullDisk_HasItsReasonInEveryCall) {
-  biss_vcd* vcd = nullptr;
-  ASSERT_EQ(biss_vcd_open("/dev/full", names.data(), names.size(), &vcd), BISS_OK);
+  biss_vcd memory;
+  biss_vcd* vcd = &memory;
+  ASSERT_EQ(biss_vcd_init(vcd, "/dev/full", names.data(), names.size()), BISS_OK);
   std::int64_t time = 0;
   biss_status status = BISS_OK;
   while (status == BISS_OK && ++time < 100'000) status = biss_vcd_put(vcd, time, 0, time % 2 == 0);
@@ -94,9 +97,9 @@ TEST(CVcd, FullDisk_HasItsReasonInEveryCall) {
   const std::string longer(100'000, 'a');
   const char* const name = longer.c_str();
   errno = 0;
-  EXPECT_EQ(biss_vcd_open("/dev/full", &name, 1, &vcd), BISS_FILE);
+  EXPECT_EQ(biss_vcd_init(vcd, "/dev/full", &name, 1), BISS_FILE);
   EXPECT_EQ(errno, ENOSPC);
-  EXPECT_EQ(vcd, nullptr);
+  EXPECT_EQ(biss_vcd_put(vcd, 0, 0, false), BISS_BAD_HANDLE);
 }
 
 }  // namespace vcd_test

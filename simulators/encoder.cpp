@@ -96,9 +96,8 @@ Encoder::Encoder(std::string name, Settings settings)
 }
 
 void Encoder::open_slave(Picoseconds processing) {
-  if (slave_ && processing == processing_) return;
-  biss_slave_setup setup = biss_slave_defaults(settings().format_text.c_str());
-  setup.timing = &settings().timing;
+  if (biss_slave_state(&slave_) != nullptr && processing == processing_) return;
+  biss_slave_setup setup = biss_slave_defaults(&settings().device);
   setup.ready_ps = processing.count;
   setup.user = this;
   setup.sample = &Encoder::sample;
@@ -107,9 +106,7 @@ void Encoder::open_slave(Picoseconds processing) {
     setup.register_read = &Encoder::read_register;
     setup.register_write = &Encoder::write_register;
   }
-  biss_slave* opened = nullptr;
-  if (biss_slave_open(&setup, &opened) != BISS_OK) return;  // no memory: keep the old one
-  slave_.reset(opened);
+  biss_slave_init(&slave_, &setup);  // the settings are valid
   processing_ = processing;
   output_ = {true, BISS_NEVER};
 }
@@ -150,11 +147,11 @@ void Encoder::advance(std::int64_t now) {
   const bool hidden = running_ && fault_ == Fault::no_answer;
   const bool before = output_.level;
   const biss_status status =
-      biss_slave_step(slave_.get(), now, hidden || ma_.received(), false, &output_);
+      biss_slave_step(&slave_, now, hidden || ma_.received(), false, &output_);
   if (status != BISS_OK) {
     board().broken(requests(), now, "value", "a value that fits", biss_status_text(status));
   }
-  const std::string_view state = biss_slave_state(slave_.get());
+  const std::string_view state = biss_slave_state(&slave_);
   if (running_ && slot_ == before_start && clocks_ > 2 && output_.level && !before) {
     slot_ = 0;
     start_clock_ = clocks_;
@@ -321,7 +318,7 @@ void Encoder::deliver(std::int64_t now) {
   if (tenth > 0 && latest_ >= tenth) coverage().hit("jitter", jitter_late);
   if (outcome_.cause != "ok") return;
   coverage().hit_values(settings().format, outcome_);
-  coverage().hit_line(line_delay_, shortest_period_, settings().timing);
+  coverage().hit_line(line_delay_, shortest_period_, settings().device.timing);
   coverage().hit_ack(start_clock_ - 2);
 }
 
@@ -330,7 +327,7 @@ void Encoder::check_clock(std::int64_t now) {
   if (clocks_ < 2) return;
   const Hertz fastest = rate_of(shortest_period_);
   const Hertz slowest = rate_of(longest_period_);
-  const biss_timing& timing = settings().timing;
+  const biss_timing& timing = settings().device.timing;
   const auto seen = [&](const char* limit, std::uint32_t rate, Hertz actual) {
     board().broken(outcome_.request, now, fmt::format("{} of MA", limit),
                    biss::text_of(hertz(rate)), biss::text_of(actual, 3));
@@ -366,7 +363,7 @@ void Encoder::end_request(std::int64_t now) {
 bool Encoder::is_in_progress() const {
   if (!running_) return false;
   if (fault_ == Fault::no_answer) return now_ - last_edge_ < biss_static_timeout_max.count;
-  return std::string_view(biss_slave_state(slave_.get())) != "idle";
+  return std::string_view(biss_slave_state(&slave_)) != "idle";
 }
 
 void Encoder::finish() {

@@ -4,7 +4,6 @@
 #include <array>
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,10 +26,6 @@ class Encoder final : public Instance {
   void set_next(std::size_t channel, const biss_channel& value) { next_[channel] = value; }
   bool compare(const std::string& cause) override;
   void finish() override;
-
-  struct Close {
-    void operator()(biss_slave* slave) const { biss_slave_close(slave); }
-  };
 
  private:
   // The place in the frame: START is slot 0, CDS 1, then the payload and STOP.
@@ -58,7 +53,7 @@ class Encoder final : public Instance {
   static int read_register(void* user, std::uint8_t address);
   static void write_register(void* user, std::uint8_t address, std::uint8_t value);
 
-  std::unique_ptr<biss_slave, Close> slave_;
+  biss_slave slave_{};
   Picoseconds processing_{};
   biss_output output_{true, BISS_NEVER};
   Cable ma_;

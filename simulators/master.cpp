@@ -23,16 +23,13 @@ Master::Master(std::string name, Settings settings)
 }
 
 void Master::open_master(Picoseconds period) {
-  if (master_ && period == period_) return;
-  biss_master_setup setup = biss_master_defaults(settings().format_text.c_str(), period.count);
+  if (period == period_) return;
   // A clock above the limit of the design tests this limit.
-  biss_timing timing = settings().timing;
-  timing.clock_max_hz = std::max(timing.clock_max_hz, biss_clock_max.count);
-  setup.timing = &timing;
+  biss_format device = settings().device;
+  device.timing.clock_max_hz = std::max(device.timing.clock_max_hz, biss_clock_max.count);
+  biss_master_setup setup = biss_master_defaults(&device, period.count);
   setup.no_error_flag = setup.unchecked = true;
-  biss_master* opened = nullptr;
-  if (biss_master_open(&setup, &opened) != BISS_OK) return;  // no memory: keep the old one
-  master_.reset(opened);
+  biss_master_init(&master_, &setup);  // the settings are valid
   period_ = period;
 }
 
@@ -41,7 +38,7 @@ std::int64_t Master::step(std::int64_t now, bool slo, bool request) {
   request_ = request;
   if (!started_) {
     started_ = true;
-    not_before_ = now_ + std::max(period_.count, settings().timing.timeout_ps);
+    not_before_ = now_ + std::max(period_.count, settings().device.timing.timeout_ps);
   }
   const auto jitter = static_cast<std::uint64_t>(settings().jitter.count);
   const std::int64_t half = (line_delay_ - line_delay_ / 2).count;
@@ -68,8 +65,8 @@ void Master::advance(std::int64_t now) {
   slo_.take(now);
   if (!running_ && request_ && now >= not_before_) begin(now);
   if (running_) {
-    biss_master_step(master_.get(), now, slo_.received(), &output_);
-    if (biss_master_done(master_.get())) end(now);
+    biss_master_step(&master_, now, slo_.received(), &output_);
+    if (biss_master_done(&master_)) end(now);
   }
   ma_.put(now, output_.level, (line_delay_ / 2).count);
   if (!ma_.take(now)) return;
@@ -88,7 +85,7 @@ void Master::begin(std::int64_t now) {
   }
   line_delay_ = line_delay;
   open_master(period_of(in_turn(settings().clocks, requests())));
-  const biss_status status = biss_master_begin(master_.get(), now, slo_.received(),
+  const biss_status status = biss_master_begin(&master_, now, slo_.received(),
                                                in_turn(settings().cdm, requests()), &output_);
   if (status != BISS_OK) {
     // SLO is low, or it is too early: try again when SLO changes, or at the master's deadline.
@@ -106,7 +103,7 @@ void Master::end(std::int64_t now) {
   running_ = false;
   output_.deadline_ps = BISS_NEVER;
   biss_reading reading{};
-  if (biss_master_reading(master_.get(), &reading) != BISS_OK) return;
+  if (biss_master_reading(&master_, &reading) != BISS_OK) return;
   Outcome outcome;
   outcome.request = requests();
   outcome.time_ps = now;
@@ -122,7 +119,7 @@ void Master::end(std::int64_t now) {
   if (reading.cause == BISS_CAUSE_OK) {
     if (reading.ready) check_release(now, reading.clocks);
     coverage().hit_values(settings().format, outcome);
-    coverage().hit_line(Picoseconds{reading.line_delay_ps}, period_, settings().timing);
+    coverage().hit_line(Picoseconds{reading.line_delay_ps}, period_, settings().device.timing);
     coverage().hit("CDM", in_turn(settings().cdm, requests()) ? "1" : "0");
     coverage().hit_ack(reading.ack_clocks);
   }
@@ -133,7 +130,7 @@ void Master::end(std::int64_t now) {
 // How long SLO was low after the last edge of MA, both at the design. Two percent for the clock of
 // the design.
 void Master::check_release(std::int64_t now, std::uint32_t clocks) {
-  const biss_timing& timing = settings().timing;
+  const biss_timing& timing = settings().device.timing;
   if (timing.timeout_rule == BISS_TIMEOUT_CYCLE) return;
   const bool adaptive = timing.timeout_rule == BISS_TIMEOUT_ADAPTIVE;
   const std::int64_t reference = period_.count * 3 / 2;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <memory>
 #include <string>
 
 #include "capi/biss_c.h"
@@ -25,10 +24,6 @@ class Master final : public Instance {
   bool compare(const std::string& cause) override;
   void finish() override;
 
-  struct Close {
-    void operator()(biss_master* master) const { biss_master_close(master); }
-  };
-
  private:
   void open_master(Picoseconds period);
   void advance(std::int64_t now);
@@ -37,7 +32,7 @@ class Master final : public Instance {
   void check_release(std::int64_t now, std::uint32_t clocks);
   std::int64_t deadline() const;
 
-  std::unique_ptr<biss_master, Close> master_;
+  biss_master master_{};
   Picoseconds period_{};
   biss_output output_{true, BISS_NEVER};
   Cable ma_;

@@ -143,7 +143,7 @@ Checked read_format(std::string_view text, Settings& settings) {
                               biss::text_of(device.error())));
   }
   settings.format = device->format;
-  settings.timing = capi::as_c(device->timing);
+  settings.device = capi::as_c(device->format, device->timing);
   if (settings.format.needs_previous()) return Failed(":previous: a frame alone cannot be checked");
   return {};
 }
@@ -151,7 +151,7 @@ Checked read_format(std::string_view text, Settings& settings) {
 // `20us`: fixed; `adaptive`, with the known time that the encoder adds to 1.5 periods;
 // `adaptive:60ns`.
 Checked read_timeout(std::string_view text, Settings& settings) {
-  biss_timing& timing = settings.timing;
+  biss_timing& timing = settings.device.timing;
   constexpr std::string_view adaptive = "adaptive";
   if (text == adaptive) {
     if (timing.timeout_rule != BISS_TIMEOUT_ADAPTIVE) timing.timeout_ps = 0;
@@ -195,7 +195,7 @@ Checked read_list(std::string_view text, Settings& settings) {
 
 Checked read_processing(std::string_view text, Settings& settings) {
   return read_parts(text, settings.processing, [&](std::string_view part) {
-    return read_duration(part, picoseconds(settings.timing.ack_max_ps));
+    return read_duration(part, picoseconds(settings.device.timing.ack_max_ps));
   });
 }
 

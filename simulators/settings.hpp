@@ -58,7 +58,8 @@ biss_cause cause_of(Fault fault, bool cds0);
 struct Settings {
   std::string format_text;
   FrameFormat format;
-  biss_timing timing{};
+  /// The same, with the timing of the device and the timeout of the settings.
+  biss_format device{};
   std::vector<Picoseconds> line_delays{Picoseconds{}};
   /// Each edge of SLO comes 0 to this later.
   Picoseconds jitter{};

@@ -48,25 +48,25 @@ static void sample(void* user, int64_t moment_ps, biss_channel* channels, size_t
 }
 
 typedef struct line {
-  biss_slave* slave;
-  biss_master* master;
+  biss_slave slave;
+  biss_master master;
   wire ma, slo;
   biss_output slave_out, master_out;
 } line;
 
 /* One request, from `now` until the encoder is ready again. */
 static biss_status request(line* l, int64_t now) {
-  biss_status status = biss_master_begin(l->master, now, l->slo.received, false, &l->master_out);
-  while (status == BISS_OK && !biss_master_done(l->master)) {
+  biss_status status = biss_master_begin(&l->master, now, l->slo.received, false, &l->master_out);
+  while (status == BISS_OK && !biss_master_done(&l->master)) {
     put(&l->ma, now, l->master_out.level);
     now = earlier(earlier(due(&l->ma), due(&l->slo)),
                   earlier(l->master_out.deadline_ps, l->slave_out.deadline_ps));
     take(&l->ma, now);
     take(&l->slo, now);
-    status = biss_slave_step(l->slave, now, l->ma.received, false, &l->slave_out);
+    status = biss_slave_step(&l->slave, now, l->ma.received, false, &l->slave_out);
     put(&l->slo, now, l->slave_out.level);
     if (status == BISS_OK) {
-      status = biss_master_step(l->master, now, l->slo.received, &l->master_out);
+      status = biss_master_step(&l->master, now, l->slo.received, &l->master_out);
     }
   }
   return status;
@@ -90,7 +90,7 @@ static int run(line* l, const uint64_t* sent) {
   for (int i = 0; i < 8; ++i) {
     biss_reading reading;
     biss_status status = request(l, i * (int64_t)INTERVAL_PS);
-    if (status == BISS_OK) status = biss_master_reading(l->master, &reading);
+    if (status == BISS_OK) status = biss_master_reading(&l->master, &reading);
     if (status != BISS_OK) {
       fprintf(stderr, "%s: %s\n", biss_status_name(status), biss_status_text(status));
       return 1;
@@ -102,21 +102,23 @@ static int run(line* l, const uint64_t* sent) {
 
 int main(void) {
   uint64_t sent = 0;
-  biss_slave_setup slave = biss_slave_defaults(ENCODER);
-  biss_master_setup master = biss_master_defaults(ENCODER, PERIOD_PS);
+  biss_format format = biss_format_defaults();
+  biss_slave_setup slave = biss_slave_defaults(&format);
+  biss_master_setup master = biss_master_defaults(&format, PERIOD_PS);
   const wire idle = {{0}, {0}, 0, 0, true, true};
-  line l = {NULL, NULL, idle, idle, {true, BISS_NEVER}, {true, BISS_NEVER}};
+  static line l;
+  l.ma = l.slo = idle;
+  l.slave_out = l.master_out = (biss_output){true, BISS_NEVER};
   int result = 1;
   slave.sample = sample;
   slave.user = &sent;
-  biss_status status = biss_slave_open(&slave, &l.slave);
-  if (status == BISS_OK) status = biss_master_open(&master, &l.master);
+  biss_status status = biss_format_parse(ENCODER, &format);
+  if (status == BISS_OK) status = biss_slave_init(&l.slave, &slave);
+  if (status == BISS_OK) status = biss_master_init(&l.master, &master);
   if (status == BISS_OK) {
     result = run(&l, &sent);
   } else {
     fprintf(stderr, "%s: %s\n", biss_status_name(status), biss_status_text(status));
   }
-  biss_master_close(l.master);
-  biss_slave_close(l.slave);
   return result;
 }

@@ -13,7 +13,7 @@
 
 namespace {
 
-constexpr const char* format = "pos26,nE,nW,crc6;cds0";
+constexpr const char* encoder = "pos26,nE,nW,crc6;cds0";
 constexpr std::int64_t half_clock_ps = 6'250;  // clk at 80 MHz, so MA at 5 MHz
 constexpr std::int64_t line_delay_ps = 333'000;
 // MA to STOP and the longest timeout, and a lot more.
@@ -77,26 +77,23 @@ class Cable {
 class Bench {
  public:
   Bench() {
-    biss_slave_setup setup = biss_slave_defaults(format);
+    biss_format format = biss_format_defaults();
+    biss_status status = biss_format_parse(encoder, &format);
+    format.timing.timeout_rule = BISS_TIMEOUT_FIXED;
+    format.timing.timeout_ps = 20'000'000;
+    biss_slave_setup setup = biss_slave_defaults(&format);
     setup.sample = &sample;
     setup.user = &request_;
-    biss_timing timing;
-    if (biss_timing_of(format, &timing) == BISS_OK) {
-      timing.timeout_rule = BISS_TIMEOUT_FIXED;
-      timing.timeout_ps = 20'000'000;
-      setup.timing = &timing;
-      const biss_status status = biss_slave_open(&setup, &slave_);
-      if (status != BISS_OK) std::fprintf(stderr, "%s\n", biss_status_text(status));
-    }
+    if (status == BISS_OK) status = biss_slave_init(&slave_, &setup);
+    if (status != BISS_OK) std::fprintf(stderr, "%s\n", biss_status_text(status));
     master_->reset = 1;
     for (int i = 0; i < 8; ++i) clock();
     master_->reset = 0;
   }
-  ~Bench() { biss_slave_close(slave_); }
   Bench(const Bench&) = delete;
   Bench& operator=(const Bench&) = delete;
 
-  bool opened() const { return slave_ != nullptr; }
+  bool opened() const { return biss_slave_state(&slave_) != nullptr; }
 
   /// One request; false if the outputs of the master are wrong.
   bool run(const Request& request) {
@@ -135,7 +132,7 @@ class Bench {
 
   void step(std::int64_t now) {
     const bool seen = ma_ || !connected();
-    const biss_status status = biss_slave_step(slave_, now, seen, false, &answer_);
+    const biss_status status = biss_slave_step(&slave_, now, seen, false, &answer_);
     if (status != BISS_OK) std::fprintf(stderr, "%s\n", biss_status_text(status));
     slo_.put(now, answer_.level);
   }
@@ -155,7 +152,7 @@ class Bench {
   }
 
   std::unique_ptr<Vbiss_line_master> master_ = std::make_unique<Vbiss_line_master>();
-  biss_slave* slave_ = nullptr;
+  biss_slave slave_{};
   biss_output answer_{true, BISS_NEVER};
   Cable slo_;
   const Request* request_ = &requests[0];

@@ -10,14 +10,15 @@ static void sample(void* user, int64_t moment_ps, biss_channel* channels, size_t
 }
 
 int main(void) {
-  biss_slave_setup setup = biss_slave_defaults("resolute-26");
-  biss_slave* slave = NULL;
+  biss_format format = biss_format_defaults();
+  biss_slave_setup setup = biss_slave_defaults(&format);
+  biss_slave slave;
   biss_output out;
   setup.sample = sample;
-  biss_status status = biss_slave_open(&setup, &slave);
-  if (status == BISS_OK) status = biss_slave_step(slave, 0, false, false, &out);
+  biss_status status = biss_format_parse("resolute-26", &format);
+  if (status == BISS_OK) status = biss_slave_init(&slave, &setup);
+  if (status == BISS_OK) status = biss_slave_step(&slave, 0, false, false, &out);
   const bool works = status == BISS_OK && out.level && out.deadline_ps != BISS_NEVER;
-  biss_slave_close(slave);
   puts(works ? "the installed C interface works" : biss_status_text(status));
   return works ? 0 : 1;
 }
