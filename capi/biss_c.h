@@ -118,66 +118,78 @@ const char* biss_status_text(biss_status status);
 /* ---- Format and timing of a device ---- */
 
 typedef enum biss_timeout_rule BISS_INT {
-  BISS_TIMEOUT_ADAPTIVE = 0, /* 1.5 periods of MA and up to `timeout_ps` after its last edge */
-  BISS_TIMEOUT_FIXED,        /* `timeout_ps` after the last edge of MA */
-  BISS_TIMEOUT_CYCLE         /* `timeout_ps` after the start of the request (Renishaw) */
+  BISS_TIMEOUT_ADAPTIVE = 0, /* 1.5 periods of MA and up to `time_ps` after its last edge */
+  BISS_TIMEOUT_FIXED,        /* `time_ps` after the last edge of MA */
+  BISS_TIMEOUT_CYCLE         /* `time_ps` after the start of the request (Renishaw) */
 } biss_timeout_rule;
+
+typedef struct biss_timeout {
+  uint8_t rule; /* a biss_timeout_rule */
+  int64_t time_ps;
+  uint8_t release_half_periods; /* BISS_TIMEOUT_CYCLE: how long SLO is low after the last edge of MA
+                                   of a longer frame, 2 to 255; 0: the default, 3 */
+} biss_timeout;
 
 /* The timing of a type of encoder. */
 typedef struct biss_timing {
   uint32_t clock_min_hz; /* not checked here */
   uint32_t clock_max_hz;
-  int64_t start_min_ps;  /* first rising edge of MA (LAT) to START, at least */
-  int64_t ack_max_ps;    /* second rising edge (ACK) to the answer, at most */
-  uint32_t ack_clocks;   /* clocks of ACK if their number is fixed, up to 400; 0: not fixed */
-  uint32_t timeout_rule; /* a biss_timeout_rule */
-  int64_t timeout_ps;
-  uint32_t release_half_periods; /* BISS_TIMEOUT_CYCLE: how long SLO is low after the last edge of
-                                    MA of a longer frame, 2 to 255; 0: the default, 3 */
+  int64_t start_min_ps; /* first rising edge of MA (LAT) to START, at least */
+  int64_t ack_max_ps;   /* second rising edge (ACK) to the answer, at most */
+  uint16_t ack_clocks;  /* clocks of ACK if their number is fixed, up to 400; 0: not fixed */
+  biss_timeout timeout;
   int64_t internal_delay_max_ps; /* not checked here */
   int64_t cycle_min_ps;          /* from one request to the next, at least */
   int64_t sampling_min_ps;       /* LAT to the moment whose position is sent */
   int64_t sampling_typical_ps;
   int64_t sampling_max_ps;
+  bool clock_constant; /* the clock must not change within a request, nor pause; not checked here */
+  bool duty_even;      /* MA must be high for half of each period; not checked here */
 } biss_timing;
 
 /* A checksum, as data. */
 typedef struct biss_crc {
   uint32_t polynomial; /* in full form, with the top and the lowest term: 0x43 = x^6 + x + 1 */
-  uint32_t start;      /* of the register, at most 2^width_bits - 1 */
-  uint32_t width_bits; /* 3 to 16; 0 in a biss_channel_format: no checksum */
-  bool inverted;       /* sent with every bit inverted, as BiSS does */
+  uint16_t start;      /* of the register, at most 2^width_bits - 1 */
+  uint8_t width_bits;  /* 3 to 16; 0 in a biss_channel_format: no checksum */
+  bool inverted : 1;   /* sent with every bit inverted, as BiSS does */
   /* Errors of an encoder's maker, which formats have as suffixes: bits reversed, without nE and nW,
    * CDS covered too, of the frame before. All false for biss_crc_of(). */
-  bool reversed;
-  bool without_flags;
-  bool with_cds;
-  bool of_previous;
+  bool reversed : 1;
+  bool without_flags : 1;
+  bool with_cds : 1;
+  bool of_previous : 1;
 } biss_crc;
 
 /* A run of bits in the data of a channel. */
 typedef struct biss_field {
-  uint8_t bits;  /* 0: the channel has no such field */
   uint8_t shift; /* the number of data bits after it */
-  bool gray;     /* a part of a position: in Gray code */
-  bool lsb;      /* a part of a position: its lowest bit is sent first */
+  uint8_t bits;  /* 0: the channel has no such field */
 } biss_field;
 
 typedef struct biss_flag {
+  uint8_t shift; /* the number of data bits after it */
   bool present;
-  uint8_t shift;    /* the number of data bits after it */
   bool active_high; /* E or W; false: nE or nW */
 } biss_flag;
 
-/* One data channel. Bits of no field are padding. */
+/* One data channel. Bits of no field are padding. The position is one field, or the turns and the
+ * position in the turn. Each of them is a binary number with its highest bit first, or in Gray
+ * code, or with its lowest bit first. */
 typedef struct biss_channel_format {
-  uint8_t data_bits;       /* 1 to 64, without the checksum */
-  biss_field position;     /* or its two parts: */
-  biss_field multiturn;    /* turns, */
-  biss_field singleturn;   /* and the position in the turn */
-  biss_field life_counter; /* up to 32 bits */
+  uint8_t data_bits; /* 1 to 64, without the checksum */
+  biss_field position;
+  biss_field multiturn;
+  biss_field singleturn;
+  bool position_gray : 1;
+  bool multiturn_gray : 1;
+  bool singleturn_gray : 1;
+  bool position_lsb : 1;
+  bool multiturn_lsb : 1;
+  bool singleturn_lsb : 1;
   biss_flag error;
   biss_flag warning;
+  biss_field life_counter; /* up to 32 bits */
   biss_crc crc;
 } biss_channel_format;
 

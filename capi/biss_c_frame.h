@@ -48,11 +48,11 @@ bool biss_frame_trusted(const biss_frame* frame);
 
 /* The bounds of the bits before the data. */
 typedef struct biss_bounds {
-  uint32_t lead_min_clocks; /* ones before ACK; 1 to 402 */
-  uint32_t lead_max_clocks;
-  uint32_t ack_min_clocks; /* zeros of ACK; 1 to 400 */
-  uint32_t ack_max_clocks;
-  uint32_t late_max_clocks; /* zeros in place of the first ones, for an encoder that is ready after
+  uint16_t lead_min_clocks; /* ones before ACK; 1 to 402 */
+  uint16_t lead_max_clocks;
+  uint16_t ack_min_clocks; /* zeros of ACK; 1 to 400 */
+  uint16_t ack_max_clocks;
+  uint16_t late_max_clocks; /* zeros in place of the first ones, for an encoder that is ready after
                                a fixed time; usually 0 */
 } biss_bounds;
 

@@ -87,7 +87,7 @@ TEST(CInterface, Sampling_IsAskedForTheMomentOfTheDevice) {
 TEST(CInterface, TimingOfTheSetup_ReplacesTheDevices) {
   biss_format format = *named("resolute-26");
   biss_timing& timing = format.timing;
-  EXPECT_EQ(timing.timeout_rule, static_cast<unsigned>(BISS_TIMEOUT_CYCLE));
+  EXPECT_EQ(timing.timeout.rule, static_cast<unsigned>(BISS_TIMEOUT_CYCLE));
   timing.start_min_ps = timing.sampling_min_ps = timing.sampling_typical_ps = 0;
   timing.ack_clocks = 9;
   Encoder encoder;

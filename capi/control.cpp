@@ -2,17 +2,10 @@
 #include "capi/control.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
 #include <span>
-
-#include "biss/configure/configurator.hpp"
-#include "biss/control/session.hpp"
-#include "biss/eds/device.hpp"
-#include "capi/biss_c_control.h"
-#include "capi/device.hpp"
 
 namespace biss::capi {
 

@@ -20,14 +20,11 @@ struct Described {
   DeviceTiming timing;
 };
 
-biss_timing as_c(const DeviceTiming& timing);
 biss_format as_c(const FrameFormat& format, const DeviceTiming& timing);
 /// \return BISS_NULL_ARGUMENT, BISS_BAD_FORMAT or BISS_BAD_TIMING: `to` is not complete
 biss_status read(const biss_format* from, Described& to);
-/// \pre each number fits its field
-CrcSpec crc_from_c(const biss_crc& crc);
 /// Whether this is a checksum, also with the errors of a maker.
-bool is_possible(const biss_crc& crc);
+bool is_checksum(const CrcSpec& crc);
 
 constexpr bool is_duration(std::int64_t count) { return count >= 0 && count <= BISS_DURATION_MAX; }
 constexpr bool is_time(std::int64_t count) {
@@ -44,7 +41,6 @@ constexpr bool all_fit(std::initializer_list<std::uint32_t> numbers) {
       numbers, [](std::uint32_t number) { return number <= std::numeric_limits<Integer>::max(); });
 }
 
-biss_channel as_c(const Channel& channel);
 /// The channels of a frame. \return their number \pre there is room for max_channels
 std::uint32_t put_channels(const Frame& frame, biss_channel* channels);
 /// 0: ok.

@@ -2,6 +2,8 @@
 #include "capi/frame.hpp"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -16,6 +18,8 @@ namespace biss::capi {
 
 namespace {
 
+static_assert(offsetof(biss_channel, nW) == offsetof(Channel, nW) &&
+              offsetof(biss_bounds, ack_max_clocks) == offsetof(FrameBounds, ack_max_clocks));
 static_assert(BISS_FRAME_BITS_MAX == max_frame_bits);
 static_assert(BISS_FRAME_BYTES_MAX == (max_frame_bits + 7U) / 8U);
 
@@ -34,10 +38,7 @@ bool is_possible(const biss_bounds& bounds) {
 Frame from_c(const biss_frame& frame) {
   Frame result;
   result.channel_count = static_cast<std::uint8_t>(frame.channel_count);
-  for (std::size_t k = 0; k < frame.channel_count; ++k) {
-    const biss_channel& channel = frame.channels[k];
-    result.channel_list[k] = {channel.position, channel.life_counter, channel.nE, channel.nW};
-  }
+  result.channel_list = std::bit_cast<std::array<Channel, max_channels>>(frame.channels);
   result.cds = frame.cds;
   result.lead_clocks = static_cast<std::uint16_t>(frame.lead_clocks);
   result.ack_clocks = static_cast<std::uint16_t>(frame.ack_clocks);
@@ -45,49 +46,26 @@ Frame from_c(const biss_frame& frame) {
 }
 
 biss_status status_of(EncodeError error) {
-  switch (error) {
-    case EncodeError::channel_count:
-      return BISS_CHANNEL_COUNT;
-    case EncodeError::position_too_large:
-    case EncodeError::life_counter_too_large:
-      return BISS_VALUE_RANGE;
-    case EncodeError::ack_range:
-    case EncodeError::lead_range:
-      break;
-    case EncodeError::needs_previous:
-      return BISS_BAD_FORMAT;
-  }
-  return BISS_CLOCK_RANGE;
+  if (error == EncodeError::channel_count) return BISS_CHANNEL_COUNT;
+  if (error == EncodeError::needs_previous) return BISS_BAD_FORMAT;
+  const bool of_clocks = error == EncodeError::ack_range || error == EncodeError::lead_range;
+  return of_clocks ? BISS_CLOCK_RANGE : BISS_VALUE_RANGE;
 }
 
 }  // namespace
 
-FrameBounds bounds_from_c(const biss_bounds& bounds) {
-  return {.lead_min_clocks = static_cast<std::uint16_t>(bounds.lead_min_clocks),
-          .lead_max_clocks = static_cast<std::uint16_t>(bounds.lead_max_clocks),
-          .ack_min_clocks = static_cast<std::uint16_t>(bounds.ack_min_clocks),
-          .ack_max_clocks = static_cast<std::uint16_t>(bounds.ack_max_clocks),
-          .late_max_clocks = static_cast<std::uint16_t>(bounds.late_max_clocks)};
-}
-
-biss_bounds as_c(const FrameBounds& bounds) {
-  return {bounds.lead_min_clocks, bounds.lead_max_clocks, bounds.ack_min_clocks,
-          bounds.ack_max_clocks, bounds.late_max_clocks};
-}
-
-biss_frame as_c(const Result<Frame, FrameFault>& from) {
-  biss_frame frame{};
+void put(const Result<Frame, FrameFault>& from, biss_frame& to) {
+  to = {};
   if (!from.ok()) {
-    frame.cause = cause_of(from.error());
-    frame.cause_channel = from.error().channel;
-    return frame;
+    to.cause = cause_of(from.error());
+    to.cause_channel = from.error().channel;
+    return;
   }
-  frame.channel_count = put_channels(*from, frame.channels);
-  frame.cds = from->cds;
-  frame.stop_seen = from->stop_seen;
-  frame.lead_clocks = from->lead_clocks;
-  frame.ack_clocks = from->ack_clocks;
-  return frame;
+  to.channel_count = put_channels(*from, to.channels);
+  to.cds = from->cds;
+  to.stop_seen = from->stop_seen;
+  to.lead_clocks = from->lead_clocks;
+  to.ack_clocks = from->ack_clocks;
 }
 
 }  // namespace biss::capi
@@ -114,7 +92,7 @@ bool biss_frame_trusted(const biss_frame* frame) {
   return true;
 }
 
-biss_bounds biss_bounds_defaults(void) { return as_c(biss::FrameBounds{}); }
+biss_bounds biss_bounds_defaults(void) { return std::bit_cast<biss_bounds>(biss::FrameBounds{}); }
 
 biss_status biss_frame_decode(const biss_codec* codec, const uint8_t* bytes, size_t byte_count,
                               size_t first_bit, size_t bit_count, const biss_bounds* bounds,
@@ -123,9 +101,10 @@ biss_status biss_frame_decode(const biss_codec* codec, const uint8_t* bytes, siz
   if (bounds != nullptr && !is_possible(*bounds)) return BISS_BAD_SETUP;
   const Codec& prepared = thing<Codec>(codec);
   if (prepared.format().needs_previous()) return BISS_BAD_FORMAT;
-  const biss::FrameBounds within = bounds == nullptr ? biss::FrameBounds{} : bounds_from_c(*bounds);
+  biss::FrameBounds within;
+  if (bounds != nullptr) within = std::bit_cast<biss::FrameBounds>(*bounds);
   const biss::BitView bits(std::span(bytes, byte_count), first_bit, bit_count);
-  *frame = as_c(biss::decode_frame(bits, prepared, within));
+  put(biss::decode_frame(bits, prepared, within), *frame);
   if (frame->cause != BISS_CAUSE_OK) return BISS_OK;
   for (const biss::ChannelFormat& channel : prepared.format().channels()) {
     frame->no_error_flag |= channel.position_bits() != 0 && !channel.error.present;
@@ -163,13 +142,17 @@ biss_status biss_frame_encode(const biss_codec* codec, const biss_frame* frame, 
 
 biss_crc biss_crc_defaults(uint32_t width_bits) {
   const bool usual = width_bits <= biss::max_crc_bits;
-  return {usual ? biss::default_polynomial(width_bits) : 0, 0, width_bits, true, {}, {}, {}, {}};
+  biss_crc crc{};
+  crc.polynomial = usual ? biss::default_polynomial(width_bits) : 0;
+  crc.width_bits = static_cast<std::uint8_t>(width_bits);
+  crc.inverted = true;
+  return crc;
 }
 
 biss_status biss_crc_of(const biss_crc* crc, uint64_t data, uint32_t bits, uint32_t* value) {
   if (crc == nullptr || value == nullptr) return BISS_NULL_ARGUMENT;
-  const biss::CrcSpec spec = crc_from_c(*crc);
-  if (!is_possible(*crc) || spec.deviates()) return BISS_BAD_CRC;
+  const biss::CrcSpec spec = std::bit_cast<biss::CrcSpec>(*crc);
+  if (!is_checksum(spec) || spec.deviates()) return BISS_BAD_CRC;
   if (bits < 1 || bits > biss::max_data_bits) return BISS_BIT_COUNT;
   if ((data & ~biss::low_mask(bits)) != 0) return BISS_VALUE_RANGE;
   *value = biss::CrcBitwise(spec)(data, bits);

@@ -9,10 +9,8 @@
 
 namespace biss::capi {
 
-biss_frame as_c(const Result<Frame, FrameFault>& from);
-biss_bounds as_c(const FrameBounds& bounds);
-/// \pre each number has 16 bits
-FrameBounds bounds_from_c(const biss_bounds& bounds);
+/// In place: a biss_frame is large.
+void put(const Result<Frame, FrameFault>& from, biss_frame& to);
 /// Why the core's check_spi() refuses this setup; BISS_OK if it does not.
 biss_status check_spi(const Described& device, const SpiSetup& setup);
 

@@ -86,9 +86,8 @@ TEST(CFormat, TextOfAFormat_IsItsText) {
     EXPECT_EQ(text_of(*named(whole)), whole) << text;
   }
   for (std::size_t i = 0; i < biss_encoder_count(); ++i) {
-    const biss_format& format = *named(biss_encoder_name(i));
-    EXPECT_EQ(
-        std::memcmp(format.channels, named(text_of(format))->channels, sizeof format.channels), 0);
+    const std::string whole = text_of(*named(biss_encoder_name(i)));
+    EXPECT_EQ(text_of(*named(whole)), whole);
   }
   std::array<char, BISS_FORMAT_TEXT_MAX> text{};
   std::size_t length = 0;
@@ -109,12 +108,12 @@ TEST(CFormat, PlainData_AreTheFormatOfTheText) {
   format.channel_count = 1;
   format.cds0 = true;
   format.channels[0].data_bits = 28;
-  format.channels[0].position = {26, 2, false, false};
-  format.channels[0].error = {true, 1, false};
-  format.channels[0].warning = {true, 0, false};
+  format.channels[0].position = {2, 26};
+  format.channels[0].error = {1, true, false};
+  format.channels[0].warning = {0, true, false};
   format.channels[0].crc = biss_crc_defaults(6);
   EXPECT_EQ(text_of(format), "pos26,nE,nW,crc6;cds0");
-  EXPECT_EQ(std::memcmp(&format.timing, &named("pos8,crc5")->timing, sizeof(biss_timing)), 0);
+  EXPECT_EQ(format.timing.timeout.time_ps, named("pos8,crc5")->timing.timeout.time_ps);
 }
 
 TEST(CFormat, DataThatAreNoFormat_AreRefused) {
@@ -127,27 +126,26 @@ TEST(CFormat, DataThatAreNoFormat_AreRefused) {
       [](F&, C& c) { c.data_bits = 0; },
       [](F&, C& c) { c.data_bits = 65; },
       [](F&, C& c) {
-        c.position = {65, 0, {}, {}};
+        c.position = {0, 65};
       },
       [](F&, C& c) {
-        c.position = {1, 64, {}, {}};
+        c.position = {64, 1};
       },
       [](F&, C& c) {
-        c.position = {26, 17, {}, {}};
+        c.position = {17, 26};
       },
       [](F&, C& c) { c.multiturn.bits = 1; },
       [](F&, C& c) { c.singleturn.bits = 1; },
       [](F&, C& c) {
-        c.position = {}, c.life_counter = {33, 0, {}, {}};
+        c.position = {}, c.life_counter = {0, 33};
       },
       [](F&, C& c) {
-        c.error = {true, 16, {}};
+        c.error = {16, true, false};
       },
       [](F&, C& c) {
-        c.warning = {true, 60, {}};
+        c.warning = {60, true, false};
       },
       [](F&, C& c) { c.crc.width_bits = 17; },
-      [](F&, C& c) { c.crc.width_bits = 262; },
       [](F&, C& c) { c.crc.start = 64; }};
   const auto codec = std::make_unique<biss_codec>();
   const F good = *named("pos26,pad16,crc6");
@@ -368,7 +366,7 @@ TEST(CSpi, Setup_RefusedByItsCause) {
   };
   biss_format format = *named("resolute-18");
   EXPECT_EQ(status([&](biss_spi_setup& s) { s.format = &format; }), BISS_OK);
-  format.timing.timeout_rule = 9;
+  format.timing.timeout.rule = 9;
   EXPECT_EQ(status([&](biss_spi_setup& s) { s.format = &format; }), BISS_BAD_TIMING);
   EXPECT_EQ(status([](biss_spi_setup& s) { s.format = named("what"); }), BISS_BAD_FORMAT);
   EXPECT_EQ(status([](biss_spi_setup& s) { s.format = named("pos8,nE,crc5:previous"); }),
@@ -486,12 +484,11 @@ TEST(CCrc, WhatIsNoChecksum_IsRefused) {
   };
   struct Wrong {
     std::uint32_t polynomial;
-    std::uint32_t start;
-    std::uint32_t width;
+    std::uint16_t start;
+    std::uint8_t width;
   };
-  for (const Wrong& each :
-       {Wrong{0x43, 0, 5}, Wrong{0x42, 0, 6}, Wrong{0, 0, 6}, Wrong{7, 0, 2}, Wrong{0x20001, 0, 17},
-        Wrong{0x43, 0x40, 6}, Wrong{0x43, 0, 6 + (1U << 8U)}}) {
+  for (const Wrong& each : {Wrong{0x43, 0, 5}, Wrong{0x42, 0, 6}, Wrong{0, 0, 6}, Wrong{7, 0, 2},
+                            Wrong{0x20001, 0, 17}, Wrong{0x43, 0x40, 6}, Wrong{0x43, 0, 255}}) {
     refused([&each](biss_crc& crc) {
       crc.polynomial = each.polynomial;
       crc.start = each.start;

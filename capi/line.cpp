@@ -325,7 +325,7 @@ const char* biss_line_state(const biss_line* line) {
 void biss_line_close(biss_line* line) {
   if (!is_open(line)) return;
   delete thing<Line*>(line);
-  end(line);
+  line->mark = 0;
 }
 
 }  // extern "C"

@@ -162,7 +162,7 @@ TEST(CLine, Setup_RefusedByItsCause) {
   EXPECT_EQ(status([](S& s) { s.format = nullptr; }), BISS_NULL_ARGUMENT);
   EXPECT_EQ(status([](S& s) { s.format = named("pos"); }), BISS_BAD_FORMAT);
   biss_format wrong = *named(format);
-  wrong.timing.timeout_rule = 7;
+  wrong.timing.timeout.rule = 7;
   EXPECT_EQ(status([&](S& s) { s.format = &wrong; }), BISS_BAD_TIMING);
   const std::vector<std::function<void(S&)>> spoilers{
       [](S& s) { s.clock_hz = 999; },

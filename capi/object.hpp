@@ -31,17 +31,11 @@ auto& thing(Object* object) {
   return *std::launder(reinterpret_cast<Here*>(object->memory));
 }
 
-/// After this the object is not open.
-template <class Object>
-void end(Object* object) {
-  object->mark = 0;
-}
-
 /// The first step of an init. Without init, or after one that failed, the object is not open.
 template <class Object, class... Pointers>
 biss_status begin_init(Object* object, const Pointers*... needed) {
   if (object == nullptr) return BISS_NULL_ARGUMENT;
-  end(object);
+  object->mark = 0;
   return (... || (needed == nullptr)) ? BISS_NULL_ARGUMENT : BISS_OK;
 }
 

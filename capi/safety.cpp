@@ -1,4 +1,5 @@
 // biss_safety: the core's SafetyMonitor.
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -46,7 +47,7 @@ biss_safety_setup as_setup(const biss_format* format, const SafetySetup& from) {
           .bit_period_ps = from.clocks.bit_period.count,
           .budget_faults = from.budget.faults,
           .budget_window_ps = from.budget.window.count,
-          .bounds = as_c(from.bounds),
+          .bounds = std::bit_cast<biss_bounds>(from.bounds),
           .residual_max_e15 = from.residual_max_e15,
           .rating_words = from.rating.words,
           .rating_residual_e24 = from.rating.residual_e24,
@@ -56,13 +57,9 @@ biss_safety_setup as_setup(const biss_format* format, const SafetySetup& from) {
 
 // check_safety() judges the values; here only that each fits its field.
 bool is_possible(const biss_safety_setup& setup) {
-  const biss_bounds& bounds = setup.bounds;
   if (!all_fit<std::uint8_t>({setup.cpw, setup.spw, setup.start_frames, setup.compare_bits,
                               setup.tolerance_lsb, setup.near_frames, setup.learn_rollovers,
-                              setup.counter_first, setup.still_requests, setup.budget_faults}) ||
-      !all_fit<std::uint16_t>({bounds.lead_min_clocks, bounds.lead_max_clocks,
-                               bounds.ack_min_clocks, bounds.ack_max_clocks,
-                               bounds.late_max_clocks})) {
+                              setup.counter_first, setup.still_requests, setup.budget_faults})) {
     return false;
   }
   return setup.counter >= BISS_COUNT_1_63 && setup.counter <= BISS_COUNT_LEARNED;
@@ -87,7 +84,7 @@ SafetySetup from_c(const biss_safety_setup& from) {
   setup.clocks = {picoseconds(from.clock_tolerance_ps), byte(from.still_requests),
                   picoseconds(from.bit_period_ps)};
   setup.budget = {byte(from.budget_faults), picoseconds(from.budget_window_ps)};
-  setup.bounds = bounds_from_c(from.bounds);
+  setup.bounds = std::bit_cast<FrameBounds>(from.bounds);
   setup.residual_max_e15 = from.residual_max_e15;
   setup.rating = {from.rating_words, from.rating_residual_e24, from.rating_check};
   return setup;

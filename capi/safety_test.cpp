@@ -233,7 +233,6 @@ TEST(CSafety, SetupsThatCannotBeMonitored_HaveTheirName) {
   EXPECT_EQ(problem([](S& s) { s.format = named("what"); }), "bad_format");
   EXPECT_EQ(problem([](S& s) { s.format = nullptr; }), "null_argument");
   EXPECT_EQ(problem([](S& s) { s.cpw = 256; }), "bad_setup");
-  EXPECT_EQ(problem([](S& s) { s.bounds.ack_max_clocks = 65'536; }), "bad_setup");
   EXPECT_EQ(problem([](S& s) { s.counter = static_cast<biss_counter_mode>(3); }), "bad_setup");
 }
 

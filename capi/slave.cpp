@@ -1,5 +1,6 @@
 // biss_slave: the core's Slave, with callbacks in C.
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -53,10 +54,7 @@ class CallbackSource {
     setup_.sample(setup_.user, moment.count, channels.data(), format_.channel_count);
     Frame frame;
     frame.channel_count = format_.channel_count;
-    for (std::size_t k = 0; k < format_.channel_count; ++k) {
-      const biss_channel& channel = channels[k];
-      frame.channel_list[k] = {channel.position, channel.life_counter, channel.nE, channel.nW};
-    }
+    frame.channel_list = std::bit_cast<std::array<Channel, max_channels>>(channels);
     if (!fits(channels)) {
       value_range_ = true;
       frame.channel_list.fill({.nE = false, .nW = false});
@@ -96,11 +94,10 @@ class CallbackSource {
 };
 
 biss_status check_registers(const biss_slave_setup& setup, const FrameFormat& format) {
-  const int given = (setup.register_permits != nullptr ? 1 : 0) +
-                    (setup.register_read != nullptr ? 1 : 0) +
-                    (setup.register_write != nullptr ? 1 : 0);
-  if (given == 0) return BISS_OK;
-  if (given != 3) return BISS_NULL_ARGUMENT;
+  const bool read = setup.register_read != nullptr;
+  const bool write = setup.register_write != nullptr;
+  if (read != write || read != (setup.register_permits != nullptr)) return BISS_NULL_ARGUMENT;
+  if (!read) return BISS_OK;
   // Their answers are in CDS.
   const bool possible = setup.cds == nullptr && setup.cdm == nullptr && !format.cds0;
   return possible ? BISS_OK : BISS_BAD_SETUP;

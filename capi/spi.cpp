@@ -1,6 +1,8 @@
 // biss_spi: the core's SpiReader.
+#include <bit>
 #include <cstddef>
 #include <cstdint>
+#include <iterator>
 #include <span>
 
 #include "biss/master/spi_read.hpp"
@@ -30,32 +32,6 @@ SpiSetup from_c(const biss_spi_setup& setup) {
       .unchecked = setup.unchecked};
 }
 
-}  // namespace
-
-biss_status check_spi(const Described& device, const SpiSetup& setup) {
-  const auto error = biss::check_spi(device.format, setup, device.timing);
-  if (!error) return BISS_OK;
-  switch (*error) {
-    case SpiSetupError::clock:
-      return BISS_CLOCK_MAX;
-    case SpiSetupError::error_flag:
-      return BISS_NO_ERROR_FLAG;
-    case SpiSetupError::crc:
-      return BISS_NO_CRC;
-    case SpiSetupError::previous:
-      return BISS_BAD_FORMAT;
-    case SpiSetupError::period:
-    case SpiSetupError::line_delay:
-    case SpiSetupError::pause:
-    case SpiSetupError::pause_delay:
-    case SpiSetupError::clock_constant:
-      break;
-  }
-  return BISS_BAD_SETUP;
-}
-
-namespace {
-
 struct Spi {
   Spi(const Described& device, const SpiSetup& chosen)
       : setup(chosen), reader(FrameCodec<>(device.format), chosen, device.timing) {}
@@ -65,6 +41,16 @@ struct Spi {
 };
 
 }  // namespace
+
+biss_status check_spi(const Described& device, const SpiSetup& setup) {
+  const auto error = biss::check_spi(device.format, setup, device.timing);
+  // One for each SpiSetupError.
+  static constexpr biss_status statuses[] = {BISS_BAD_SETUP,     BISS_BAD_SETUP, BISS_CLOCK_MAX,
+                                             BISS_NO_ERROR_FLAG, BISS_NO_CRC,    BISS_BAD_FORMAT,
+                                             BISS_BAD_SETUP,     BISS_BAD_SETUP, BISS_BAD_SETUP};
+  static_assert(std::size(statuses) == 1U + static_cast<unsigned>(SpiSetupError::clock_constant));
+  return error ? statuses[static_cast<std::size_t>(*error)] : BISS_OK;
+}
 
 }  // namespace biss::capi
 
@@ -93,14 +79,14 @@ biss_status biss_spi_init(biss_spi* spi, const biss_spi_setup* setup) {
 biss_status biss_spi_size_of(const biss_spi* spi, biss_spi_size* size) {
   if (const auto wrong = check_call(spi, size)) return wrong;
   const auto& reader = thing<Spi>(spi).reader;
-  *size = {reader.clocks(), reader.bytes(), as_c(reader.bounds())};
+  *size = {reader.clocks(), reader.bytes(), std::bit_cast<biss_bounds>(reader.bounds())};
   return BISS_OK;
 }
 
 biss_status biss_spi_read(const biss_spi* spi, const uint8_t* bytes, size_t byte_count,
                           size_t clocks, biss_frame* frame) {
   if (const auto wrong = check_call(spi, frame, given(bytes, byte_count))) return wrong;
-  *frame = as_c(thing<Spi>(spi).reader.read(std::span(bytes, byte_count), clocks));
+  put(thing<Spi>(spi).reader.read(std::span(bytes, byte_count), clocks), *frame);
   return BISS_OK;
 }
 

@@ -109,7 +109,7 @@ biss_status biss_vcd_close(biss_vcd* vcd, int64_t time_ps) {
   int error = self.error;
   const bool closed = std::fclose(self.file) == 0;
   if (written && !closed) error = errno;
-  end(vcd);
+  vcd->mark = 0;
   if (!written || !closed) {
     errno = error;
     return BISS_FILE;

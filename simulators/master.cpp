@@ -38,7 +38,7 @@ std::int64_t Master::step(std::int64_t now, bool slo, bool request) {
   request_ = request;
   if (!started_) {
     started_ = true;
-    not_before_ = now_ + std::max(period_.count, settings().device.timing.timeout_ps);
+    not_before_ = now_ + std::max(period_.count, settings().device.timing.timeout.time_ps);
   }
   const auto jitter = static_cast<std::uint64_t>(settings().jitter.count);
   const std::int64_t half = (line_delay_ - line_delay_ / 2).count;
@@ -131,12 +131,12 @@ void Master::end(std::int64_t now) {
 // the design.
 void Master::check_release(std::int64_t now, std::uint32_t clocks) {
   const biss_timing& timing = settings().device.timing;
-  if (timing.timeout_rule == BISS_TIMEOUT_CYCLE) return;
-  const bool adaptive = timing.timeout_rule == BISS_TIMEOUT_ADAPTIVE;
+  if (timing.timeout.rule == BISS_TIMEOUT_CYCLE) return;
+  const bool adaptive = timing.timeout.rule == BISS_TIMEOUT_ADAPTIVE;
   const std::int64_t reference = period_.count * 3 / 2;
   const std::int64_t least =
-      adaptive ? reference : std::min(timing.timeout_ps, biss_static_timeout_min.count);
-  const std::int64_t most = adaptive ? reference + timing.timeout_ps : timing.timeout_ps;
+      adaptive ? reference : std::min(timing.timeout.time_ps, biss_static_timeout_min.count);
+  const std::int64_t most = adaptive ? reference + timing.timeout.time_ps : timing.timeout.time_ps;
   const bool after_stop = rise_.clocks >= clocks;
   if (after_stop && rise_.low * 102 >= least * 100 && rise_.low * 100 <= most * 102) return;
   board().broken(

@@ -154,8 +154,8 @@ Checked read_timeout(std::string_view text, Settings& settings) {
   biss_timing& timing = settings.device.timing;
   constexpr std::string_view adaptive = "adaptive";
   if (text == adaptive) {
-    if (timing.timeout_rule != BISS_TIMEOUT_ADAPTIVE) timing.timeout_ps = 0;
-    timing.timeout_rule = BISS_TIMEOUT_ADAPTIVE;
+    if (timing.timeout.rule != BISS_TIMEOUT_ADAPTIVE) timing.timeout.time_ps = 0;
+    timing.timeout.rule = BISS_TIMEOUT_ADAPTIVE;
     return {};
   }
   const bool is_adaptive = text.starts_with(adaptive) && text[adaptive.size()] == ':';
@@ -166,8 +166,8 @@ Checked read_timeout(std::string_view text, Settings& settings) {
     return Failed(fmt::format("'{}' is shorter than {}, the shortest fixed timeout of BiSS C", text,
                               biss::text_of(biss_static_timeout_min)));
   }
-  timing.timeout_rule = is_adaptive ? BISS_TIMEOUT_ADAPTIVE : BISS_TIMEOUT_FIXED;
-  timing.timeout_ps = time->count;
+  timing.timeout.rule = is_adaptive ? BISS_TIMEOUT_ADAPTIVE : BISS_TIMEOUT_FIXED;
+  timing.timeout.time_ps = time->count;
   return {};
 }
 

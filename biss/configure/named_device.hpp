@@ -93,6 +93,8 @@ constexpr Result<std::uint16_t, DeviceTextError> identifier_of(std::string_view 
 }
 
 constexpr Result<Device, DeviceTextError> device_of_profile(std::string_view digits) {
+  // Not substr(): its range check would bring exceptions into firmware.
+  digits.remove_prefix(profile_prefix.size());
   const auto identifier = identifier_of(digits);
   if (!identifier.ok()) return failure(identifier.error());
   DeviceTextError wrong{.identifier = {*identifier}};
@@ -116,9 +118,8 @@ constexpr Result<Device, DeviceTextError> device_of_profile(std::string_view dig
 /// Reads a profile identifier (`bp3:0x621E`), a name of the catalogue (`resolute-26`) or of a safety
 /// configuration (`rsm`), or a format (`pos26,nE,nW,crc6`), in this order.
 constexpr Result<Device, DeviceTextError> read_device(std::string_view text) {
-  constexpr std::string_view prefix = configure_detail::profile_prefix;
-  if (text.starts_with(prefix)) {
-    return configure_detail::device_of_profile(text.substr(prefix.size()));
+  if (text.starts_with(configure_detail::profile_prefix)) {
+    return configure_detail::device_of_profile(text);
   }
   if (const CatalogueEntry* entry = find_encoder(text)) {
     return Device{entry->frame_format(), entry->timing, entry, nullptr};

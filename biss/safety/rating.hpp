@@ -49,7 +49,7 @@ constexpr std::uint64_t rating_check(std::uint64_t words, std::uint64_t residual
 
 /// The ratings of the named configurations: `biss safety analyse -f NAME --compare BITS --to c` with
 /// the bits that the configuration compares. A test compares them with the analysis.
-inline constexpr std::array safety_ratings{
+inline constexpr std::array<SafetyRating, 12> safety_ratings{
     // fs-32-32
     SafetyRating{0xC0C3'5FEA'DC5C'4430U, 1'365'348, 0x62AF'0197'A965'2206U},
     // fs-28-24

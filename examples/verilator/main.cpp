@@ -79,8 +79,8 @@ class Bench {
   Bench() {
     biss_format format = biss_format_defaults();
     biss_status status = biss_format_parse(encoder, &format);
-    format.timing.timeout_rule = BISS_TIMEOUT_FIXED;
-    format.timing.timeout_ps = 20'000'000;
+    format.timing.timeout.rule = BISS_TIMEOUT_FIXED;
+    format.timing.timeout.time_ps = 20'000'000;
     biss_slave_setup setup = biss_slave_defaults(&format);
     setup.sample = &sample;
     setup.user = &request_;
