@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 
+#include "firmware/cost/c_reader.hpp"
 #include "firmware/cost/prepare.hpp"
 #include "firmware/cost/row.hpp"
 #include "firmware/cost/sample.hpp"
@@ -173,7 +174,7 @@ int firmware_main() {
   const biss::FrameFormat* volatile hidden = &format;
   const biss::SpiReader<Codec> reader(Codec(*hidden), setup, encoder.timing);
 
-  bool right = true;
+  bool right = make_c_reader() == BISS_OK;
   for (const Row* row = __start_biss_rows; row != __stop_biss_rows; ++row) {
     const Cost cost = cost_of(*row, ruler, reader);
     print(*row, cost);
