@@ -41,7 +41,7 @@ extern "C" {
 #define BISS_NEVER INT64_MAX
 #define BISS_MAX_CHANNELS 8
 
-/* A structure of the caller: what its content is for, only the library knows. */
+/* An object: a structure of the caller with private content. */
 #define BISS_OBJECT(name, words) \
   typedef struct name {          \
     uintptr_t mark;              \
@@ -53,6 +53,14 @@ extern "C" {
 #define BISS_CODEC_WORDS 176
 #else
 #define BISS_CODEC_WORDS 4208
+#endif
+/* A program with small objects does not link with a library that fills large ones. */
+#ifdef BISS_SMALL
+#define biss_codec_init biss_codec_init_small
+#define biss_spi_init biss_spi_init_small
+#define biss_slave_init biss_slave_init_small
+#define biss_master_init biss_master_init_small
+#define biss_safety_init biss_safety_init_small
 #endif
 
 /* In C++ an enumeration that may hold any int, so that a number out of its range is valid. */

@@ -141,12 +141,9 @@ biss_status biss_frame_encode(const biss_codec* codec, const biss_frame* frame, 
 }
 
 biss_crc biss_crc_defaults(uint32_t width_bits) {
-  const bool usual = width_bits <= biss::max_crc_bits;
-  biss_crc crc{};
-  crc.polynomial = usual ? biss::default_polynomial(width_bits) : 0;
-  crc.width_bits = static_cast<std::uint8_t>(width_bits);
-  crc.inverted = true;
-  return crc;
+  const auto width = static_cast<std::uint8_t>(width_bits);
+  const auto usual = width == width_bits ? biss::default_polynomial(width) : 0;
+  return std::bit_cast<biss_crc>(biss::CrcSpec{usual, 0, width});
 }
 
 biss_status biss_crc_of(const biss_crc* crc, uint64_t data, uint32_t bits, uint32_t* value) {

@@ -161,9 +161,7 @@ struct Line {
   // The address of a register; null: there is no such register.
   std::uint8_t* register_at(sim::EncoderRegisters& registers, std::uint32_t bank,
                             std::uint32_t address) const {
-    if (address > reg::bsel && address < register_count) {
-      return &registers.value(address);
-    }
+    if (address > reg::bsel && address < register_count) return &registers.value(address);
     if (address < bank_bytes && bank < bank_count) return &registers.bank(bank)[address];
     return nullptr;
   }
