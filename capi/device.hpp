@@ -1,10 +1,8 @@
 // Conversions between the data of the C interface and the core's types.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <initializer_list>
-#include <limits>
 
 #include "biss/frame/format.hpp"
 #include "biss/frame/frame.hpp"
@@ -31,14 +29,12 @@ constexpr bool is_time(std::int64_t count) {
   return count >= -BISS_TIME_MAX && count <= BISS_TIME_MAX;
 }
 
+// A loop, which is less code than an algorithm.
 constexpr bool are_durations(std::initializer_list<std::int64_t> counts) {
-  return std::ranges::all_of(counts, is_duration);
-}
-/// Whether each number has a place in an `Integer`.
-template <class Integer>
-constexpr bool all_fit(std::initializer_list<std::uint32_t> numbers) {
-  return std::ranges::all_of(
-      numbers, [](std::uint32_t number) { return number <= std::numeric_limits<Integer>::max(); });
+  for (const std::int64_t count : counts) {
+    if (!is_duration(count)) return false;
+  }
+  return true;
 }
 
 /// The channels of a frame. \return their number \pre there is room for max_channels

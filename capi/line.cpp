@@ -43,7 +43,7 @@ bool is_possible(const biss_line_setup& setup) {
          setup.slo_jitter_ps <= setup.slo_delay_ps + setup.internal_delay_ps &&
          setup.ready_min_ps <= setup.ready_max_ps && setup.counter_first <= 1 &&
          setup.counter_start >= setup.counter_first && setup.counter_start <= 63 &&
-         all_fit<std::uint16_t>({setup.register_busy_frames}) &&
+         setup.register_busy_frames <= UINT16_MAX &&
          !(setup.foreign_encoder && (setup.registers || setup.position != nullptr)) &&
          find_motion(setup.motion);
 }

@@ -21,7 +21,7 @@ bool is_possible(const biss_master_setup& setup) {
                         setup.line_delay_max_ps, setup.reset_time_ps, setup.idle_min_ps}) &&
          setup.period_ps >= period_min_ps && setup.low_time_ps < setup.period_ps &&
          setup.sample_shift_ps >= -half && setup.sample_shift_ps <= half && setup.slaves >= 1 &&
-         setup.slaves <= max_channels && all_fit<std::uint16_t>({setup.extra_clocks});
+         setup.slaves <= max_channels && setup.extra_clocks <= UINT16_MAX;
 }
 
 MasterSetup from_c(const Described& device, const biss_master_setup& setup) {

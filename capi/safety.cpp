@@ -57,10 +57,11 @@ biss_safety_setup as_setup(const biss_format* format, const SafetySetup& from) {
 
 // check_safety() judges the values; here only that each fits its field.
 bool is_possible(const biss_safety_setup& setup) {
-  if (!all_fit<std::uint8_t>({setup.cpw, setup.spw, setup.start_frames, setup.compare_bits,
-                              setup.tolerance_lsb, setup.near_frames, setup.learn_rollovers,
-                              setup.counter_first, setup.still_requests, setup.budget_faults})) {
-    return false;
+  for (const std::uint32_t number :
+       {setup.cpw, setup.spw, setup.start_frames, setup.compare_bits, setup.tolerance_lsb,
+        setup.near_frames, setup.learn_rollovers, setup.counter_first, setup.still_requests,
+        setup.budget_faults}) {
+    if (number > UINT8_MAX) return false;
   }
   return setup.counter >= BISS_COUNT_1_63 && setup.counter <= BISS_COUNT_LEARNED;
 }

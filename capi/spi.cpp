@@ -17,8 +17,7 @@ constexpr std::int64_t spi_period_min_ps = 32;
 bool is_possible(const biss_spi_setup& setup) {
   return are_durations({setup.period_ps, setup.line_delay_min_ps, setup.line_delay_max_ps}) &&
          setup.period_ps >= spi_period_min_ps &&
-         setup.line_delay_min_ps <= setup.line_delay_max_ps &&
-         all_fit<std::uint16_t>({setup.first_bit});
+         setup.line_delay_min_ps <= setup.line_delay_max_ps && setup.first_bit <= UINT16_MAX;
 }
 
 SpiSetup from_c(const biss_spi_setup& setup) {
