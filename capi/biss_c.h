@@ -136,6 +136,7 @@ typedef struct biss_timeout {
   int64_t time_ps;
   uint8_t release_half_periods; /* BISS_TIMEOUT_CYCLE: how long SLO is low after the last edge of MA
                                    of a longer frame, 2 to 255; 0: the default, 3 */
+  int64_t shortest_ps;          /* the shortest fixed timeout; 0: not stated */
 } biss_timeout;
 
 /* The timing of a type of encoder. */
@@ -254,7 +255,7 @@ typedef struct biss_output {
 
 /* ---- The encoder's side ---- */
 
-BISS_OBJECT(biss_slave, BISS_CODEC_WORDS + 109);
+BISS_OBJECT(biss_slave, BISS_CODEC_WORDS + 110);
 
 typedef struct biss_slave_setup {
   const biss_format* format;
@@ -301,7 +302,7 @@ const char* biss_slave_state(const biss_slave* slave);
 
 /* ---- The master's side ---- */
 
-BISS_OBJECT(biss_master, BISS_CODEC_WORDS + 97);
+BISS_OBJECT(biss_master, BISS_CODEC_WORDS + 98);
 
 typedef struct biss_control biss_control;
 

@@ -89,7 +89,7 @@ biss_status biss_frame_encode(const biss_codec* codec, const biss_frame* frame, 
 
 /* ---- SPI ---- */
 
-BISS_OBJECT(biss_spi, BISS_CODEC_WORDS + 11);
+BISS_OBJECT(biss_spi, BISS_CODEC_WORDS + 14);
 
 typedef struct biss_spi_setup {
   const biss_format* format;

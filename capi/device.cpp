@@ -16,8 +16,9 @@ namespace {
 
 bool is_possible(const biss_timing& timing) {
   if (!are_durations({timing.start_min_ps, timing.ack_max_ps, timing.timeout.time_ps,
-                      timing.internal_delay_max_ps, timing.cycle_min_ps, timing.sampling_min_ps,
-                      timing.sampling_typical_ps, timing.sampling_max_ps})) {
+                      timing.timeout.shortest_ps, timing.internal_delay_max_ps, timing.cycle_min_ps,
+                      timing.sampling_min_ps, timing.sampling_typical_ps,
+                      timing.sampling_max_ps})) {
     return false;
   }
   const unsigned release = timing.timeout.release_half_periods;

@@ -31,14 +31,6 @@ SpiSetup from_c(const biss_spi_setup& setup) {
       .unchecked = setup.unchecked};
 }
 
-struct Spi {
-  Spi(const Described& device, const SpiSetup& chosen)
-      : setup(chosen), reader(FrameCodec<>(device.format), chosen, device.timing) {}
-
-  SpiSetup setup;
-  SpiReader<FrameCodec<>> reader;
-};
-
 }  // namespace
 
 biss_status check_spi(const Described& device, const SpiSetup& setup) {
