@@ -17,7 +17,7 @@
 extern "C" {
 #endif
 
-/* The result of a cycle. The numbers up to BISS_AXIS_STOP_BIT are those of biss_cause. */
+/* The result of a cycle. Up to BISS_AXIS_STOP_BIT, biss_cause has the same numbers. */
 typedef enum biss_axis_cause BISS_INT {
   BISS_AXIS_OK = 0, /* the position was measured */
   BISS_AXIS_NO_RESPONSE,

@@ -143,9 +143,7 @@ struct Summary {
   biss::Picoseconds oldest{};
 
   std::uint32_t& operator[](State state) { return with[static_cast<std::size_t>(state)]; }
-  std::uint32_t operator[](State state) const {
-    return with[static_cast<std::size_t>(state)];
-  }
+  std::uint32_t operator[](State state) const { return with[static_cast<std::size_t>(state)]; }
 };
 
 struct Loop {
@@ -206,8 +204,7 @@ void check_period(biss::Picoseconds now) {
   if (latest.state == State::measured) check_measured(latest, now);
   if (latest.state == State::extrapolated) check_extrapolated(latest);
   if (latest.state == State::tripped && sum.tripped_at == 0) sum.tripped_at = loop.cycle;
-  if (latest.state != State::no_position && sum.tripped_at == 0 &&
-      latest.age(now) > sum.oldest) {
+  if (latest.state != State::no_position && sum.tripped_at == 0 && latest.age(now) > sum.oldest) {
     sum.oldest = latest.age(now);
   }
   const std::int64_t turns = loop.axis.axis().turns();

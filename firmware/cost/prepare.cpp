@@ -98,10 +98,10 @@ void cycle(Sample& sample, Random& random) {
                          random_ack(random));
   const bool wrong = !first && random.below(64) == 0;
   if (wrong) bits.flip(bits.size_bits() - 2U - random.below(28));
-  sample.expected = result_of(
-      wrong   ? biss::AxisPosition{.cause = biss::AxisCause::crc}
-      : first ? biss::AxisPosition{.cause = biss::AxisCause::first}
-              : biss::AxisPosition{.position = sample.position, .state = biss::AxisState::measured});
+  sample.expected = result_of(wrong   ? biss::AxisPosition{.cause = biss::AxisCause::crc}
+                              : first ? biss::AxisPosition{.cause = biss::AxisCause::first}
+                                      : biss::AxisPosition{.position = sample.position,
+                                                           .state = biss::AxisState::measured});
   sample.bytes = {};
   std::copy(bits.bytes().begin(), bits.bytes().end(), sample.bytes.begin());
 }

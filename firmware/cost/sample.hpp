@@ -89,11 +89,11 @@ using SafetyMonitor =
     biss::SafetyMonitor<biss::FixedSafetyPlan<safety_format, safety_setup, biss::CrcTable<8>>>;
 
 /// Steps of up to half a turn. The first frame's time to power up is not over.
-inline constexpr biss::AxisSetup axis_setup{.cycle = biss::nanoseconds(62'500),
-                                            .to_sampling =
-                                                biss::sampling_delay(setup, encoder.timing),
-                                            .max_step = (1 << 20) - 1,
-                                            .trip_after = 100};
+inline constexpr biss::AxisSetup axis_setup{
+    .cycle = biss::nanoseconds(62'500),
+    .to_sampling = biss::sampling_delay(setup, encoder.timing),
+    .max_step = (1 << 20) - 1,
+    .trip_after = 100};
 /// The measured position, or the inverted cause.
 constexpr std::uint64_t result_of(const biss::AxisPosition& position) {
   const bool measured = position.state == biss::AxisState::measured;

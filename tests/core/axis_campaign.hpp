@@ -69,8 +69,8 @@ class AxisCampaign {
   constexpr explicit AxisCampaign(std::uint64_t seed) : random_(seed) {
     // The clock of every other axis wraps around.
     if (random_.flip()) {
-      zero_ps_ = static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()) -
-                 random_.bits(36);
+      zero_ps_ =
+          static_cast<std::uint64_t>(std::numeric_limits<std::int64_t>::max()) - random_.bits(36);
     }
   }
   AxisCampaign(const AxisCampaign&) = delete;
@@ -363,10 +363,10 @@ class AxisCampaign {
     ++states[static_cast<std::size_t>(out.state)];
     if (!out.usable()) return;
     const bool measured = out.state == AxisState::measured;
-    const std::int64_t moment_ps = static_cast<std::int64_t>(
-        static_cast<std::uint64_t>(out.moment.count) - zero_ps_);
-    const std::int64_t position = setup_.reversed ? setup_.offset - out.position
-                                                  : out.position - setup_.offset;
+    const std::int64_t moment_ps =
+        static_cast<std::int64_t>(static_cast<std::uint64_t>(out.moment.count) - zero_ps_);
+    const std::int64_t position =
+        setup_.reversed ? setup_.offset - out.position : out.position - setup_.offset;
     if (measured) {
       measured_ps_ = asked_ps;
       if (moment_ps != asked_ps + setup_.to_sampling.count) wrong("not the moment of the sampling");

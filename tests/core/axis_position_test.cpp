@@ -398,8 +398,8 @@ BISS_TEST(Axis, EveryStep_IsInTheTable) {
   for (std::size_t from = 0; from < 5; ++from) {
     for (const AxisState to : axis_states[from]) {
       // Only at the end of the range an axis that extrapolates has to hold.
-      const bool rare = (from == 2 && to == AxisState::extrapolated) ||
-                        (from == 3 && to == AxisState::held);
+      const bool rare =
+          (from == 2 && to == AxisState::extrapolated) || (from == 3 && to == AxisState::held);
       if (rare) continue;
       BISS_EXPECT(seen[from][static_cast<std::size_t>(to)]) << from << " " << int(to);
     }
@@ -420,11 +420,10 @@ BISS_TEST(AxisScale, AnyScale_RoundsToTheNearest) {
     const auto counts = static_cast<std::int64_t>(random.next()) >> (1 + random.below(62));
     const auto scaled = AxisScale{numerator, denominator}(counts);
     // The error of the result, in units of 1 / denominator, fits 64 bits if nothing wrapped around.
-    const auto error =
-        static_cast<std::int64_t>(static_cast<std::uint64_t>(counts) *
-                                      static_cast<std::uint64_t>(std::int64_t{numerator}) -
-                                  static_cast<std::uint64_t>(scaled.value_or(0)) *
-                                      static_cast<std::uint64_t>(std::int64_t{denominator}));
+    const auto error = static_cast<std::int64_t>(
+        static_cast<std::uint64_t>(counts) * static_cast<std::uint64_t>(std::int64_t{numerator}) -
+        static_cast<std::uint64_t>(scaled.value_or(0)) *
+            static_cast<std::uint64_t>(std::int64_t{denominator}));
     const bool nearest = error <= denominator / 2 && error >= -((denominator + 1) / 2);
     constexpr std::int64_t most = std::numeric_limits<std::int64_t>::max();
     const bool too_large = axis_detail::magnitude(counts) / denominator > most / numerator / 2;

@@ -15,13 +15,11 @@
 namespace biss::encoder_link_test {
 
 constexpr FrameFormat format = frame_format("pos24,nE,nW,crc6");
-constexpr SpiReader reader{FixedCodec<format>{},
-                                 {.period = nanoseconds(200)},
-                                 DeviceTiming{.ack_max = microseconds(2)}};
+constexpr SpiReader reader{
+    FixedCodec<format>{}, {.period = nanoseconds(200)}, DeviceTiming{.ack_max = microseconds(2)}};
 
-constexpr AxisSetup setup{.cycle = microseconds(100),
-                          .to_sampling = microseconds(1),
-                          .max_step = no_step_limit};
+constexpr AxisSetup setup{
+    .cycle = microseconds(100), .to_sampling = microseconds(1), .max_step = no_step_limit};
 
 // Every transfer ends at once, with SLO low throughout.
 struct Port {
