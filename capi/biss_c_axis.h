@@ -1,5 +1,5 @@
-/* An axis: a position for a drive in every cycle, from an SPI with DMA. docs/axis.md explains states,
- * causes and limits. Units, levels, errors and memory are defined in biss_c.h, biss_spi in
+/* An axis: a position for a drive in every cycle, from an SPI with DMA. docs/axis.md explains
+ * states, causes and limits. Units, levels, errors and memory are defined in biss_c.h, biss_spi in
  * biss_c_frame.h.
  *
  *   control timer interrupt                   DMA complete interrupt
@@ -7,8 +7,8 @@
  *   biss_axis_position(): use it              biss_axis_complete()
  *   biss_axis_request(): the SPI starts  -->    decode, turns, limits, rules
  *
- * Give both interrupts the same priority. Here `now_ps` may be any time of a clock that wraps around
- * at the limits of its type. */
+ * Give both interrupts the same priority. Here `now_ps` may be any time of a clock that wraps
+ * around at the limits of its type. */
 #pragma once
 
 #include <biss_c_frame.h>
@@ -95,8 +95,8 @@ BISS_OBJECT(biss_axis, 70);
  * BISS_NO_ROOM: the transfer is longer than BISS_AXIS_BYTES, BISS_BAD_SETUP. */
 biss_status biss_axis_init(biss_axis* axis, const biss_axis_setup* setup);
 
-/* Requests a position; call it once per cycle. `now_ps` is the time of the first falling edge of MA.
- * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, as all calls below. */
+/* Requests a position; call it once per cycle. `now_ps` is the time of the first falling edge of
+ * MA. BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, as all calls below. */
 biss_status biss_axis_request(biss_axis* axis, int64_t now_ps);
 /* The transfer has ended, well or with an error of the DMA. */
 biss_status biss_axis_complete(biss_axis* axis);
@@ -123,7 +123,8 @@ uint32_t biss_axis_count(const biss_axis* axis, biss_axis_cause cause);
  * and the cause was found: turns count from 0. */
 biss_status biss_axis_reset(biss_axis* axis);
 biss_status biss_axis_trip(biss_axis* axis);
-/* Sets the turns at the last measured position. BISS_NO_READING: there is none, BISS_VALUE_RANGE. */
+/* Sets the turns at the last measured position. BISS_NO_READING: there is none.
+ * BISS_VALUE_RANGE. */
 biss_status biss_axis_set_turns(biss_axis* axis, int64_t turns);
 
 #ifdef __cplusplus

@@ -208,7 +208,7 @@ struct Refused {
   std::optional<SpiSetupError> error;
 };
 constexpr DeviceTiming at_5_mhz{.clock_max = megahertz(5)};
-constexpr std::array refused{
+constexpr std::array<Refused, 10> refused{
     Refused{"pos18,nE,nW,crc6", setup, {}},
     Refused{"pos18,nE,nW,crc6", {.period = nanoseconds(25)}, SpiSetupError::clock},
     Refused{"pos18,nE,nW,crc6", {.period = period, .timing = at_5_mhz}, SpiSetupError::clock},
