@@ -195,10 +195,10 @@ class Axis {
   /// \param asked when it was requested; the time may wrap around at the limits of its type
   /// \param number the number of its request
   constexpr void good(const Channel& channel, Picoseconds asked, std::uint32_t number) {
-    if (state_ == AxisState::tripped) [[unlikely]]
-      return counts_.add(AxisCause::tripped);
     if (!channel.nE) [[unlikely]]
       return bad(AxisCause::error_bit, asked);
+    if (state_ == AxisState::tripped) [[unlikely]]
+      return counts_.add(AxisCause::tripped);
     if (!channel.nW && setup_->warnings != WarningRule::measure) [[unlikely]] {
       return setup_->warnings == WarningRule::trip ? trip(AxisCause::warning)
                                                    : bad(AxisCause::warning, asked);
@@ -221,10 +221,10 @@ class Axis {
     if (bad_in_a_row_ != axis_detail::most_cycles) ++bad_in_a_row_;
     std::uint32_t cycles = bad_in_a_row_;
     if (state_ == AxisState::no_position) {
-      if (cycles_ != axis_detail::most_cycles) ++cycles_;
       if (powers_up(asked)) return enter(AxisEvent::wait, cause);
     } else {
-      cycles_ = cycles_until(asked);
+      // The end of a late transfer comes after the bad cycle of a later request.
+      cycles_ = std::max(bad_in_a_row_ > 1 ? cycles_ : std::uint16_t{1}, cycles_until(asked));
       cycles = std::max<std::uint32_t>(cycles, cycles_);
     }
     if (cycles >= setup_->trip_after || setup_->bad_cycles == BadCycleRule::trip)
@@ -234,7 +234,9 @@ class Axis {
   }
 
   /// Trips for a reason of the caller.
-  constexpr void trip() { trip(AxisCause::tripped); }
+  constexpr void trip() {
+    if (state_ != AxisState::tripped) trip(AxisCause::tripped);
+  }
 
   /// Starts again as after construction, also after a trip: no position, turns from 0, and the time
   /// to power up begins with the next request. Call it only after the drive has stopped and the
@@ -250,10 +252,13 @@ class Axis {
   /// \return false: there is no measured position, or it would be out of range; nothing was changed
   constexpr bool set_turns(std::int64_t turns) {
     const std::int64_t most = (axis_position_max >> position_bits_) - 1;
-    if (state_ == AxisState::no_position || turns > most || turns < -most) return false;
+    if (start_ != Start::measured || turns > most || turns < -most) return false;
+    const std::int64_t before = last_;
     last_ = static_cast<std::int64_t>(static_cast<std::uint64_t>(turns) << position_bits_) |
             (last_ & static_cast<std::int64_t>(low_mask(position_bits_)));
-    return true;
+    if (state_ != AxisState::extrapolated || can_extrapolate()) return true;
+    last_ = before;
+    return false;
   }
   /// Whole turns of the encoder's range at the last measured position, before direction and offset.
   constexpr std::int64_t turns() const { return last_ >> position_bits_; }
@@ -265,7 +270,7 @@ class Axis {
     result.bad_in_a_row = bad_in_a_row_;
     result.state = state_;
     result.cause = cause_;
-    if (number_ == 0) return result;
+    if (start_ != Start::measured) return result;
     std::int64_t position = last_;
     result.moment = wrapping_later(since_, setup_->to_sampling);
     if (state_ == AxisState::measured) [[likely]] {
@@ -293,7 +298,7 @@ class Axis {
 
  private:
   // How far it came to a first position.
-  enum class Start : std::uint8_t { none, requested, sampled };
+  enum class Start : std::uint8_t { none, requested, sampled, measured };
 
   constexpr void enter(AxisEvent event, AxisCause cause) {
     counts_.add(cause);
@@ -316,19 +321,25 @@ class Axis {
   [[gnu::noinline]] constexpr void start(const Channel& channel, Picoseconds asked,
                                          std::uint32_t number) {
     // A sample that is too old is as good as none.
-    const bool sampled = start_ == Start::sampled && knows_turns_after(cycles_);
-    if (sampled && good_after(cycles_, channel, asked, number)) return;
+    const std::uint16_t cycles = cycles_until(asked);
+    const bool sampled = start_ == Start::sampled && knows_turns_after(cycles);
+    if (sampled && good_after(cycles, channel, asked, number)) {
+      start_ = Start::measured;
+      return;
+    }
     if (!sampled) {
       static_cast<void>(powers_up(asked));
       enter(AxisEvent::wait, AxisCause::first);
     }
     last_ = static_cast<std::int64_t>(channel.position);
-    cycles_ = 1;
+    since_ = asked;
     start_ = Start::sampled;
   }
 
   constexpr bool knows_turns_after(std::uint16_t cycles) const {
-    return axis_detail::times(limit_, cycles) < axis_detail::half_range(position_bits_);
+    // most_cycles may be more of them.
+    return cycles != axis_detail::most_cycles &&
+           axis_detail::times(limit_, cycles) < axis_detail::half_range(position_bits_);
   }
 
   // Whether the position is taken; if not, it is a bad cycle.
@@ -341,7 +352,7 @@ class Axis {
       return false;
     }
     take(moved, axis_detail::divide(moved, cycles), channel, asked, number);
-    return true;
+    return state_ == AxisState::measured;
   }
 
   constexpr void take(std::int64_t moved, std::int64_t step, const Channel& channel,
@@ -357,15 +368,15 @@ class Axis {
     enter(AxisEvent::good, channel.nW ? AxisCause::ok : AxisCause::warning);
   }
 
-  // Until the first measured position, since_ is the time of the first request.
+  // Until the first measured position, step_ is the time of the first request.
   constexpr bool powers_up(Picoseconds asked) {
     if (start_ == Start::none) {
-      since_ = asked;
+      step_ = asked.count;
       start_ = Start::requested;
     }
-    const Picoseconds waited = wrapping_elapsed(since_, asked);
-    // A negative time is one of more than 106 days.
-    return waited >= Picoseconds{} && waited < setup_->power_up;
+    // Negative for the end of a first transfer that was late.
+    const Picoseconds waited = wrapping_elapsed(Picoseconds{step_}, asked);
+    return waited < setup_->power_up && waited > Picoseconds{} - setup_->power_up;
   }
 
   // Whether the last measured position is more than a cycle old, and an eighth.
@@ -394,14 +405,14 @@ class Axis {
 
   // The last measured position, before direction and offset; while there is none, the last sample.
   std::int64_t last_ = 0;
-  std::int64_t step_ = 0;
+  std::int64_t step_ = 0;  // the last measured speed
   std::int64_t limit_;
-  Picoseconds since_{};  // the request of the last measured position
+  Picoseconds since_{};  // the request of last_
   const AxisSetup* setup_;
   std::uint32_t number_ = 0;
   CauseCounts<AxisCause, 0> counts_{};
   std::uint16_t bad_in_a_row_ = 0;
-  // From since_ to the last bad cycle; without a position, from the last sample.
+  // From since_ to the last bad cycle.
   std::uint16_t cycles_ = 1;
   AxisState state_ = AxisState::no_position;
   AxisCause cause_ = AxisCause::ok;

@@ -62,6 +62,8 @@ class EncoderAxis {
   EncoderAxis(Spi&, const Reader&, const AxisSetup&&) = delete;
   EncoderAxis(Spi&, const Reader&&, const AxisSetup&) = delete;
 
+  EncoderAxis(Spi&, const Reader&&, const std::array<const AxisSetup*, axes>&) = delete;
+
   /// The same with a setup for each channel.
   constexpr EncoderAxis(Spi& spi, const Reader& reader,
                         const std::array<const AxisSetup*, axes>& setups)

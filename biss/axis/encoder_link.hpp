@@ -46,16 +46,17 @@ class EncoderLink {
                         const ControlOptions& options)
       : port_(port), axis_(port, reader, setup), session_(options) {}
   EncoderLink(Port&, const Reader&, const AxisSetup&&, const ControlOptions&) = delete;
+  EncoderLink(Port&, const Reader&&, const AxisSetup&, const ControlOptions&) = delete;
 
   /// Requests a position: EncoderAxis::request(). Call it once per cycle in the timer's interrupt.
   constexpr void request(Picoseconds now) {
-    const bool unanswered = axis_.waits();
     const std::uint32_t before = axis_.number();
     axis_.request(now);
     if (axis_.number() == before) return;
     // MA was high after the request before, so that the encoder has seen CDM = 0.
-    if (unanswered && session_.step(asked_at_, CdsBit::missing)) session_.cancel();
+    if (open_ && session_.step(asked_at_, CdsBit::missing)) session_.cancel();
     asked_at_ = now;
+    open_ = true;
   }
 
   /// Call it in the DMA's interrupt at the end of the transfer.
@@ -81,6 +82,7 @@ class EncoderLink {
     const bool is_cycle = axis_.waits();
     const std::optional<bool> cds = read();
     if (!is_cycle) return;
+    open_ = false;
     const CdsBit bit = !cds ? CdsBit::missing : *cds ? CdsBit::one : CdsBit::zero;
     if (session_.step(asked_at_, bit)) port_.hold_ma_low();
   }
@@ -88,6 +90,7 @@ class EncoderLink {
   Port& port_;
   Axis axis_;
   Picoseconds asked_at_{};
+  bool open_ = false;  // the session has not seen the last request; also after a reset of the axis
   ControlSession session_;
 };
 

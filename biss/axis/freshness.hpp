@@ -48,7 +48,7 @@ class FreshBuffer {
     current_ = static_cast<std::uint8_t>(1U - current_);
     bytes_ = static_cast<std::uint16_t>(bytes);
     waits_ = true;
-    ++number_;
+    if (++number_ == 0) number_ = 1;
     return true;
   }
 

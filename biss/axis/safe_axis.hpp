@@ -31,8 +31,8 @@
 namespace biss {
 
 /// `Monitor` is a SafetyMonitor. `bytes` is the size of a complete answer: spi_bytes() of the
-/// master's setup.
-template <SpiDma Spi, class Monitor, std::size_t bytes>
+/// master's setup. `cache_line`: with a data cache, the size of its lines.
+template <SpiDma Spi, class Monitor, std::size_t bytes, std::size_t cache_line = 4>
 class SafeAxis {
  public:
   /// `spi` must outlive the axis.
@@ -57,7 +57,9 @@ class SafeAxis {
       if (expected_) monitor_.expect_position(expected_->first, expected_->second);
       expected_.reset();
     } else {
-      // A transfer that has not ended counts as no answer, with any bytes in its buffer.
+      // A transfer that has not ended is one lost answer, with any bytes in its buffer: its end does
+      // not count again.
+      static_cast<void>(buffer_.end());
       judge(now, BitView());
     }
   }
@@ -136,7 +138,7 @@ class SafeAxis {
   SafetyJudgement latest_{};
   CauseCounts<SafetyVerdict> counts_{};
   std::optional<std::pair<std::uint64_t, std::uint64_t>> expected_{};
-  FreshBuffer<bytes> buffer_{};
+  FreshBuffer<bytes, cache_line> buffer_{};
 };
 
 }  // namespace biss

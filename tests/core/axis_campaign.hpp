@@ -45,8 +45,9 @@ enum class AxisFault : std::uint8_t {
   doubled_end,  ///< it is reported twice
   late_end,     ///< it comes after the next request
   order,        ///< the end is reported again while the next transfer runs
+  jump,         ///< a good frame with a position half a turn away
 };
-inline constexpr std::uint32_t axis_fault_count = 18;
+inline constexpr std::uint32_t axis_fault_count = 19;
 
 /// A movement back and forth over some turns, in counts, at a known largest speed.
 struct Movement {
@@ -157,8 +158,8 @@ class AxisCampaign {
     std::array<std::uint8_t, bytes> line{};
     if (fault_ == AxisFault::unplugged) line.fill(0xFF);
     if (fault_ == AxisFault::unplugged || fault_ == AxisFault::stuck_low) return line;
-    const std::uint64_t position =
-        static_cast<std::uint64_t>(movement_.at(sampled_ps)) & (turn - 1);
+    std::uint64_t position = static_cast<std::uint64_t>(movement_.at(sampled_ps)) & (turn - 1);
+    if (fault_ == AxisFault::jump) position ^= turn / 2;
     std::uint64_t flags = 3;
     if (fault_ == AxisFault::error_bit) flags = random_.flip() ? 1 : 0;
     if (fault_ == AxisFault::warning) flags = 2;
@@ -191,14 +192,18 @@ class AxisCampaign {
   // ---- One cycle
 
   constexpr AxisFault next_fault() {
-    if (outage_ != 0) {
+    if (outage_ != 0 && fault_ != AxisFault::jump) {
       --outage_;
       return fault_;
     }
     if (random_.below(often_) != 0) return AxisFault::none;
     // A replugged or switched encoder.
     if (random_.below(often_) == 0) outage_ = random_.below(30);
-    return static_cast<AxisFault>(random_.below(axis_fault_count));
+    const auto fault = static_cast<AxisFault>(random_.below(axis_fault_count));
+    // Without a position, or long after the last one, nothing shows that it jumps.
+    const bool shows = axis_.axis().state() != AxisState::no_position &&
+                       time_ps_ - measured_ps_ < 20 * cycle_ps;
+    return fault != AxisFault::jump || shows ? fault : AxisFault::none;
   }
 
   constexpr void step() {
@@ -301,8 +306,12 @@ class AxisCampaign {
       case AxisFault::warning:
         return allowed_good() | of(AxisCause::warning);
       case AxisFault::error_bit:
-        return of(axis_.axis().state() == AxisState::tripped ? AxisCause::tripped
-                                                             : AxisCause::error_bit);
+        return of(AxisCause::error_bit);
+      case AxisFault::jump: {
+        const bool tripped = axis_.axis().state() == AxisState::tripped;
+        return tripped ? of(AxisCause::tripped)
+                       : of(AxisCause::step) | (allowed_good() & of(AxisCause::turns));
+      }
       case AxisFault::flips:
         return of(AxisCause::crc);
       case AxisFault::pulled:
@@ -331,7 +340,7 @@ class AxisCampaign {
     const AxisState state = axis_.axis().state();
     if (state == AxisState::tripped) return of(AxisCause::tripped);
     if (state == AxisState::no_position) {
-      return of(AxisCause::first) | of(AxisCause::ok) | of(AxisCause::step);
+      return of(AxisCause::first) | of(AxisCause::ok);
     }
     const std::int64_t cycles = (time_ps_ - measured_ps_) / cycle_ps + 1;
     const bool unknown_turns = setup_.max_step * cycles >= turn / 2;

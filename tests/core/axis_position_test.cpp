@@ -308,6 +308,86 @@ BISS_TEST(Axis, PowerUp_EndsWithItsTimeOrTheFirstPosition) {
   BISS_EXPECT_EQ(a.bad().state, AxisState::tripped);
 }
 
+// The numbers of requests wrap around.
+BISS_TEST(Axis, AnyNumberOfARequest_HasAPosition) {
+  Bench a{holds};
+  a.start(1000);
+  a.number = 0xFFFF'FFFE;
+  for (int i = 0; i < 3; ++i) {
+    BISS_EXPECT_EQ(a.good(1010).position, 1010);
+    BISS_EXPECT_EQ(a.axis.position().uncertainty, 0);
+  }
+  BISS_EXPECT_EQ(a.bad().position, 1010);
+}
+
+// More cycles than are counted: a whole turn may have passed.
+BISS_TEST(Axis, VeryLongGapAndClockThatJumpsBack_LoseTheTurns) {
+  for (const bool back : {false, true}) {
+    Bench a{holds, 40};
+    a.start(1000);
+    a.now += back ? microseconds(-500) : cycle * std::int64_t{80'000};
+    BISS_EXPECT_EQ(a.good(1000).cause, AxisCause::turns);
+  }
+}
+
+// The end of a transfer that was late comes after the bad cycle of the request after it.
+BISS_TEST(Axis, BadEndOfALateTransfer_LeavesTheUncertaintyOfTheLaterCycle) {
+  Bench a{holds};
+  a.start(1000);
+  const Picoseconds asked = a.now + cycle;
+  a.now = asked;
+  BISS_EXPECT_EQ(a.bad(AxisCause::late).uncertainty, 200);
+  a.axis.bad(AxisCause::crc, asked);
+  BISS_EXPECT_EQ(a.axis.position().uncertainty, 200);
+}
+
+// The same before the first position: the axis still powers up.
+BISS_TEST(Axis, BadEndOfAFirstLateTransfer_DoesNotTrip) {
+  AxisSetup setup = holds;
+  setup.power_up = milliseconds(1);
+  setup.trip_after = 1;
+  Bench a{setup};
+  BISS_EXPECT_EQ(a.bad(AxisCause::late).state, AxisState::no_position);
+  a.axis.bad(AxisCause::no_response, a.now - cycle);
+  BISS_EXPECT_EQ(a.axis.state(), AxisState::no_position);
+}
+
+BISS_TEST(Axis, SecondRequestAfterMonths_IsNotInTheTimeToPowerUp) {
+  AxisSetup setup = holds;
+  setup.power_up = milliseconds(1'000);
+  for (const std::int64_t days : {1, 106, 107, 200, 213}) {
+    Bench a{setup};
+    a.bad();
+    for (std::int64_t i = 0; i < days; ++i) {
+      a.now = wrapping_later(a.now, milliseconds(86'400'000));
+    }
+    a.bad();
+    BISS_EXPECT_EQ(a.bad().state, AxisState::tripped) << days;
+  }
+}
+
+BISS_TEST(Axis, LostControlInterruptBetweenTheFirstFrames_CountsAsACycle) {
+  Bench a{extrapolates};
+  a.good(1000);
+  a.now += cycle;
+  BISS_EXPECT_EQ(a.good(1200).state, AxisState::measured);
+  BISS_EXPECT_EQ(a.axis.position().step, 100);
+}
+
+BISS_TEST(Axis, AfterATrip_NothingReplacesItsCause) {
+  Bench a{holds};
+  a.start(10);
+  for (int i = 0; i < 3; ++i) a.bad();
+  a.axis.trip();
+  BISS_EXPECT_EQ(a.axis.position().cause, AxisCause::crc);
+  BISS_EXPECT_EQ(a.axis.counts()[AxisCause::tripped], 0U);
+  a.good(10, false);
+  BISS_EXPECT_EQ(a.axis.counts()[AxisCause::error_bit], 1U);
+  Bench never{holds};
+  never.axis.trip();
+  BISS_EXPECT(!never.axis.set_turns(1));
+}
+
 // ---- The ends of the range
 
 constexpr AxisSetup unlimited{.cycle = cycle,
@@ -332,6 +412,17 @@ BISS_TEST(Axis, PositionsAtTheEndOfTheRange_AreNeverWrong) {
   }
   BISS_EXPECT(a.axis.counts()[AxisCause::turns] > 0);
   BISS_EXPECT_EQ(a.bad().state, AxisState::held);  // beyond the range
+}
+
+BISS_TEST(Axis, TurnsThatAnExtrapolationCannotHave_AreRefused) {
+  Bench a{unlimited, 60};
+  a.start(std::int64_t{1} << 59U, (std::int64_t{1} << 59U) - 1);
+  for (int i = 0; i < 4; ++i) a.bad();
+  const AxisPosition before = a.axis.position();
+  BISS_EXPECT_EQ(before.state, AxisState::extrapolated);
+  BISS_EXPECT(!a.axis.set_turns(3));
+  BISS_EXPECT_EQ(a.axis.position().position, before.position);
+  BISS_EXPECT(a.axis.set_turns(-1));
 }
 
 BISS_TEST(Axis, UncertaintyThatDoesNotFit_IsTheLargest) {

@@ -129,6 +129,28 @@ BISS_TEST(EncoderLink, RequestWithoutAnswer_EndsTheAccess) {
   BISS_EXPECT_EQ(a.link.axis().position().number, 15U);
 }
 
+// The encoder has seen the frame of a request that a reset gives up.
+BISS_TEST(EncoderLink, ResetOfTheAxisWhileARequestRuns_EndsTheAccess) {
+  Link a;
+  std::array<std::uint8_t, 1> byte{};
+  a.link.session().read(0, 0x42, byte);
+  for (int i = 0; i < 15; ++i) a.answer(1234);
+  a.request();
+  a.link.axis().reset();
+  a.link.transfer_complete();
+  BISS_EXPECT(!a.link.session().done());
+  a.answer(1234);
+  BISS_EXPECT(a.link.session().done());
+  BISS_EXPECT(a.link.session().outcome().error == ControlError::frame_lost);
+}
+
+// Readers and setups that are gone after the statement.
+using Reader = std::remove_cvref_t<decltype(reader)>;
+static_assert(!std::is_constructible_v<EncoderLink<WritingPort, Reader, reader.bytes()>,
+                                       WritingPort&, Reader, const AxisSetup&, ControlOptions>);
+static_assert(!std::is_constructible_v<EncoderLink<WritingPort, Reader, reader.bytes()>,
+                                       WritingPort&, const Reader&, AxisSetup, ControlOptions>);
+
 BISS_TEST(EncoderLink, ReaderThatNeedsMoreThanTheBuffer_MakesNoRequest) {
   WritingPort port;
   EncoderLink<WritingPort, decltype(reader), reader.bytes() - 1> link(port, reader, setup, {});

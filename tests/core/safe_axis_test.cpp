@@ -183,6 +183,20 @@ BISS_TEST(SafeAxis, RequestWithoutAnswer_HasNoPositionUntilTheNextAnswer) {
   BISS_EXPECT(b.has_position());
 }
 
+// The frame of the request before is not judged twice.
+BISS_TEST(SafeAxis, RequestThatIsRefused_IsOneLostAnswer) {
+  Bench<with_tolerated_faults()> b;
+  b.until_safe();
+  b.request();
+  b.request();  // refused: the SPI is busy
+  BISS_EXPECT_EQ(b.axis.cause(), no_frame);
+  b.answer(1000);  // of the first request
+  BISS_EXPECT(!b.has_position());
+  b.good();
+  BISS_EXPECT(b.good());
+  BISS_EXPECT_EQ(b.axis.counts()[no_frame], 1U);
+}
+
 BISS_TEST(SafeAxis, TransferThatFails_HasNoPositionUntilTheNextAnswer) {
   Bench<with_tolerated_faults()> b;
   b.until_safe();
