@@ -201,8 +201,8 @@ class AxisCampaign {
     if (random_.below(often_) == 0) outage_ = random_.below(30);
     const auto fault = static_cast<AxisFault>(random_.below(axis_fault_count));
     // Without a position, or long after the last one, nothing shows that it jumps.
-    const bool shows = axis_.axis().state() != AxisState::no_position &&
-                       time_ps_ - measured_ps_ < 20 * cycle_ps;
+    const bool shows =
+        axis_.axis().state() != AxisState::no_position && time_ps_ - measured_ps_ < 20 * cycle_ps;
     return fault != AxisFault::jump || shows ? fault : AxisFault::none;
   }
 
