@@ -7,7 +7,7 @@ set(BISS_CORE_TESTS axis_position_test.cpp axis_test.cpp banked_registers_test.c
                     crc_test.cpp eds_advise_test.cpp eds_check_test.cpp eds_device_test.cpp
                     eds_image_test.cpp eds_part_test.cpp eds_profile_test.cpp
                     encoder_axis_test.cpp encoder_link_test.cpp fixed_test.cpp format_test.cpp
-                    frame_test.cpp master_slave_test.cpp named_device_test.cpp
+                    frame_test.cpp master_slave_test.cpp mistakes_test.cpp named_device_test.cpp
                     polled_axis_test.cpp polled_test.cpp quick_test.cpp register_map_test.cpp
                     register_server_test.cpp request_end_test.cpp request_kind_test.cpp
                     request_test.cpp safe_axis_test.cpp safety_counter_test.cpp
