@@ -169,9 +169,9 @@ mutants:  ## makes the changes of scripts/mutants.txt, one at a time; a test mus
 	@scripts/mutants
 
 .PHONY: firmware-sizes
-firmware-sizes:  ## flash, RAM, instructions on Cortex-M; renews docs/firmware.md
+firmware-sizes:  ## flash, RAM, instructions on Cortex-M; renews docs/firmware.md, guide-firmware.md
 	@scripts/install-packages build firmware
-	@firmware/sizes --write docs/firmware.md
+	@firmware/sizes --write docs/firmware.md --write docs/guide-firmware.md
 
 .PHONY: embedded
 embedded:  ## packages for PlatformIO, Arduino, ESP-IDF and Zephyr: build/embedded
