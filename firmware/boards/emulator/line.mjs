@@ -57,7 +57,7 @@ export class Line {
   }
 
   /// Compares the text of the board with the events on the line. A board that is slower than its
-  /// timer may miss the cycles that pass while it writes a line.
+  /// timer may miss the cycles that pass while it writes a line, and have a late request.
   check(text, { isLate = false } = {}) {
     const lines = text.split('\n');
     const count = (cause) => [...faults.values()].filter((each) => each === cause).length;
@@ -73,8 +73,9 @@ export class Line {
       }
       const bad = /^cycle (\d+) (\w+)$/.exec(line);
       if (!bad) continue;
-      assert.equal(bad[2], bad[1] === '1' ? 'first' : faults.get(Number(bad[1]) - 1), line);
       written.add(Number(bad[1]));
+      if (isLate && bad[2] === 'late') continue;
+      assert.equal(bad[2], bad[1] === '1' ? 'first' : faults.get(Number(bad[1]) - 1), line);
     }
     assert.equal(positions, 11, 'positions');
     for (const cycle of [...faults.keys()].filter((each) => each < 200)) {
@@ -94,7 +95,9 @@ export class Line {
     assert.equal(counted('no_response'), count('no_response'));
     assert.equal(counted('crc'), count('crc'));
     assert.equal(counted('first'), 1);
-    assert.equal(cycles, good + 1 + faults.size);
+    // A slow request may still run when the board counts.
+    const running = cycles - good - 1 - faults.size;
+    assert.ok(running === 0 || (isLate && running === 1), `${running} cycles without an end`);
     has('end, status 0');
     return { cycles, good, late };
   }
