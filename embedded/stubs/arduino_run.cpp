@@ -1,11 +1,13 @@
-// Runs a sketch of the Arduino package on a PC: five requests, each with a different line. The
-// sketch with pins has an interrupt of 20 us in the fourth.
+// Runs a sketch of the Arduino package on a PC: requests with different lines, in which the encoder
+// is unplugged twice and plugged in again. micros() returns to 0 between two of them. The sketch
+// with pins has an interrupt of 20 us in the fourth.
 #include <Arduino.h>
 #include <BissC.h>
 #include <SPI.h>
 
 #include <array>
 #include <cstdlib>
+#include <iterator>
 #include <span>
 
 #include "biss/frame/format_text.hpp"
@@ -16,26 +18,29 @@ void loop();
 
 namespace {
 
-int transfers = 0;
+using enum stubs::LineFault;
+constexpr stubs::LineFault faults[] = {
+    none,        none,        crc,         none,        error_bit,   no_response, none,
+    no_response, no_response, no_response, no_response, no_response, none,        none};
+unsigned transfers = 0;
 
 void answer(std::span<std::uint8_t> bytes, std::uint16_t ack_clocks) {
-  constexpr stubs::LineFault faults[] = {stubs::LineFault::none, stubs::LineFault::no_response,
-                                         stubs::LineFault::crc, stubs::LineFault::none,
-                                         stubs::LineFault::error_bit};
-  const auto number = static_cast<unsigned>(transfers++);
-  stubs::receive(bytes, biss::frame_format("pos18,nE,nW,crc6"), 100000U + number, ack_clocks,
-                 faults[number]);
+  stubs::receive(bytes, biss::frame_format("pos18,nE,nW,crc6"), 100000U + transfers, ack_clocks,
+                 faults[transfers]);
+  ++transfers;
 }
 
 // The line of pins, and the clocks of MA so far. The line has a leading one more than the sketch
 // samples.
 std::array<std::uint8_t, 8> line{};
 unsigned clocks = 0;
-unsigned long quarters = 0;  // of a microsecond
+// Since the start, in a quarter of a microsecond: micros() is 0 again after 350 ms.
+std::uint64_t quarters = 4 * ((std::uint64_t{1} << 32U) - 350'000);
 
 }  // namespace
 
-unsigned long micros() { return quarters++ / 4; }
+unsigned long micros() { return static_cast<std::uint32_t>(quarters++ / 4); }
+unsigned long millis() { return static_cast<std::uint32_t>(quarters / 4'000); }
 
 void digitalWrite(int, int level) {
   if (level == HIGH) return;
@@ -55,9 +60,10 @@ void SPIClass::transfer(void* buffer, std::size_t count) {
   answer(std::span(static_cast<std::uint8_t*>(buffer), count), 12);
 }
 
-void delay(unsigned long) {
-  if (transfers == 5) std::exit(0);
+void delay(unsigned long milliseconds) {
+  if (transfers == std::size(faults)) std::exit(0);
   clocks = 0;
+  quarters += milliseconds * 4'000;
 }
 
 int main() {

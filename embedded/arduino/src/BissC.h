@@ -1,15 +1,19 @@
 // Reads a BiSS C encoder with the SPI library of Arduino.
 //
 //   constexpr auto format = biss::frame_format("pos18,nE,nW,crc6");
-//   BissReader<format> encoder(SPI, 1000000);
+//   constexpr biss::SpiSetup line{.period = biss::microseconds(1),
+//                                 .line_delay = {.max = biss::microseconds(1)}};
+//   BissReader<format, line> encoder(SPI);
 //
 //   void setup() { encoder.begin(); }
 //   void loop() {
-//     const auto reading = encoder.read();
-//     if (reading.trusted()) use(reading.position);
+//     const biss::AxisPosition now = encoder.read();
+//     if (now.state == biss::AxisState::measured) use(now.position);
+//     if (now.state == biss::AxisState::tripped) encoder.axis().reset();
 //   }
 //
-// SCK is MA, MISO (CIPO) is SLO, each through an RS-422 driver or receiver.
+// SCK is MA, MISO (CIPO) is SLO, each through an RS-422 driver or receiver. Include this header
+// before other headers of the core.
 #pragma once
 
 #if __cplusplus < 202002L
@@ -19,101 +23,99 @@
 #include <Arduino.h>
 #include <SPI.h>
 
-#include <array>
-#include <cstdint>
-#include <optional>
+// First, because the C++ library does not compile with Arduino's macros min and max.
+#include "biss/base/language.hpp"
 
+#include <cstdint>
+#include <span>
+
+#include "biss/axis/encoder_axis.hpp"
 #include "biss/base/units.hpp"
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/fixed.hpp"
 #include "biss/frame/format_text.hpp"
-#include "biss/frame/frame.hpp"
 #include "biss/master/polled_read.hpp"
 #include "biss/master/spi_read.hpp"
 #include "biss/timing/device_timing.hpp"
 
-/// The result of one request: the position of the first channel, or the cause why there is none.
-struct BissReading {
-  std::uint64_t position = 0;
-  /// The encoder reports: false = error, false = warning.
-  bool nE = false;
-  bool nW = false;
-  std::optional<biss::FrameFault> fault{};
-
-  /// The position may be used.
-  bool trusted() const { return !fault && nE; }
-  /// Why the position may not be used: the name of the cause, or "encoder error" if nE is 0. "ok"
-  /// if it may be used.
-  const char* cause() const {
-    if (fault) return biss::name_of(fault->cause).data();
-    return nE ? "ok" : "encoder error";
+/// A clock for an axis. micros() returns to 0 after 71 minutes; millis() has the time above that.
+class BissClock {
+ public:
+  /// Wraps around at the limits of its type. Call it at least once in 49 days.
+  biss::Picoseconds now() {
+    milliseconds_ += static_cast<std::uint32_t>(millis() - milliseconds_);
+    const std::uint64_t coarse = milliseconds_ * 1'000U;
+    const std::int64_t rest =
+        static_cast<std::int32_t>(static_cast<std::uint32_t>(micros() - coarse));
+    const std::uint64_t microseconds = coarse + static_cast<std::uint64_t>(rest);
+    return biss::Picoseconds{static_cast<std::int64_t>(microseconds * 1'000'000U)};
   }
+
+ private:
+  std::uint64_t milliseconds_ = 0;
 };
 
-/// One encoder of this format on one SPI.
+/// The limits of an axis in a loop: less than half a turn from one reading to the next, and at most
+/// a second. A bad reading holds the position, and the fourth in a row trips.
+constexpr biss::AxisSetup biss_loop(const biss::SpiSetup& line, const biss::DeviceTiming& timing) {
+  return {.cycle = biss::milliseconds(1'000),
+          .to_sampling = biss::sampling_delay(line, timing),
+          .max_step = biss::no_step_limit,
+          .bad_cycles = biss::BadCycleRule::hold};
+}
+
+/// One encoder of this format on one SPI. A machine that moves has its own `Limits`, with the
+/// largest step: they detect more wrong frames.
 ///
 /// Some cores pause the clock between bytes. The encoder accepts that while a pause is shorter than
 /// its timeout; see the notes for Arduino in docs/microcontrollers.md. A pause that is too long is
 /// not detected here; biss::PolledRequest does it (example ReadWithoutSpi).
-///
-/// `Words` has no_error_flag or unchecked if the format has no nE or no CRC: BissReader<format,
-/// biss::SpiSetup{.no_error_flag = true}>
-template <biss::FrameFormat Format, biss::SpiSetup Words = biss::SpiSetup{}>
+template <biss::FrameFormat Format, biss::SpiSetup Line,
+          biss::DeviceTiming Timing = biss::DeviceTiming{},
+          biss::AxisSetup Limits = biss_loop(Line, Timing)>
 class BissReader {
-  static constexpr biss::SpiSetup setup_of(std::uint32_t clock, biss::Picoseconds line_delay_max) {
-    biss::SpiSetup setup = Words;
-    setup.period = biss::period_of(biss::hertz(clock));
-    setup.line_delay = {.max = line_delay_max};
-    return setup;
-  }
-  static constexpr auto refused = biss::check_spi(Format, setup_of(1'000'000, {}), {});
-  static_assert(refused != biss::SpiSetupError::error_flag, "no nE: see no_error_flag");
-  static_assert(refused != biss::SpiSetupError::crc, "no CRC: see unchecked");
-  static_assert(refused != biss::SpiSetupError::previous, "one frame cannot be checked");
+  static constexpr biss::SpiReader reader{biss::FixedCodec<Format>{}, Line, Timing};
+  static constexpr biss::AxisSetup limits = Limits;
+  static_assert(!biss::check_axis(Limits, Format.channel_list[0].position_bits()));
 
  public:
-  /// \param clock of MA, in hertz. The core may round it down, so choose one that it can make
-  /// \param line_delay_max of cable and encoder, there and back
-  explicit BissReader(SPIClass& spi, std::uint32_t clock, const biss::DeviceTiming& timing = {},
-                      biss::Picoseconds line_delay_max = biss::nanoseconds(1000))
-      : spi_(spi),
-        clock_(clock),
-        reader_(biss::FixedCodec<Format>{}, setup_of(clock, line_delay_max), timing) {}
+  explicit BissReader(SPIClass& spi) : spi_{spi} {}
 
   /// Call it in setup().
   void begin() {
-    spi_.begin();
-    // Makes the idle level of SCK high.
-    spi_.beginTransaction(settings());
-    spi_.endTransaction();
+    spi_.library.begin();
+    spi_.library.beginTransaction(spi_.settings());  // makes the idle level of SCK high
+    spi_.library.endTransaction();
   }
 
-  /// Why nothing can be read, for example `clock`: it is above the limit of `timing`.
-  const std::optional<biss::SpiSetupError>& error() const { return reader_.error(); }
-
-  /// Bytes of one transfer; 0 if there is an error(), or if they do not fit: then choose a lower
-  /// clock.
-  std::size_t bytes() const { return reader_.bytes() <= buffer_.size() ? reader_.bytes() : 0; }
-
-  /// Requests a position. Wait for the timeout of the encoder between two calls.
-  BissReading read() {
-    if (bytes() == 0) return {.fault = biss::FrameFault{biss::FrameError::truncated}};
-    buffer_.fill(0xFF);  // bytes that are not received give no_response
-    spi_.beginTransaction(settings());
-    spi_.transfer(buffer_.data(), bytes());
-    spi_.endTransaction();
-    const auto frame = reader_.read(std::span<const std::uint8_t>(buffer_).first(bytes()));
-    if (!frame.ok()) return {.fault = frame.error()};
-    const biss::Channel& channel = frame->channels()[0];
-    return {.position = channel.position, .nE = frame->trusted(), .nW = channel.nW};
+  /// Requests a position and waits for it. Wait for the timeout of the encoder between two calls.
+  /// \return a position, its state, and the cause if it was not measured now (docs/axis.md)
+  biss::AxisPosition read() {
+    axis_.request(clock_.now());
+    axis_.transfer_complete();
+    return axis_.position();
   }
+
+  /// For reset(), turns and counts.
+  auto& axis() { return axis_; }
 
  private:
-  SPISettings settings() const { return SPISettings(clock_, MSBFIRST, SPI_MODE3); }
+  struct Spi {
+    SPIClass& library;
 
-  SPIClass& spi_;
-  std::uint32_t clock_;
-  biss::SpiReader<biss::FixedCodec<Format>> reader_;
-  // 40 us of ACK, 40 us of line delay and 128 bits of data at 10 MHz need 117 bytes.
-  std::array<std::uint8_t, 128> buffer_{};
+    // The core may round the clock down, so choose one that it can make.
+    static SPISettings settings() {
+      return SPISettings(biss::rate_of(Line.period).count, MSBFIRST, SPI_MODE3);
+    }
+    bool start(std::span<std::uint8_t> receive) {
+      library.beginTransaction(settings());
+      library.transfer(receive.data(), receive.size());
+      library.endTransaction();
+      return true;
+    }
+  };
+
+  Spi spi_;
+  BissClock clock_;
+  biss::EncoderAxis<Spi, decltype(reader), reader.bytes()> axis_{spi_, reader, limits};
 };

@@ -18,12 +18,13 @@ using uint32_t = std::uint32_t;
 
 struct SerialPort {
   void begin(unsigned long) {}
-  void println(unsigned long value) { std::printf("%lu\n", value); }
+  void println(long value) { std::printf("%ld\n", value); }
   void println(const char* text) { std::printf("%s\n", text); }
 };
 inline SerialPort Serial;
 void delay(unsigned long milliseconds);
 unsigned long micros();
+unsigned long millis();
 
 enum { LOW = 0, HIGH = 1, INPUT = 0, OUTPUT = 1 };
 inline void pinMode(int, int) {}

@@ -1,5 +1,5 @@
 // Prints the position of a BiSS C encoder that is read with two pins, without SPI. An interrupt may
-// come at any time: if it pauses MA for too long, "paused" is printed.
+// come at any time: if it pauses MA for too long, "failed" is printed.
 //
 // Pin 2 goes to the RS-422 driver of MA, the RS-422 receiver of SLO to pin 3.
 #include <BissC.h>
@@ -21,10 +21,12 @@ constexpr biss::SpiSetup line{.period = biss::microseconds(8),
                               .line_delay = {.max = biss::microseconds(1)},
                               .max_pause = biss::nanoseconds(11'900)};
 constexpr biss::SpiReader reader(biss::FixedCodec<format>{}, line, timing);
+constexpr biss::AxisSetup limits = biss_loop(line, timing);
 
 Pins pins;
+BissClock timer;
 biss::PolledRequest request(pins, line, timing);
-uint8_t buffer[reader.bytes()];
+biss::EncoderAxis<decltype(request), decltype(reader), reader.bytes()> axis(request, reader, limits);
 
 void setup() {
   Serial.begin(115200);
@@ -34,16 +36,19 @@ void setup() {
 }
 
 void loop() {
-  request.start(buffer);
+  axis.request(timer.now());
   while (request.step() == biss::PolledState::running) continue;
-  const auto frame = reader.read(buffer);
-  if (!frame.ok()) {
-    const bool paused = request.state() == biss::PolledState::paused;
-    Serial.println(paused ? "paused" : biss::name_of(frame.error().cause).data());
-  } else if (!frame->trusted()) {
-    Serial.println("encoder error");
+  if (request.state() == biss::PolledState::complete) {
+    axis.transfer_complete();
   } else {
-    Serial.println(static_cast<unsigned long>(frame->channels()[0].position));
+    axis.transfer_failed();
   }
+  const biss::AxisPosition now = axis.position();
+  if (now.state == biss::AxisState::measured) {
+    Serial.println(static_cast<long>(now.position));
+  } else {
+    Serial.println(biss::name_of(now.cause).data());
+  }
+  if (now.state == biss::AxisState::tripped) axis.reset();
   delay(100);
 }
