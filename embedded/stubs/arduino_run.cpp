@@ -1,13 +1,11 @@
-// Runs a sketch of the Arduino package on a PC: requests with different lines, in which the encoder
-// is unplugged twice and plugged in again. micros() returns to 0 between two of them. The sketch
-// with pins has an interrupt of 20 us in the fourth.
+// Runs a sketch of the Arduino package on a PC. micros() returns to 0 between two readings. The
+// sketch with pins has an interrupt of 20 us in the fourth.
 #include <Arduino.h>
 #include <BissC.h>
 #include <SPI.h>
 
 #include <array>
 #include <cstdlib>
-#include <iterator>
 #include <span>
 
 #include "biss/frame/format_text.hpp"
@@ -18,16 +16,8 @@ void loop();
 
 namespace {
 
-using enum stubs::LineFault;
-constexpr stubs::LineFault faults[] = {
-    none,        none,        crc,         none,        error_bit,   no_response, none,
-    no_response, no_response, no_response, no_response, no_response, none,        none};
-unsigned transfers = 0;
-
 void answer(std::span<std::uint8_t> bytes, std::uint16_t ack_clocks) {
-  stubs::receive(bytes, biss::frame_format("pos18,nE,nW,crc6"), 100000U + transfers, ack_clocks,
-                 faults[transfers]);
-  ++transfers;
+  stubs::receive(bytes, biss::frame_format("pos18,nE,nW,crc6"), 100000, ack_clocks);
 }
 
 // The line of pins, and the clocks of MA so far. The line has a leading one more than the sketch
@@ -44,8 +34,12 @@ unsigned long millis() { return static_cast<std::uint32_t>(quarters / 4'000); }
 
 void digitalWrite(int, int level) {
   if (level == HIGH) return;
-  if (clocks++ == 0) answer(line, 4);
-  if (transfers == 4 && clocks == 20) quarters += 80;
+  if (clocks == 0) {
+    line.fill(0xFF);
+    answer(line, 4);
+  }
+  ++clocks;
+  if (stubs::transfers == 4 && clocks == 20) quarters += 80;
 }
 
 int digitalRead(int) { return line[clocks / 8] >> (7 - clocks % 8) & 1; }
@@ -61,7 +55,7 @@ void SPIClass::transfer(void* buffer, std::size_t count) {
 }
 
 void delay(unsigned long milliseconds) {
-  if (transfers == std::size(faults)) std::exit(0);
+  if (stubs::done()) std::exit(0);
   clocks = 0;
   quarters += milliseconds * 4'000;
 }

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include <freertos/FreeRTOS.h>
+
 using esp_err_t = int;
 inline constexpr esp_err_t ESP_OK = 0;
 void esp_error_check_failed(esp_err_t error);
@@ -24,7 +26,6 @@ struct spi_bus_config_t {
   int sclk_io_num;
   int quadwp_io_num;
   int quadhd_io_num;
-  int max_transfer_sz;
 };
 
 struct spi_device_interface_config_t {
@@ -43,4 +44,7 @@ esp_err_t spi_bus_initialize(spi_host_device_t host, const spi_bus_config_t* bus
                              spi_dma_chan_t dma);
 esp_err_t spi_bus_add_device(spi_host_device_t host, const spi_device_interface_config_t* device,
                              spi_device_handle_t* handle);
-esp_err_t spi_device_transmit(spi_device_handle_t handle, spi_transaction_t* transaction);
+esp_err_t spi_device_queue_trans(spi_device_handle_t handle, spi_transaction_t* transaction,
+                                 TickType_t wait);
+esp_err_t spi_device_get_trans_result(spi_device_handle_t handle, spi_transaction_t** transaction,
+                                      TickType_t wait);

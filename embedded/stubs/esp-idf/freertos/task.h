@@ -1,3 +1,4 @@
 #pragma once
 #include <freertos/FreeRTOS.h>
-void vTaskDelay(TickType_t ticks);
+TickType_t xTaskGetTickCount();
+void vTaskDelayUntil(TickType_t* woken, TickType_t ticks);
