@@ -5,7 +5,7 @@
 //                                 .line_delay = {.max = biss::microseconds(1)}};
 //   BissReader<format, line> encoder(SPI);
 //
-//   void setup() { encoder.begin(); }
+//   void setup() { SPI.begin(), encoder.begin(); }
 //   void loop() {
 //     const biss::AxisPosition now = encoder.read();
 //     if (now.state == biss::AxisState::measured) use(now.position);
@@ -28,6 +28,7 @@
 
 #include <cstdint>
 #include <span>
+#include <utility>
 
 #include "biss/axis/encoder_axis.hpp"
 #include "biss/base/units.hpp"
@@ -64,13 +65,34 @@ constexpr biss::AxisSetup biss_loop(const biss::SpiSetup& line, const biss::Devi
           .bad_cycles = biss::BadCycleRule::hold};
 }
 
-/// One encoder of this format on one SPI. A machine that moves has its own `Limits`, with the
-/// largest step: they detect more wrong frames.
+/// The SPI library as the SPI of an axis. The core may round the clock of MA down, so choose one that
+/// it can make.
+class BissSpi {
+ public:
+  BissSpi(SPIClass& spi, const biss::SpiSetup& line, const biss::DeviceTiming&)
+      : spi_(spi), settings_(biss::rate_of(line.period).count, MSBFIRST, SPI_MODE3) {}
+
+  bool start(std::span<std::uint8_t> receive) {
+    spi_.beginTransaction(settings_);
+    if (!receive.empty()) spi_.transfer(receive.data(), receive.size());
+    spi_.endTransaction();
+    return true;
+  }
+  biss::PolledState step() { return biss::PolledState::complete; }
+
+ private:
+  SPIClass& spi_;
+  SPISettings settings_;
+};
+
+/// One encoder of this format on an SPI, or on two pins: `Board` is a PolledPins of polled_read.hpp
+/// (example ReadWithoutSpi). A machine that moves has its own `Limits`, with the largest step: they
+/// detect more wrong frames.
 ///
-/// Some cores pause the clock between bytes. The encoder accepts that while a pause is shorter than
-/// its timeout; see the notes for Arduino in docs/microcontrollers.md. A pause that is too long is
-/// not detected here; biss::PolledRequest does it (example ReadWithoutSpi).
-template <biss::FrameFormat Format, biss::SpiSetup Line,
+/// Some cores pause the clock of an SPI between bytes. The encoder accepts that while a pause is
+/// shorter than its timeout; see the notes for Arduino in docs/microcontrollers.md. A pause that is
+/// too long is detected only with pins.
+template <biss::FrameFormat Format, biss::SpiSetup Line, class Board = SPIClass,
           biss::DeviceTiming Timing = biss::DeviceTiming{},
           biss::AxisSetup Limits = biss_loop(Line, Timing)>
 class BissReader {
@@ -78,21 +100,30 @@ class BissReader {
   static constexpr biss::AxisSetup limits = Limits;
   static_assert(!biss::check_axis(Limits, Format.channel_list[0].position_bits()));
 
- public:
-  explicit BissReader(SPIClass& spi) : spi_{spi} {}
-
-  /// Call it in setup().
-  void begin() {
-    spi_.library.begin();
-    spi_.library.beginTransaction(spi_.settings());  // makes the idle level of SCK high
-    spi_.library.endTransaction();
+  static auto requests_of(SPIClass& spi) { return BissSpi(spi, Line, Timing); }
+  template <biss::PolledPins Pins>
+  static auto requests_of(Pins& pins) {
+    return biss::PolledRequest(pins, Line, Timing);
   }
+  using Requests = decltype(requests_of(std::declval<Board&>()));
+
+ public:
+  explicit BissReader(Board& board) : requests_(requests_of(board)) {}
+
+  /// Makes the idle level of an SPI's clock high. Call it in setup(), after SPI.begin().
+  void begin() { requests_.start({}); }
 
   /// Requests a position and waits for it. Wait for the timeout of the encoder between two calls.
   /// \return a position, its state, and the cause if it was not measured now (docs/axis.md)
   biss::AxisPosition read() {
     axis_.request(clock_.now());
-    axis_.transfer_complete();
+    biss::PolledState state = requests_.step();
+    while (state == biss::PolledState::running) state = requests_.step();
+    if (state == biss::PolledState::complete) {
+      axis_.transfer_complete();
+    } else {
+      axis_.transfer_failed();
+    }
     return axis_.position();
   }
 
@@ -100,22 +131,7 @@ class BissReader {
   auto& axis() { return axis_; }
 
  private:
-  struct Spi {
-    SPIClass& library;
-
-    // The core may round the clock down, so choose one that it can make.
-    static SPISettings settings() {
-      return SPISettings(biss::rate_of(Line.period).count, MSBFIRST, SPI_MODE3);
-    }
-    bool start(std::span<std::uint8_t> receive) {
-      library.beginTransaction(settings());
-      library.transfer(receive.data(), receive.size());
-      library.endTransaction();
-      return true;
-    }
-  };
-
-  Spi spi_;
   BissClock clock_;
-  biss::EncoderAxis<Spi, decltype(reader), reader.bytes()> axis_{spi_, reader, limits};
+  Requests requests_;
+  biss::EncoderAxis<Requests, decltype(reader), reader.bytes()> axis_{requests_, reader, limits};
 };

@@ -48,6 +48,9 @@ inline constexpr std::uint32_t DMA_CHANNEL_3 = 3U << 25U, DMA_PERIPH_TO_MEMORY =
                                DMA_MDATAALIGN_BYTE = 0, DMA_NORMAL = 0, DMA_PRIORITY_HIGH = 0x20000,
                                DMA_PRIORITY_VERY_HIGH = 0x30000, DMA_FIFOMODE_DISABLE = 0;
 
+inline constexpr std::uint32_t TICK_INT_PRIORITY = 15;
+
+#define __WFI() static_cast<void>(0)
 #define __HAL_RCC_GPIOA_CLK_ENABLE() static_cast<void>(0)
 #define __HAL_RCC_SPI1_CLK_ENABLE() static_cast<void>(0)
 #define __HAL_RCC_DMA2_CLK_ENABLE() static_cast<void>(0)
@@ -61,13 +64,14 @@ inline constexpr std::uint32_t DMA_CHANNEL_3 = 3U << 25U, DMA_PERIPH_TO_MEMORY =
 extern "C" {
 HAL_StatusTypeDef HAL_Init();
 void HAL_IncTick();
-void HAL_Delay(std::uint32_t milliseconds);
 void HAL_GPIO_Init(GPIO_TypeDef* port, GPIO_InitTypeDef* init);
 HAL_StatusTypeDef HAL_SPI_Init(SPI_HandleTypeDef* spi);
 HAL_StatusTypeDef HAL_SPI_TransmitReceive_DMA(SPI_HandleTypeDef* spi, const std::uint8_t* transmit,
                                               std::uint8_t* receive, std::uint16_t size);
 void HAL_SPI_TxRxCpltCallback(SPI_HandleTypeDef* spi);
+void HAL_SPI_ErrorCallback(SPI_HandleTypeDef* spi);
 HAL_StatusTypeDef HAL_DMA_Init(DMA_HandleTypeDef* dma);
 void HAL_DMA_IRQHandler(DMA_HandleTypeDef* dma);
+void HAL_NVIC_SetPriority(IRQn_Type number, std::uint32_t preempt, std::uint32_t sub);
 void HAL_NVIC_EnableIRQ(IRQn_Type number);
 }

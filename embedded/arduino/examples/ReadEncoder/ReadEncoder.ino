@@ -11,6 +11,7 @@ BissReader<format, line> encoder(SPI);
 
 void setup() {
   Serial.begin(115200);
+  SPI.begin();
   encoder.begin();
 }
 

@@ -16,17 +16,11 @@ struct Pins {
 
 constexpr auto format = biss::frame_format("pos18,nE,nW,crc6");
 // Nothing is known of the encoder's timeout, so a pause must be shorter than 1.5 periods.
-constexpr biss::DeviceTiming timing;
 constexpr biss::SpiSetup line{.period = biss::microseconds(8),
                               .line_delay = {.max = biss::microseconds(1)},
                               .max_pause = biss::nanoseconds(11'900)};
-constexpr biss::SpiReader reader(biss::FixedCodec<format>{}, line, timing);
-constexpr biss::AxisSetup limits = biss_loop(line, timing);
-
 Pins pins;
-BissClock timer;
-biss::PolledRequest request(pins, line, timing);
-biss::EncoderAxis<decltype(request), decltype(reader), reader.bytes()> axis(request, reader, limits);
+BissReader<format, line, Pins> encoder(pins);
 
 void setup() {
   Serial.begin(115200);
@@ -36,19 +30,12 @@ void setup() {
 }
 
 void loop() {
-  axis.request(timer.now());
-  while (request.step() == biss::PolledState::running) continue;
-  if (request.state() == biss::PolledState::complete) {
-    axis.transfer_complete();
-  } else {
-    axis.transfer_failed();
-  }
-  const biss::AxisPosition now = axis.position();
+  const biss::AxisPosition now = encoder.read();
   if (now.state == biss::AxisState::measured) {
     Serial.println(static_cast<long>(now.position));
   } else {
     Serial.println(biss::name_of(now.cause).data());
   }
-  if (now.state == biss::AxisState::tripped) axis.reset();
+  if (now.state == biss::AxisState::tripped) encoder.axis().reset();
   delay(100);
 }

@@ -29,5 +29,6 @@ bool device_is_ready(const struct device* dev);
 #define DT_TEST_line_delay_max_ns 1000
 #define DT_TEST_processing_time_max_ns 10000
 #define DT_TEST_rotation_bits 18
+#define DT_TEST_max_step 1000
 #define DT_TEST_no_error_flag false
 #define DT_TEST_unchecked false

@@ -2,10 +2,11 @@
 //
 // The processor runs at 16 MHz, as after reset, so MA has 4 MHz. For the same without HAL, see
 // firmware/boards/stm32f405 of the project.
-#include <array>
 #include <cstdint>
+#include <span>
 
 #include <stm32f4xx_hal.h>
+#include "biss/axis/encoder_axis.hpp"
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/frame/fixed.hpp"
 #include "biss/master/spi_read.hpp"
@@ -13,18 +14,31 @@
 namespace {
 
 constexpr auto encoder = biss::catalogue_encoder("resolute-26");
-constexpr biss::SpiSetup setup{.period = biss::period_of(biss::megahertz(4)),
-                               .line_delay = {.max = biss::nanoseconds(700)}};
-constexpr biss::SpiReader reader(biss::FixedCodec<encoder.frame_format()>{}, setup, encoder.timing);
-
-std::array<std::uint8_t, reader.bytes()> received;
-std::array<std::uint8_t, reader.bytes()> ignored;
-volatile std::uint32_t position;
-volatile std::uint32_t bad_frames;
+constexpr biss::SpiSetup line{.period = biss::period_of(biss::megahertz(4)),
+                              .line_delay = {.max = biss::nanoseconds(700)}};
+constexpr biss::SpiReader reader(biss::FixedCodec<encoder.frame_format()>{}, line, encoder.timing);
+constexpr biss::AxisSetup limits{.cycle = biss::milliseconds(1),
+                                 .to_sampling = biss::sampling_delay(line, encoder.timing),
+                                 .max_step = 3'800'000};  // 3000 turns per minute of 2^26 counts
 
 SPI_HandleTypeDef spi;
 DMA_HandleTypeDef receive_dma;
 DMA_HandleTypeDef transmit_dma;
+
+struct Spi {
+  bool start(std::span<std::uint8_t> receive) {
+    // MOSI is not connected, so the bytes that are sent do not matter.
+    const auto size = static_cast<std::uint16_t>(receive.size());
+    return HAL_SPI_TransmitReceive_DMA(&spi, receive.data(), receive.data(), size) == HAL_OK;
+  }
+};
+
+Spi transfer;
+constinit biss::EncoderAxis<Spi, decltype(reader), reader.bytes()> axis{transfer, reader, limits};
+biss::Picoseconds time;
+// For the control loop.
+volatile std::int64_t position;
+volatile biss::AxisState state;
 
 void setup_stream(DMA_HandleTypeDef& dma, DMA_Stream_TypeDef* stream, std::uint32_t direction,
                   std::uint32_t priority) {
@@ -69,31 +83,32 @@ void setup_spi() {
   setup_stream(transmit_dma, DMA2_Stream3, DMA_MEMORY_TO_PERIPH, DMA_PRIORITY_HIGH);
   __HAL_LINKDMA(&spi, hdmarx, receive_dma);
   __HAL_LINKDMA(&spi, hdmatx, transmit_dma);
+  // The priority of SysTick, so that no interrupt of the axis interrupts another one.
+  HAL_NVIC_SetPriority(DMA2_Stream0_IRQn, TICK_INT_PRIORITY, 0);
+  HAL_NVIC_SetPriority(DMA2_Stream3_IRQn, TICK_INT_PRIORITY, 0);
   HAL_NVIC_EnableIRQ(DMA2_Stream0_IRQn);
   HAL_NVIC_EnableIRQ(DMA2_Stream3_IRQn);
 }
 
 }  // namespace
 
-extern "C" void SysTick_Handler() { HAL_IncTick(); }
+// The control interrupt. A machine takes the time from a timer, which also counts the interrupts
+// that are lost.
+extern "C" void SysTick_Handler() {
+  HAL_IncTick();
+  const biss::AxisPosition now = axis.position();
+  position = now.position;
+  state = now.state;
+  time = biss::wrapping_later(time, limits.cycle);
+  axis.request(time);
+}
 extern "C" void DMA2_Stream0_IRQHandler() { HAL_DMA_IRQHandler(&receive_dma); }
 extern "C" void DMA2_Stream3_IRQHandler() { HAL_DMA_IRQHandler(&transmit_dma); }
-
-extern "C" void HAL_SPI_TxRxCpltCallback(SPI_HandleTypeDef*) {
-  const auto frame = reader.read(received);
-  if (frame.ok() && frame->trusted()) {
-    position = static_cast<std::uint32_t>(frame->channels()[0].position);
-  } else {
-    bad_frames = bad_frames + 1;  // keep the last position, and stop after some in a row
-  }
-}
+extern "C" void HAL_SPI_TxRxCpltCallback(SPI_HandleTypeDef*) { axis.transfer_complete(); }
+extern "C" void HAL_SPI_ErrorCallback(SPI_HandleTypeDef*) { axis.transfer_failed(); }
 
 int main() {
   HAL_Init();
   setup_spi();
-  for (;;) {
-    received.fill(0xFF);  // without bytes from the DMA: no_response, not the last frame
-    HAL_SPI_TransmitReceive_DMA(&spi, ignored.data(), received.data(), received.size());
-    HAL_Delay(1);  // a control loop uses a timer
-  }
+  for (;;) __WFI();
 }

@@ -2,7 +2,6 @@
 #define DT_DRV_COMPAT biss_c_encoder
 
 #include <errno.h>
-#include <string.h>
 
 #include <zephyr/device.h>
 #include <zephyr/drivers/sensor.h>
@@ -20,6 +19,9 @@ LOG_MODULE_REGISTER(biss_encoder, CONFIG_SENSOR_LOG_LEVEL);
 #define BISS_SPI_OPERATION \
   (SPI_OP_MODE_MASTER | SPI_TRANSFER_MSB | SPI_WORD_SET(8) | SPI_MODE_CPOL | SPI_MODE_CPHA)
 
+/* The longest timeout of an encoder: between two requests of a fetch. */
+#define BISS_TIMEOUT_US 40
+
 struct biss_encoder_config {
   struct spi_dt_spec spi;
   struct biss_reader_setup setup;
@@ -30,14 +32,19 @@ struct biss_encoder_data {
   struct k_mutex lock;
   struct biss_reader reader;
   struct biss_sample sample;
-  size_t bytes;
   bool fetched;
-  uint8_t received[CONFIG_BISS_ENCODER_BYTES];
 };
 
+static int biss_encoder_transfer(const void* spi, uint8_t* bytes, size_t size) {
+  const struct spi_buf buffer = {.buf = bytes, .len = size};
+  const struct spi_buf_set receive = {.buffers = &buffer, .count = 1};
+
+  return spi_read_dt(spi, &receive);
+}
+
 static int biss_encoder_fetch(const struct device* dev, enum sensor_channel chan) {
-  const struct biss_encoder_config* config = dev->config;
   struct biss_encoder_data* data = dev->data;
+  int requests = 3;
   int result;
 
   if (chan != SENSOR_CHAN_ALL && chan != SENSOR_CHAN_ROTATION &&
@@ -46,19 +53,14 @@ static int biss_encoder_fetch(const struct device* dev, enum sensor_channel chan
   }
 
   k_mutex_lock(&data->lock, K_FOREVER);
-
-  const struct spi_buf buffer = {.buf = data->received, .len = data->bytes};
-  const struct spi_buf_set receive = {.buffers = &buffer, .count = 1};
-
-  /* Without received bytes the buffer is all ones: no_response, and not the previous frame. */
-  memset(data->received, 0xFF, data->bytes);
-  result = spi_read_dt(&config->spi, &receive);
-  if (result == 0) {
-    result = biss_reader_read(&data->reader, data->received, data->bytes, &data->sample);
-  }
-  if (result == 0) {
-    data->fetched = true;
-  }
+  do {
+    result = biss_reader_fetch(&data->reader, k_uptime_get(), &data->sample);
+    if (result != -EAGAIN) {
+      break;
+    }
+    k_busy_wait(BISS_TIMEOUT_US);
+  } while (--requests > 0);
+  data->fetched |= result == 0;
   k_mutex_unlock(&data->lock);
   return result;
 }
@@ -81,17 +83,16 @@ static int biss_encoder_get(const struct device* dev, enum sensor_channel chan,
                             struct sensor_value* value) {
   const struct biss_encoder_config* config = dev->config;
   struct biss_encoder_data* data = dev->data;
-  struct biss_sample sample;
-  bool fetched;
 
   k_mutex_lock(&data->lock, K_FOREVER);
-  sample = data->sample;
-  fetched = data->fetched;
+  const struct biss_sample sample = data->sample;
+  const bool fetched = data->fetched;
   k_mutex_unlock(&data->lock);
   if (!fetched) {
     return -ENODATA;
   }
 
+  value->val2 = 0;
   switch ((int)chan) {
     case SENSOR_CHAN_ROTATION:
       return biss_encoder_rotation(sample.position, config->rotation_bits, value);
@@ -100,12 +101,10 @@ static int biss_encoder_get(const struct device* dev, enum sensor_channel chan,
       value->val2 = (int32_t)(uint32_t)sample.position;
       return 0;
     case SENSOR_CHAN_BISS_WARNING:
-      value->val1 = sample.warning ? 1 : 0;
-      value->val2 = 0;
+      value->val1 = sample.warning;
       return 0;
     case SENSOR_CHAN_BISS_LINE_DELAY:
       value->val1 = sample.line_delay_clocks;
-      value->val2 = 0;
       return 0;
     default:
       return -ENOTSUP;
@@ -122,7 +121,7 @@ static int biss_encoder_init(const struct device* dev) {
     LOG_ERR("%s: the SPI controller is not ready", dev->name);
     return -ENODEV;
   }
-  bytes = biss_reader_init(&data->reader, &config->setup);
+  bytes = biss_reader_init(&data->reader, &config->setup, biss_encoder_transfer, &config->spi);
   if (bytes < 0 || config->rotation_bits > 32) {
     LOG_ERR("%s: biss-format \"%s\" or a limit is not valid, or lacks nE or CRC", dev->name,
             config->setup.frame_format);
@@ -132,7 +131,6 @@ static int biss_encoder_init(const struct device* dev) {
     LOG_ERR("%s: needs BISS_ENCODER_BYTES=%d", dev->name, bytes);
     return -ENOMEM;
   }
-  data->bytes = (size_t)bytes;
   return 0;
 }
 
@@ -151,6 +149,7 @@ static const struct sensor_driver_api biss_encoder_api = {
               .clock_hz = DT_INST_PROP(inst, spi_max_frequency),                         \
               .line_delay_max_ns = DT_INST_PROP(inst, line_delay_max_ns),                \
               .processing_time_max_ns = DT_INST_PROP(inst, processing_time_max_ns),      \
+              .max_step = DT_INST_PROP_OR(inst, max_step, 0),                            \
               .no_error_flag = DT_INST_PROP(inst, no_error_flag),                        \
               .unchecked = DT_INST_PROP(inst, unchecked),                                \
           },                                                                             \
