@@ -50,9 +50,7 @@ esp_err_t spi_device_queue_trans(spi_device_handle_t handle, spi_transaction_t* 
 
 esp_err_t spi_device_get_trans_result(spi_device_handle_t, spi_transaction_t** transaction,
                                       TickType_t wait) {
-  expect(wait == 0);
-  // The second transfer takes longer than a cycle.
-  if (device.transaction == nullptr || ticks == 2) return -1;
+  expect(device.transaction != nullptr && wait == portMAX_DELAY);
   *transaction = std::exchange(device.transaction, nullptr);
   // 8 us of ACK at 5 MHz.
   stubs::receive(

@@ -37,18 +37,16 @@ struct SPI_HandleTypeDef {
 };
 
 inline constexpr std::uint32_t GPIO_PIN_5 = 1U << 5U, GPIO_PIN_6 = 1U << 6U, GPIO_MODE_AF_PP = 2,
-                               GPIO_PULLUP = 1, GPIO_SPEED_FREQ_HIGH = 2, GPIO_AF5_SPI1 = 5;
-inline constexpr std::uint32_t SPI_MODE_MASTER = 0x104, SPI_DIRECTION_2LINES = 0,
+                               GPIO_PULLUP = 1, GPIO_SPEED_FREQ_HIGH = 2, GPIO_AF5_SPI1 = 5,
+                               SPI_MODE_MASTER = 0x104, SPI_DIRECTION_2LINES = 0,
                                SPI_DATASIZE_8BIT = 0, SPI_POLARITY_HIGH = 2, SPI_PHASE_2EDGE = 1,
                                SPI_NSS_SOFT = 0x200, SPI_BAUDRATEPRESCALER_4 = 8,
-                               SPI_FIRSTBIT_MSB = 0;
-inline constexpr std::uint32_t DMA_CHANNEL_3 = 3U << 25U, DMA_PERIPH_TO_MEMORY = 0,
-                               DMA_MEMORY_TO_PERIPH = 0x40, DMA_PINC_DISABLE = 0,
-                               DMA_MINC_ENABLE = 0x400, DMA_PDATAALIGN_BYTE = 0,
-                               DMA_MDATAALIGN_BYTE = 0, DMA_NORMAL = 0, DMA_PRIORITY_HIGH = 0x20000,
-                               DMA_PRIORITY_VERY_HIGH = 0x30000, DMA_FIFOMODE_DISABLE = 0;
-
-inline constexpr std::uint32_t TICK_INT_PRIORITY = 15;
+                               SPI_FIRSTBIT_MSB = 0, DMA_CHANNEL_3 = 3U << 25U,
+                               DMA_PERIPH_TO_MEMORY = 0, DMA_MEMORY_TO_PERIPH = 0x40,
+                               DMA_PINC_DISABLE = 0, DMA_MINC_ENABLE = 0x400,
+                               DMA_PDATAALIGN_BYTE = 0, DMA_MDATAALIGN_BYTE = 0, DMA_NORMAL = 0,
+                               DMA_PRIORITY_HIGH = 0x20000, DMA_PRIORITY_VERY_HIGH = 0x30000,
+                               DMA_FIFOMODE_DISABLE = 0, TICK_INT_PRIORITY = 15;
 
 #define __WFI() static_cast<void>(0)
 #define __HAL_RCC_GPIOA_CLK_ENABLE() static_cast<void>(0)

@@ -29,24 +29,19 @@ constexpr biss::AxisSetup limits{.cycle = biss::milliseconds(10),
                                  .to_sampling = biss::sampling_delay(line, encoder.timing),
                                  .max_step = 4'000'000};  // 300 turns per minute of 2^26 counts
 
-// start() and ended() are called by one task, so that no lock is needed.
 struct Spi {
   spi_device_handle_t device{};
   spi_transaction_t transaction{};
-  bool runs = false;
 
   bool start(std::span<std::uint8_t> receive) {
-    if (runs) return false;
     // The DMA writes whole words. A buffer of the axis ends with a whole word.
     transaction.length = (receive.size() + 3U) / 4U * 32U;
     transaction.rx_buffer = receive.data();
-    return runs = spi_device_queue_trans(device, &transaction, 0) == ESP_OK;
+    return spi_device_queue_trans(device, &transaction, 0) == ESP_OK;
   }
-  bool ended() {
-    spi_transaction_t* which = nullptr;
-    if (spi_device_get_trans_result(device, &which, 0) != ESP_OK) return false;
-    runs = false;
-    return true;
+  bool end() {
+    spi_transaction_t* ended = nullptr;
+    return spi_device_get_trans_result(device, &ended, portMAX_DELAY) == ESP_OK;
   }
 };
 
@@ -54,7 +49,7 @@ Spi spi;
 DMA_ATTR biss::EncoderAxis<Spi, decltype(reader), reader.bytes()> axis(spi, reader, limits);
 
 // Wraps around after 106 days.
-biss::Picoseconds time() {
+biss::Picoseconds clock_time() {
   const auto microseconds = static_cast<std::uint64_t>(esp_timer_get_time());
   return biss::Picoseconds{static_cast<std::int64_t>(microseconds * 1'000'000U)};
 }
@@ -81,9 +76,10 @@ void open_spi() {
 extern "C" void app_main() {
   open_spi();
   for (TickType_t woken = xTaskGetTickCount();;) {
-    axis.request(time());
+    axis.request(clock_time());
     vTaskDelayUntil(&woken, pdMS_TO_TICKS(10));
-    if (spi.ended()) axis.transfer_complete();
+    // One task requests and ends, so that the axis needs no lock.
+    if (axis.waits() && spi.end()) axis.transfer_complete();
     const biss::AxisPosition now = axis.position();
     if (now.state == biss::AxisState::measured) {
       ESP_LOGI(tag, "position %" PRId64, now.position);

@@ -35,7 +35,7 @@ struct Spi {
 
 Spi transfer;
 constinit biss::EncoderAxis<Spi, decltype(reader), reader.bytes()> axis{transfer, reader, limits};
-biss::Picoseconds time;
+biss::Picoseconds clock_time;
 // For the control loop.
 volatile std::int64_t position;
 volatile biss::AxisState state;
@@ -99,8 +99,8 @@ extern "C" void SysTick_Handler() {
   const biss::AxisPosition now = axis.position();
   position = now.position;
   state = now.state;
-  time = biss::wrapping_later(time, limits.cycle);
-  axis.request(time);
+  clock_time = biss::wrapping_later(clock_time, limits.cycle);
+  axis.request(clock_time);
 }
 extern "C" void DMA2_Stream0_IRQHandler() { HAL_DMA_IRQHandler(&receive_dma); }
 extern "C" void DMA2_Stream3_IRQHandler() { HAL_DMA_IRQHandler(&transmit_dma); }
