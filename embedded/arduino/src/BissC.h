@@ -98,7 +98,8 @@ template <biss::FrameFormat Format, biss::SpiSetup Line, class Board = SPIClass,
 class BissReader {
   static constexpr biss::SpiReader reader{biss::FixedCodec<Format>{}, Line, Timing};
   static constexpr biss::AxisSetup limits = Limits;
-  static_assert(!biss::check_axis(Limits, Format.channel_list[0].position_bits()));
+  static_assert(Format.channel_count == 1, "one encoder");
+  static_assert(!biss::check_axis(Limits, Format.channel_list[0].position_bits()), "AxisError");
 
   static auto requests_of(SPIClass& spi) { return BissSpi(spi, Line, Timing); }
   template <biss::PolledPins Pins>

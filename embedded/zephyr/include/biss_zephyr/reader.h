@@ -31,7 +31,7 @@ struct biss_sample {
 
 /* Room for the axis and its two buffers; biss_reader.cpp checks that it is enough. */
 struct biss_reader {
-  uint64_t storage[(1280 + 2 * CONFIG_BISS_ENCODER_BYTES) / 8];
+  uint64_t storage[(704 + 2 * CONFIG_BISS_ENCODER_BYTES) / 8];
 };
 
 /* Returns the number of bytes to transfer, or -EINVAL if the format or a limit is not valid, or if

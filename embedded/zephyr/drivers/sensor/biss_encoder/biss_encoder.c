@@ -44,7 +44,6 @@ static int biss_encoder_transfer(const void* spi, uint8_t* bytes, size_t size) {
 
 static int biss_encoder_fetch(const struct device* dev, enum sensor_channel chan) {
   struct biss_encoder_data* data = dev->data;
-  int requests = 3;
   int result;
 
   if (chan != SENSOR_CHAN_ALL && chan != SENSOR_CHAN_ROTATION &&
@@ -53,13 +52,11 @@ static int biss_encoder_fetch(const struct device* dev, enum sensor_channel chan
   }
 
   k_mutex_lock(&data->lock, K_FOREVER);
-  do {
-    result = biss_reader_fetch(&data->reader, k_uptime_get(), &data->sample);
-    if (result != -EAGAIN) {
-      break;
-    }
+  result = biss_reader_fetch(&data->reader, k_uptime_get(), &data->sample);
+  for (int further = 2; result == -EAGAIN && further > 0; --further) {
     k_busy_wait(BISS_TIMEOUT_US);
-  } while (--requests > 0);
+    result = biss_reader_fetch(&data->reader, k_uptime_get(), &data->sample);
+  }
   data->fetched |= result == 0;
   k_mutex_unlock(&data->lock);
   return result;
