@@ -78,8 +78,14 @@ class ReadEncoder {
 
   // The two interrupts.
   void cycle() { link_.request(now_ += cycle_time); }
-  void transfer_complete() { link_.transfer_complete(); }
-  void transfer_failed() { link_.transfer_failed(); }
+  void transfer_complete() {
+    link_.transfer_complete();
+    ended();
+  }
+  void transfer_failed() {
+    link_.transfer_failed();
+    ended();
+  }
 
   /// \return 0: everything was read
   int run() {
@@ -95,23 +101,25 @@ class ReadEncoder {
   static constexpr std::uint32_t first_cycles = 200;
   static constexpr std::uint32_t written_every = 20;
 
-  // Waits for the end of the next cycle; its number counts from 1.
-  std::uint32_t next_cycle() {
-    for (const std::uint32_t before = ended_;; wait_for_interrupt()) {
+  // The result of a cycle; its number counts from 1.
+  struct Cycle {
+    std::uint32_t number = 0;
+    biss::AxisPosition axis{};
+  };
+
+  void ended() { cycle_ = {link_.axis().number(), link_.axis().position()}; }
+
+  Cycle next_cycle(std::uint32_t before) {
+    for (;; wait_for_interrupt()) {
       const InterruptMask mask;
-      if (!link_.axis().waits()) ended_ = link_.axis().number();
-      if (ended_ != before) return ended_;
+      if (cycle_.number != before) return cycle_;
     }
   }
 
   void read_positions() {
     std::uint32_t next_written = 0;
-    for (std::uint32_t cycle = next_cycle(); cycle <= first_cycles; cycle = next_cycle()) {
-      biss::AxisPosition axis;
-      {
-        const InterruptMask mask;
-        axis = link_.axis().position();
-      }
+    for (Cycle each = next_cycle(0); each.number <= first_cycles; each = next_cycle(each.number)) {
+      const auto& [cycle, axis] = each;
       if (axis.cause != biss::AxisCause::ok) {
         print("cycle ", cycle, " ", name_of(axis.cause), "\n");
       } else if (cycle >= next_written) {
@@ -216,7 +224,7 @@ class ReadEncoder {
 
   biss::EncoderLink<Board, std::remove_cvref_t<decltype(reader)>, reader.bytes()> link_;
   biss::Picoseconds now_{};
-  std::uint32_t ended_ = 0;
+  Cycle cycle_{};
   biss::DeviceRegisters registers_{};
   biss::EdsBank common_{};
   biss::EdsBank profile_{};
