@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 
+#include "biss/axis/scale.hpp"
 #include "biss/catalogue/catalogue.hpp"
 #include "biss/configure/configure_cycle.hpp"
 #include "biss/control/session.hpp"
@@ -88,6 +89,14 @@ void decode_channel(std::uint64_t word) {
   using Encoder = FixedChannel<format.channel_list[0]>;
   const auto channel = Encoder::decode(word);
   use(channel);
+}
+
+// ---- biss/axis/scale.hpp
+template <class Axis>
+void scale(const Axis& axis) {
+  constexpr AxisScale microdegrees{360'000'000, 1 << 26};  // an encoder of 26 bits per turn
+  const auto angle = microdegrees(axis.position().position);
+  use(angle);
 }
 
 // ---- biss/frame/format_text.hpp
