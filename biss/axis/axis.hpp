@@ -320,10 +320,8 @@ class Axis {
   // Two good frames that agree are the first position.
   [[gnu::noinline]] constexpr void start(const Channel& channel, Picoseconds asked,
                                          std::uint32_t number) {
-    // A sample that is too old is as good as none.
-    const std::uint16_t cycles = cycles_until(asked);
-    const bool sampled = start_ == Start::sampled && knows_turns_after(cycles);
-    if (sampled && good_after(cycles, channel, asked, number)) {
+    const bool sampled = start_ == Start::sampled;
+    if (sampled && good_after(cycles_until(asked), channel, asked, number)) {
       start_ = Start::measured;
       return;
     }

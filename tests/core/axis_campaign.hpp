@@ -340,7 +340,7 @@ class AxisCampaign {
     const AxisState state = axis_.axis().state();
     if (state == AxisState::tripped) return of(AxisCause::tripped);
     if (state == AxisState::no_position) {
-      return of(AxisCause::first) | of(AxisCause::ok);
+      return of(AxisCause::first) | of(AxisCause::ok) | of(AxisCause::turns);
     }
     const std::int64_t cycles = (time_ps_ - measured_ps_) / cycle_ps + 1;
     const bool unknown_turns = setup_.max_step * cycles >= turn / 2;
