@@ -4,7 +4,7 @@
  *
  *   control timer interrupt                   DMA complete interrupt
  *   ---------------------------------------   ------------------------------
- *   biss_axis_position(): use it              biss_axis_complete()
+ *   biss_axis_get(): use it                   biss_axis_complete()
  *   biss_axis_request(): the SPI starts  -->    decode, turns, limits, rules
  *
  * Give both interrupts the same priority. Here `now_ps` may be any time of a clock that wraps
