@@ -468,6 +468,9 @@ class LineBuilder {
 
 namespace biss {
 
+/// The registers of one slave in a session of the caller.
+using SlaveQuery = configure_detail::SlaveQuery;
+
 /// Ends after at most max_requests, for any answers. Do not copy it: its session writes into it.
 class Configurator {
  public:
@@ -514,6 +517,9 @@ class Configurator {
     if (fault_) return failure(*fault_);
     return builder_.config;
   }
+  /// The data sheet of the slave that was asked last, as it was read; empty if it has none. It lives
+  /// as long as this object. \pre done()
+  constexpr EdsImage image() const { return query_.has_eds() ? query_.image() : EdsImage{}; }
   /// Complete when done().
   constexpr Unrestored unrestored() const { return unrestored_; }
   constexpr ConfigureStep step() const {
