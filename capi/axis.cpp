@@ -40,6 +40,13 @@ struct CAxis {
 auto& axis_of(biss_axis* axis) { return thing<CAxis>(axis).axis; }
 const auto& axis_of(const biss_axis* axis) { return thing<CAxis>(axis).axis; }
 
+template <class Call>
+biss_status with(biss_axis* axis, const Call& call) {
+  const biss_status wrong = check_call(axis);
+  if (wrong == BISS_OK) call(axis_of(axis));
+  return wrong;
+}
+
 bool is_possible(const biss_axis_setup& setup) {
   return setup.bad_cycles >= BISS_BAD_HOLD && setup.bad_cycles <= BISS_BAD_TRIP &&
          setup.warnings >= BISS_WARNING_MEASURE && setup.warnings <= BISS_WARNING_TRIP &&
@@ -105,21 +112,15 @@ biss_status biss_axis_init(biss_axis* axis, const biss_axis_setup* setup) {
 }
 
 biss_status biss_axis_request(biss_axis* axis, int64_t now_ps) {
-  const auto wrong = check_call(axis);
-  if (wrong == BISS_OK) axis_of(axis).request(biss::picoseconds(now_ps));
-  return wrong;
+  return with(axis, [now_ps](auto& of) { of.request(biss::picoseconds(now_ps)); });
 }
 
 biss_status biss_axis_complete(biss_axis* axis) {
-  const auto wrong = check_call(axis);
-  if (wrong == BISS_OK) axis_of(axis).transfer_complete();
-  return wrong;
+  return with(axis, [](auto& of) { of.transfer_complete(); });
 }
 
 biss_status biss_axis_failed(biss_axis* axis) {
-  const auto wrong = check_call(axis);
-  if (wrong == BISS_OK) axis_of(axis).transfer_failed();
-  return wrong;
+  return with(axis, [](auto& of) { of.transfer_failed(); });
 }
 
 biss_status biss_axis_get(const biss_axis* axis, biss_axis_position* position) {
@@ -143,15 +144,11 @@ uint32_t biss_axis_count(const biss_axis* axis, biss_axis_cause cause) {
 }
 
 biss_status biss_axis_reset(biss_axis* axis) {
-  const auto wrong = check_call(axis);
-  if (wrong == BISS_OK) axis_of(axis).reset();
-  return wrong;
+  return with(axis, [](auto& of) { of.reset(); });
 }
 
 biss_status biss_axis_trip(biss_axis* axis) {
-  const auto wrong = check_call(axis);
-  if (wrong == BISS_OK) axis_of(axis).axis().trip();
-  return wrong;
+  return with(axis, [](auto& of) { of.axis().trip(); });
 }
 
 biss_status biss_axis_set_turns(biss_axis* axis, int64_t turns) {

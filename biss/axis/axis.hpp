@@ -229,7 +229,9 @@ class Axis {
     }
     if (cycles >= setup_->trip_after || setup_->bad_cycles == BadCycleRule::trip)
       return trip(cause);
-    const bool proceeds = setup_->bad_cycles == BadCycleRule::extrapolate && can_extrapolate();
+    // Without a position, step_ is no speed.
+    const bool proceeds = setup_->bad_cycles == BadCycleRule::extrapolate &&
+                          start_ == Start::measured && can_extrapolate();
     enter(proceeds ? AxisEvent::proceed : AxisEvent::hold, cause);
   }
 

@@ -62,6 +62,19 @@ struct Movement {
   }
 };
 
+/// An SPI whose transfer ends when the test says so.
+struct HeldSpi {
+  std::span<std::uint8_t> receive{};
+  bool busy = false;
+
+  constexpr bool start(std::span<std::uint8_t> into) {
+    if (busy) return false;
+    busy = true;
+    receive = into;
+    return true;
+  }
+};
+
 class AxisCampaign {
  public:
   static constexpr std::int64_t cycle_ps = 62'500'000;
@@ -92,17 +105,7 @@ class AxisCampaign {
   using Reader = std::remove_cvref_t<decltype(campaign_reader)>;
   static constexpr std::size_t bytes = campaign_reader.bytes();
 
-  struct Spi {
-    std::span<std::uint8_t> receive{};
-    bool busy = false;
-
-    constexpr bool start(std::span<std::uint8_t> into) {
-      if (busy) return false;
-      busy = true;
-      receive = into;
-      return true;
-    }
-  };
+  using Spi = HeldSpi;
   static constexpr Movement movement(Random& random) {
     return {.half_period_ps = cycle_ps * (400 + random.below(300)),
             .height = 100'000'000 + random.below(100'000'000),

@@ -352,6 +352,13 @@ BISS_TEST(Axis, BadEndOfAFirstLateTransfer_DoesNotTrip) {
   BISS_EXPECT_EQ(a.axis.state(), AxisState::no_position);
 }
 
+// The time of the first request is any number.
+BISS_TEST(Axis, FirstRequestAtTheEndOfTime_IsJudged) {
+  Bench a{extrapolates};
+  a.axis.bad(AxisCause::crc, Picoseconds{std::numeric_limits<std::int64_t>::min()});
+  BISS_EXPECT_EQ(a.axis.state(), AxisState::no_position);
+}
+
 BISS_TEST(Axis, SecondRequestAfterMonths_IsNotInTheTimeToPowerUp) {
   AxisSetup setup = holds;
   setup.power_up = milliseconds(1'000);

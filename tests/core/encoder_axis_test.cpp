@@ -29,17 +29,7 @@ constexpr AxisSetup setup{.cycle = microseconds(100),
 constexpr Picoseconds to_sampling = nanoseconds(50 + 3'250);
 static_assert(setup.to_sampling == to_sampling);
 
-// An SPI whose transfer ends when the test says so.
-struct Spi {
-  std::span<std::uint8_t> receive{};
-  bool busy = false;
-
-  constexpr bool start(std::span<std::uint8_t> into) {
-    if (busy) return false;
-    busy = true;
-    receive = into;
-    return true;
-  }
+struct Spi : test::HeldSpi {
   // A good frame with these positions.
   template <std::size_t channels = 1, class Codec = FrameCodec<CrcFast, 1>>
   constexpr void answer(const std::array<std::uint64_t, channels>& positions,
