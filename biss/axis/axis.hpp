@@ -229,7 +229,7 @@ class Axis {
     }
     if (cycles >= setup_->trip_after || setup_->bad_cycles == BadCycleRule::trip)
       return trip(cause);
-    // Without a position, step_ is no speed.
+    // Without a position, step_ has a time.
     const bool proceeds = setup_->bad_cycles == BadCycleRule::extrapolate &&
                           start_ == Start::measured && can_extrapolate();
     enter(proceeds ? AxisEvent::proceed : AxisEvent::hold, cause);
