@@ -5,6 +5,8 @@
 #include "firmware/platform/console.hpp"
 #include "firmware/platform/startup.hpp"
 
+[[gnu::section(".noinit")]] biss::RecordBytes boards::kept_record;
+
 namespace {
 
 constinit boards::Board board;
@@ -14,15 +16,14 @@ constinit boards::ReadEncoder<boards::Board> program{board};
 
 extern "C" void systick_handler() { program.cycle(); }
 
-extern "C" void dma_complete_handler() {
-  board.acknowledge() ? program.transfer_complete() : program.transfer_failed();
-}
+extern "C" void dma_complete_handler() { program.transfer_ended(board.acknowledge()); }
 
 void firmware::write(const char* text) {
   for (; *text != '\0'; ++text) boards::Board::put(*text);
 }
 
 void firmware::exit(int status) {
+  boards::stop_cycle_timer();
   firmware::print("end, status ", static_cast<std::uint64_t>(status), "\n");
   for (;;) boards::wait_for_interrupt();
 }

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 
 #include "biss/base/units.hpp"
 #include "firmware/encoder_maker/encoder.hpp"
@@ -14,7 +15,6 @@ using biss::Picoseconds;
 
 /// MA to SLO, both at the master.
 constexpr Picoseconds line_delay = biss::nanoseconds(300);
-constexpr std::uint32_t serial_number = 20'260'015;
 
 /// Pins, clock and sensor of the encoder, and SLO on its way to the master.
 class Board {
@@ -64,7 +64,7 @@ class Board {
 };
 
 constinit Board board;
-constinit encoder_maker::Encoder<Board> encoder{board, serial_number, 0};
+constinit encoder_maker::Encoder<Board> encoder{board, 0, 0};
 
 void run_until(Picoseconds time) {
   while (board.alarm() <= time) {
@@ -85,6 +85,11 @@ void drive_ma(Picoseconds time, bool level) {
 }  // namespace emulator
 
 extern "C" {
+
+/// The encoder gets power. Call it first.
+[[gnu::used, clang::export_name("power_on")]] void power_on(std::uint32_t serial_number) {
+  std::construct_at(&emulator::encoder, emulator::board, serial_number, 0U);
+}
 
 /// MA changes to this level; the same level only lets time pass.
 [[gnu::used, clang::export_name("drive_ma")]] void drive_ma(std::int64_t time, std::int32_t level) {

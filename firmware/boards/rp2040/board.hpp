@@ -79,13 +79,10 @@ inline void clock_setup() {
 
 }  // namespace rp2040
 
-/// Implements EncoderPort.
-class Rp2040 {
+/// Implements StartPort.
+class Rp2040 : public KeptRecord {
  public:
   static constexpr std::uint32_t clocks_per_microsecond = 125;
-  static constexpr std::uint32_t divisor = 32;  // even, 2…254
-  static constexpr biss::Picoseconds ma_period =
-      biss::nanoseconds(1000) * divisor / clocks_per_microsecond;
   static constexpr unsigned sck = 18;
   static constexpr unsigned miso = 16;
 
@@ -107,13 +104,23 @@ class Rp2040 {
     using namespace rp2040;
     if ((at(channel(0) + control) & busy) != 0) return false;
     buffer_barrier();
-    // MA is high from here on; the next steps take longer than half a period.
+    // MA is high from here on, for half a period at least.
     at(gpio_ctrl(sck)) = function_spi;
+    wait_clocks(divisor_ / 2U);
     at(channel(0) + write_address) = address_of(receive.data());
     at(channel(0) + transfer_count) = receive.size();
     at(channel(1) + transfer_count) = receive.size();
     at(dma + 0x430U) = 3;  // MULTI_CHAN_TRIGGER: both
     return true;
+  }
+
+  /// Up to 4 MHz, for 20 m of cable.
+  biss::Picoseconds set_clock(biss::Hertz most) {
+    constexpr std::uint32_t clock = clocks_per_microsecond * 1'000'000;
+    divisor_ = 32;  // SSPCPSR: even, 2…254
+    while (divisor_ * most.count < clock) divisor_ += 2;
+    at(rp2040::spi0 + 0x10U) = divisor_;
+    return biss::microseconds(1) * divisor_ / clocks_per_microsecond;
   }
 
   void hold_ma_low() { at(rp2040::gpio_ctrl(sck)) = rp2040::function_spi | rp2040::drive_low; }
@@ -144,7 +151,7 @@ class Rp2040 {
 
   void setup_spi() {
     using namespace rp2040;
-    at(spi0 + 0x10U) = divisor;                    // SSPCPSR
+    set_clock(biss::common_clock_max);
     at(spi0) = 7U | 1U << 6U | 1U << 7U;           // SSPCR0: 8 bits, CPOL = 1, CPHA = 1
     at(spi0 + 0x24U) = 3;                          // SSPDMACR: both directions
     at(spi0 + 0x04U) = 1U << 1U;                   // SSPCR1: on, master
@@ -167,6 +174,8 @@ class Rp2040 {
     at(dma + 0x404U) = 1;                                    // INTE0: channel 0
     enable_interrupt(dma_interrupt);
   }
+
+  std::uint32_t divisor_ = 0;
 };
 
 using Board = Rp2040;
