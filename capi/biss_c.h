@@ -26,9 +26,19 @@
 #include <stddef.h>
 #include <stdint.h>
 
+/* The declarations of a header are between the first two. BISS_INT: in C++ an enumeration that may
+ * hold any int, so that a number out of its range is valid. */
 #ifdef __cplusplus
-extern "C" {
+#define BISS_C_BEGIN extern "C" {
+#define BISS_C_END }
+#define BISS_INT : int
+#else
+#define BISS_C_BEGIN
+#define BISS_C_END
+#define BISS_INT
 #endif
+
+BISS_C_BEGIN
 
 /* The version of this header: as a text, and as 10000 for each major, 100 for each minor version
  * and 1 for each patch. */
@@ -61,13 +71,6 @@ extern "C" {
 #define biss_slave_init biss_slave_init_small
 #define biss_master_init biss_master_init_small
 #define biss_safety_init biss_safety_init_small
-#endif
-
-/* In C++ an enumeration that may hold any int, so that a number out of its range is valid. */
-#ifdef __cplusplus
-#define BISS_INT : int
-#else
-#define BISS_INT
 #endif
 
 /* The version of the library, as BISS_C_VERSION. */
@@ -394,6 +397,4 @@ bool biss_master_done(const biss_master* master);
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE, BISS_RUNNING, BISS_NO_READING. */
 biss_status biss_master_reading(const biss_master* master, biss_reading* reading);
 
-#ifdef __cplusplus
-}
-#endif
+BISS_C_END

@@ -13,9 +13,7 @@
 
 #include <biss_c_frame.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+BISS_C_BEGIN
 
 /* The result of a cycle. Up to BISS_AXIS_STOP_BIT, biss_cause has the same numbers. */
 typedef enum biss_axis_cause BISS_INT {
@@ -127,6 +125,4 @@ biss_status biss_axis_trip(biss_axis* axis);
  * BISS_VALUE_RANGE. */
 biss_status biss_axis_set_turns(biss_axis* axis, int64_t turns);
 
-#ifdef __cplusplus
-}
-#endif
+BISS_C_END

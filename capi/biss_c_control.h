@@ -9,9 +9,7 @@
 
 #include <biss_c.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+BISS_C_BEGIN
 
 BISS_OBJECT(biss_control, 124);
 
@@ -149,6 +147,4 @@ typedef void (*biss_eds_remark)(void* user, uint32_t channel, const char* field,
 biss_status biss_eds_format(const biss_device* device, uint32_t clock_hz, biss_format* format,
                             biss_eds_remark remark, void* user);
 
-#ifdef __cplusplus
-}
-#endif
+BISS_C_END

@@ -11,9 +11,7 @@
 
 #include <biss_c.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+BISS_C_BEGIN
 
 /* ---- A frame format, prepared ---- */
 
@@ -185,6 +183,4 @@ biss_crc biss_crc_defaults(uint32_t width_bits);
  * BISS_BIT_COUNT: `bits` is not 1 to 64, BISS_VALUE_RANGE: `data` has a 1 above them. */
 biss_status biss_crc_of(const biss_crc* crc, uint64_t data, uint32_t bits, uint32_t* value);
 
-#ifdef __cplusplus
-}
-#endif
+BISS_C_END

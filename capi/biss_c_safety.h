@@ -5,9 +5,7 @@
 
 #include <biss_c_frame.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+BISS_C_BEGIN
 
 BISS_OBJECT(biss_safety, BISS_CODEC_WORDS + 34);
 
@@ -183,6 +181,4 @@ biss_status biss_safety_cause(const biss_safety* safety, biss_verdict* cause);
  * BISS_NULL_ARGUMENT, BISS_BAD_HANDLE. */
 biss_status biss_safety_encoder_restarted(biss_safety* safety);
 
-#ifdef __cplusplus
-}
-#endif
+BISS_C_END

@@ -5,9 +5,7 @@
 
 #include <biss_c.h>
 
-#ifdef __cplusplus
-extern "C" {
-#endif
+BISS_C_BEGIN
 
 /* ---- Faults by name ---- */
 
@@ -169,6 +167,4 @@ biss_status biss_vcd_put(biss_vcd* vcd, int64_t time_ps, size_t signal, bool lev
  * BISS_FILE: it is not complete. */
 biss_status biss_vcd_close(biss_vcd* vcd, int64_t time_ps);
 
-#ifdef __cplusplus
-}
-#endif
+BISS_C_END
