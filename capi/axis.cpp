@@ -37,16 +37,6 @@ struct CAxis {
   EncoderAxis<StartCall, SpiReader<FrameCodec<>>, BISS_AXIS_BYTES> axis;
 };
 
-auto& axis_of(biss_axis* axis) { return thing<CAxis>(axis).axis; }
-const auto& axis_of(const biss_axis* axis) { return thing<CAxis>(axis).axis; }
-
-template <class Call>
-biss_status with(biss_axis* axis, const Call& call) {
-  const biss_status wrong = check_call(axis);
-  if (wrong == BISS_OK) call(axis_of(axis));
-  return wrong;
-}
-
 bool is_possible(const biss_axis_setup& setup) {
   return setup.bad_cycles >= BISS_BAD_HOLD && setup.bad_cycles <= BISS_BAD_TRIP &&
          setup.warnings >= BISS_WARNING_MEASURE && setup.warnings <= BISS_WARNING_TRIP &&
@@ -105,27 +95,27 @@ biss_status biss_axis_init(biss_axis* axis, const biss_axis_setup* setup) {
                                .reversed = setup->reversed,
                                .offset = setup->offset};
   const biss_status made = make<CAxis>(axis, *setup, chosen);
-  const auto error = axis_of(axis).error();
+  const auto error = thing<CAxis>(axis).axis.error();
   if (!error) return made;
   axis->mark = 0;
   return status_of(*error);
 }
 
 biss_status biss_axis_request(biss_axis* axis, int64_t now_ps) {
-  return with(axis, [now_ps](auto& of) { of.request(biss::picoseconds(now_ps)); });
+  return with<CAxis>(axis, [now_ps](auto& of) { of.axis.request(biss::picoseconds(now_ps)); });
 }
 
 biss_status biss_axis_complete(biss_axis* axis) {
-  return with(axis, [](auto& of) { of.transfer_complete(); });
+  return with<CAxis>(axis, [](auto& of) { of.axis.transfer_complete(); });
 }
 
 biss_status biss_axis_failed(biss_axis* axis) {
-  return with(axis, [](auto& of) { of.transfer_failed(); });
+  return with<CAxis>(axis, [](auto& of) { of.axis.transfer_failed(); });
 }
 
 biss_status biss_axis_get(const biss_axis* axis, biss_axis_position* position) {
   if (const auto wrong = check_call(axis, position)) return wrong;
-  const biss::AxisPosition now = axis_of(axis).position();
+  const biss::AxisPosition now = thing<CAxis>(axis).axis.position();
   *position = {now.position,
                now.uncertainty,
                now.step,
@@ -140,20 +130,20 @@ biss_status biss_axis_get(const biss_axis* axis, biss_axis_position* position) {
 
 uint32_t biss_axis_count(const biss_axis* axis, biss_axis_cause cause) {
   const bool known = is_open(axis) && cause >= 0 && cause <= BISS_AXIS_UNEXPECTED;
-  return known ? axis_of(axis).axis().counts()[static_cast<biss::AxisCause>(cause)] : 0;
+  return known ? thing<CAxis>(axis).axis.axis().counts()[static_cast<biss::AxisCause>(cause)] : 0;
 }
 
 biss_status biss_axis_reset(biss_axis* axis) {
-  return with(axis, [](auto& of) { of.reset(); });
+  return with<CAxis>(axis, [](auto& of) { of.axis.reset(); });
 }
 
 biss_status biss_axis_trip(biss_axis* axis) {
-  return with(axis, [](auto& of) { of.axis().trip(); });
+  return with<CAxis>(axis, [](auto& of) { of.axis.axis().trip(); });
 }
 
 biss_status biss_axis_set_turns(biss_axis* axis, int64_t turns) {
   if (const auto wrong = check_call(axis)) return wrong;
-  biss::Axis& of = axis_of(axis).axis();
+  biss::Axis& of = thing<CAxis>(axis).axis.axis();
   if (of.state() == biss::AxisState::no_position) return BISS_NO_READING;
   return of.set_turns(turns) ? BISS_OK : BISS_VALUE_RANGE;
 }

@@ -57,6 +57,14 @@ biss_status check_call(const Object* object, const Pointers*... needed) {
   return is_open(object) ? BISS_OK : BISS_BAD_HANDLE;
 }
 
+/// Calls `call` with the C++ object, unless check_call() refuses.
+template <class Thing, class Object, class Call>
+biss_status with(Object* object, const Call& call) {
+  const biss_status wrong = check_call(object);
+  if (wrong == BISS_OK) call(thing<Thing>(object));
+  return wrong;
+}
+
 /// For check_call(): `bytes`, but a valid pointer if there are no bytes.
 inline const void* given(const std::uint8_t* bytes, std::size_t count) {
   static constexpr char none{};

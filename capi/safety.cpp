@@ -22,73 +22,57 @@ static_assert(BISS_VERDICT_INVALID == safety_verdict_count);
 static_assert(index_of(SafetyVerdict::stimulus) == BISS_VERDICT_STIMULUS);
 static_assert(index_of(SafetyVerdict::watchdog) == BISS_VERDICT_WATCHDOG);
 static_assert(index_of(SafetyVerdict::comparison) == BISS_VERDICT_COMPARISON);
+static_assert(static_cast<bool>(MultiturnRule::ignored) &&
+              static_cast<bool>(MissedFrames::perhaps));
 static_assert(BISS_COUNT_LEARNED == static_cast<int>(CounterMode::learned));
 static_assert(BISS_ANY_COUNTER == any_first_value);
 
+// The members of both setups, next to each other: for both directions.
+template <class C, class Core, class Pair>
+void each_member(C& c, Core& core, const Pair& pair) {
+  pair(c.cpw, core.cpw);
+  pair(c.spw, core.spw);
+  pair(c.start_frames, core.start_frames);
+  pair(c.latch, core.latch);
+  pair(c.compare_bits, core.comparison.compare_bits);
+  pair(c.tolerance_lsb, core.comparison.tolerance_lsb);
+  pair(c.ignore_turns, core.comparison.multiturn);
+  pair(c.counter, core.counter.mode);
+  pair(c.perhaps_missed, core.counter.missed);
+  pair(c.near_frames, core.counter.near_frames);
+  pair(c.learn_rollovers, core.counter.learn_rollovers);
+  pair(c.counter_first, core.counter.first);
+  pair(c.cycle_min_ps, core.cycle_min.count);
+  pair(c.frame_gap_max_ps, core.frame_gap_max.count);
+  pair(c.frame_gap_min_ps, core.frame_gap_min.count);
+  pair(c.clock_tolerance_ps, core.clocks.tolerance.count);
+  pair(c.still_requests, core.clocks.still_requests);
+  pair(c.bit_period_ps, core.clocks.bit_period.count);
+  pair(c.budget_faults, core.budget.faults);
+  pair(c.budget_window_ps, core.budget.window.count);
+  pair(c.residual_max_e15, core.residual_max_e15);
+  pair(c.rating_words, core.rating.words);
+  pair(c.rating_residual_e24, core.rating.residual_e24);
+  pair(c.rating_check, core.rating.check);
+}
+
 biss_safety_setup as_setup(const biss_format* format, const SafetySetup& from) {
-  return {.format = format,
-          .cpw = from.cpw,
-          .spw = from.spw,
-          .start_frames = from.start_frames,
-          .latch = from.latch,
-          .compare_bits = from.comparison.compare_bits,
-          .tolerance_lsb = from.comparison.tolerance_lsb,
-          .ignore_turns = from.comparison.multiturn == MultiturnRule::ignored,
-          .counter = static_cast<biss_counter_mode>(from.counter.mode),
-          .perhaps_missed = from.counter.missed == MissedFrames::perhaps,
-          .near_frames = from.counter.near_frames,
-          .learn_rollovers = from.counter.learn_rollovers,
-          .counter_first = from.counter.first,
-          .cycle_min_ps = from.cycle_min.count,
-          .frame_gap_max_ps = from.frame_gap_max.count,
-          .frame_gap_min_ps = from.frame_gap_min.count,
-          .clock_tolerance_ps = from.clocks.tolerance.count,
-          .still_requests = from.clocks.still_requests,
-          .bit_period_ps = from.clocks.bit_period.count,
-          .budget_faults = from.budget.faults,
-          .budget_window_ps = from.budget.window.count,
-          .bounds = std::bit_cast<biss_bounds>(from.bounds),
-          .residual_max_e15 = from.residual_max_e15,
-          .rating_words = from.rating.words,
-          .rating_residual_e24 = from.rating.residual_e24,
-          .rating_check = from.rating.check,
-          .unrated = false};
-}
-
-// check_safety() judges the values; here only that each fits its field.
-bool is_possible(const biss_safety_setup& setup) {
-  for (const std::uint32_t number :
-       {setup.cpw, setup.spw, setup.start_frames, setup.compare_bits, setup.tolerance_lsb,
-        setup.near_frames, setup.learn_rollovers, setup.counter_first, setup.still_requests,
-        setup.budget_faults}) {
-    if (number > UINT8_MAX) return false;
-  }
-  return setup.counter >= BISS_COUNT_1_63 && setup.counter <= BISS_COUNT_LEARNED;
-}
-
-std::uint8_t byte(std::uint32_t number) { return static_cast<std::uint8_t>(number); }
-
-// \pre is_possible()
-SafetySetup from_c(const biss_safety_setup& from) {
-  SafetySetup setup{.cpw = byte(from.cpw),
-                    .spw = byte(from.spw),
-                    .start_frames = byte(from.start_frames),
-                    .latch = from.latch};
-  setup.comparison = {byte(from.compare_bits), byte(from.tolerance_lsb),
-                      from.ignore_turns ? MultiturnRule::ignored : MultiturnRule::with_carry};
-  setup.counter = {static_cast<CounterMode>(from.counter),
-                   from.perhaps_missed ? MissedFrames::perhaps : MissedFrames::counted,
-                   byte(from.near_frames), byte(from.learn_rollovers), byte(from.counter_first)};
-  setup.cycle_min = picoseconds(from.cycle_min_ps);
-  setup.frame_gap_max = picoseconds(from.frame_gap_max_ps);
-  setup.frame_gap_min = picoseconds(from.frame_gap_min_ps);
-  setup.clocks = {picoseconds(from.clock_tolerance_ps), byte(from.still_requests),
-                  picoseconds(from.bit_period_ps)};
-  setup.budget = {byte(from.budget_faults), picoseconds(from.budget_window_ps)};
-  setup.bounds = std::bit_cast<FrameBounds>(from.bounds);
-  setup.residual_max_e15 = from.residual_max_e15;
-  setup.rating = {from.rating_words, from.rating_residual_e24, from.rating_check};
+  biss_safety_setup setup{};
+  setup.format = format;
+  each_member(setup, from, []<class C>(C& c, const auto& core) { c = static_cast<C>(core); });
+  setup.bounds = std::bit_cast<biss_bounds>(from.bounds);
   return setup;
+}
+
+// \return whether each number fits its member; check_safety() judges the values
+bool put(const biss_safety_setup& from, SafetySetup& to) {
+  bool fits = from.counter <= BISS_COUNT_LEARNED;
+  each_member(from, to, [&fits]<class C, class Core>(const C& c, Core& core) {
+    core = static_cast<Core>(c);
+    fits = fits && static_cast<C>(core) == c;
+  });
+  to.bounds = std::bit_cast<FrameBounds>(from.bounds);
+  return fits;
 }
 
 struct Wanted {
@@ -104,8 +88,8 @@ Wanted read_setup(const biss_safety_setup* setup) {
   if (setup == nullptr) return {.status = BISS_NULL_ARGUMENT};
   Described device;
   if (const auto wrong = read(setup->format, device)) return {.status = wrong};
-  if (!is_possible(*setup)) return {.status = BISS_BAD_SETUP};
-  Wanted wanted{.format = device.format, .setup = from_c(*setup), .unrated = setup->unrated};
+  Wanted wanted{.format = device.format, .unrated = setup->unrated};
+  if (!put(*setup, wanted.setup)) return {.status = BISS_BAD_SETUP};
   wanted.mistake = setup->unrated ? check_safety(wanted.format, UnratedSafetySetup(wanted.setup))
                                   : check_safety(wanted.format, wanted.setup);
   if (wanted.mistake) wanted.status = BISS_BAD_SAFETY;
@@ -226,9 +210,7 @@ biss_status biss_safety_deadline(const biss_safety* safety, bool* is_expected,
 }
 
 biss_status biss_safety_expect(biss_safety* safety, uint64_t low, uint64_t high) {
-  if (const auto wrong = check_call(safety)) return wrong;
-  thing<Monitor>(safety).expect_position(low, high);
-  return BISS_OK;
+  return with<Monitor>(safety, [=](auto& monitor) { monitor.expect_position(low, high); });
 }
 
 biss_status biss_safety_acknowledge(biss_safety* safety, biss_verdict cause) {
@@ -249,9 +231,7 @@ biss_status biss_safety_cause(const biss_safety* safety, biss_verdict* cause) {
 }
 
 biss_status biss_safety_encoder_restarted(biss_safety* safety) {
-  if (const auto wrong = check_call(safety)) return wrong;
-  thing<Monitor>(safety).encoder_restarted();
-  return BISS_OK;
+  return with<Monitor>(safety, [](auto& monitor) { monitor.encoder_restarted(); });
 }
 
 }  // extern "C"
