@@ -16,8 +16,9 @@ static_assert(BISS_EXECUTE_ALWAYS == static_cast<int>(ExecuteIf::always));
 static_assert(BISS_CDS_MISSING == static_cast<int>(CdsBit::missing));
 
 // Whether an access can begin; then nothing is read yet.
-biss_status begin(biss_control* control) {
+biss_status begin(biss_control* control, bool is_possible = true) {
   if (const auto wrong = check_call(control)) return wrong;
+  if (!is_possible) return BISS_BAD_SETUP;
   Control& self = thing<Control>(control);
   if (!self.done()) return BISS_RUNNING;
   self.read_count = 0;
@@ -25,6 +26,10 @@ biss_status begin(biss_control* control) {
   self.earlier_frames = self.earlier_tries = 0;
   self.earlier_busy = {};
   return BISS_OK;
+}
+
+bool is_command(biss_command command) {
+  return command >= BISS_COMMAND_CHANNELS && command <= BISS_COMMAND_USER;
 }
 
 const char* error_of(const Control& control) {
@@ -108,12 +113,9 @@ biss_status biss_control_write(biss_control* control, uint32_t id, uint32_t addr
 
 biss_status biss_control_command(biss_control* control, uint32_t ids, biss_command command,
                                  biss_execute execute) {
-  if (control == nullptr) return BISS_NULL_ARGUMENT;
-  if (ids > 0xFFU || command < BISS_COMMAND_CHANNELS || command > BISS_COMMAND_USER ||
-      execute < BISS_EXECUTE_ALL_ACCEPT || execute > BISS_EXECUTE_ALWAYS) {
-    return BISS_BAD_SETUP;
-  }
-  if (const auto wrong = begin(control)) return wrong;
+  const bool is_possible = ids <= 0xFFU && is_command(command) &&
+                           execute >= BISS_EXECUTE_ALL_ACCEPT && execute <= BISS_EXECUTE_ALWAYS;
+  if (const auto wrong = begin(control, is_possible)) return wrong;
   thing<Control>(control).session.command(static_cast<std::uint8_t>(ids),
                                           static_cast<biss::ControlCommand>(command),
                                           static_cast<biss::ExecuteIf>(execute));
@@ -121,9 +123,7 @@ biss_status biss_control_command(biss_control* control, uint32_t ids, biss_comma
 }
 
 biss_status biss_control_broadcast(biss_control* control, biss_command command) {
-  if (control == nullptr) return BISS_NULL_ARGUMENT;
-  if (command < BISS_COMMAND_CHANNELS || command > BISS_COMMAND_USER) return BISS_BAD_SETUP;
-  if (const auto wrong = begin(control)) return wrong;
+  if (const auto wrong = begin(control, is_command(command))) return wrong;
   thing<Control>(control).session.broadcast(static_cast<biss::ControlCommand>(command));
   return BISS_OK;
 }
@@ -178,9 +178,7 @@ biss_status biss_control_bytes(const biss_control* control, uint8_t* bytes, size
 }
 
 biss_status biss_control_query(biss_control* control, uint32_t id) {
-  if (control == nullptr) return BISS_NULL_ARGUMENT;
-  if (id >= biss::control_max_slaves) return BISS_BAD_SETUP;
-  if (const auto wrong = begin(control)) return wrong;
+  if (const auto wrong = begin(control, id < biss::control_max_slaves)) return wrong;
   auto& self = thing<Control>(control);
   self.id = static_cast<std::uint8_t>(id);
   self.query.begin(self.session, self.id);
