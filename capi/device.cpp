@@ -92,15 +92,6 @@ std::uint32_t put_channels(const Frame& frame, biss_channel* channels) {
   return frame.channel_count;
 }
 
-// One for each cause, in the order of FrameError.
-static_assert(BISS_CAUSE_NO_RESPONSE == 1 + static_cast<int>(FrameError::no_response));
-static_assert(BISS_CAUSE_STOP_BIT == 1 + static_cast<int>(FrameError::stop_bit));
-static_assert(BISS_CAUSE_STOP_BIT == frame_error_count);
-
-biss_cause cause_of(const FrameFault& fault) {
-  return static_cast<biss_cause>(1 + static_cast<int>(fault.cause));
-}
-
 }  // namespace biss::capi
 
 extern "C" biss_format biss_format_defaults(void) {

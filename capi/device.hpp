@@ -39,8 +39,6 @@ constexpr bool are_durations(std::initializer_list<std::int64_t> counts) {
 
 /// The channels of a frame. \return their number \pre there is room for max_channels
 std::uint32_t put_channels(const Frame& frame, biss_channel* channels);
-/// 0: ok.
-biss_cause cause_of(const FrameFault& fault);
 
 /// Remembers the last time of an object.
 class Clock {

@@ -20,6 +20,10 @@ namespace {
 
 static_assert(offsetof(biss_channel, nW) == offsetof(Channel, nW) &&
               offsetof(biss_bounds, ack_max_clocks) == offsetof(FrameBounds, ack_max_clocks));
+// One for each cause, in the order of FrameError.
+static_assert(BISS_CAUSE_NO_RESPONSE == 1 + static_cast<int>(FrameError::no_response));
+static_assert(BISS_CAUSE_STOP_BIT == 1 + static_cast<int>(FrameError::stop_bit));
+static_assert(BISS_CAUSE_STOP_BIT == frame_error_count);
 static_assert(BISS_FRAME_BITS_MAX == max_frame_bits);
 static_assert(BISS_FRAME_BYTES_MAX == (max_frame_bits + 7U) / 8U);
 
@@ -56,13 +60,7 @@ biss_status status_of(EncodeError error) {
 
 void put(const Result<Frame, FrameFault>& from, biss_frame& to) {
   to = {};
-  if (!from.ok()) {
-    to.cause = cause_of(from.error());
-    to.cause_channel = from.error().channel;
-    return;
-  }
-  to.channel_count = put_channels(*from, to.channels);
-  to.cds = from->cds;
+  if (!put_result(from, to)) return;
   to.stop_seen = from->stop_seen;
   to.lead_clocks = from->lead_clocks;
   to.ack_clocks = from->ack_clocks;

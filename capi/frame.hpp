@@ -10,7 +10,19 @@
 
 namespace biss::capi {
 
-/// In place: a biss_frame is large.
+/// Fills in a biss_frame or a biss_reading, in place because they are large. \return whether there
+/// is a frame \pre `to` is {}
+template <class To>
+bool put_result(const Result<Frame, FrameFault>& from, To& to) {
+  if (!from.ok()) {
+    to.cause = static_cast<biss_cause>(1 + static_cast<int>(from.error().cause));
+    to.cause_channel = from.error().channel;
+    return false;
+  }
+  to.channel_count = put_channels(*from, to.channels);
+  to.cds = from->cds;
+  return true;
+}
 void put(const Result<Frame, FrameFault>& from, biss_frame& to);
 /// The object of a biss_spi.
 struct Spi {

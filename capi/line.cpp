@@ -158,14 +158,6 @@ struct Line {
     return std::nullopt;
   }
 
-  // The address of a register; null: there is no such register.
-  std::uint8_t* register_at(sim::EncoderRegisters& registers, std::uint32_t bank,
-                            std::uint32_t address) const {
-    if (address > reg::bsel && address < register_count) return &registers.value(address);
-    if (address < bank_bytes && bank < bank_count) return &registers.bank(bank)[address];
-    return nullptr;
-  }
-
   sim::FarEnd far;
   Clock clock;
   biss_line_setup chosen;
@@ -191,6 +183,15 @@ void put(sim::EncoderRegisters& registers, std::uint32_t bank, std::uint32_t add
   } else {
     registers.bank(bank).put(address, {&value, 1}, protection);
   }
+}
+
+// As usable(), and whether the line has this register.
+template <class... Pointers>
+biss_status has_register(const biss_line* line, std::uint32_t bank, std::uint32_t address,
+                         const Pointers*... needed) {
+  if (const auto wrong = usable(line, needed...)) return wrong;
+  const bool exists = address < bank_bytes ? bank < bank_count : address < register_count;
+  return exists && thing<Line*>(line)->chosen.registers ? BISS_OK : BISS_NO_REGISTER;
 }
 
 biss_line_request request_of(const sim::FarEndCycle& cycle) {
@@ -293,25 +294,21 @@ biss_status biss_line_request_of(const biss_line* line, biss_line_request* reque
 
 biss_status biss_line_put_register(biss_line* line, uint32_t bank, uint32_t address, uint8_t value,
                                    bool writable) {
-  if (const auto wrong = usable(line)) return wrong;
-  auto& self = *thing<Line*>(line);
-  if (!self.chosen.registers) return BISS_NO_REGISTER;
-  const bool exists = address == biss::reg::bsel ||
-                      self.register_at(self.far.registers(), bank, address) != nullptr;
-  if (!exists) return BISS_NO_REGISTER;
-  put(self.far.registers(), bank, address, value, writable);
-  put(self.far.initial_registers(), bank, address, value, writable);
+  if (const auto wrong = has_register(line, bank, address)) return wrong;
+  auto& far = thing<Line*>(line)->far;
+  put(far.registers(), bank, address, value, writable);
+  put(far.initial_registers(), bank, address, value, writable);
   return BISS_OK;
 }
 
 biss_status biss_line_register(biss_line* line, uint32_t bank, uint32_t address, uint8_t* value) {
-  if (const auto wrong = usable(line, value)) return wrong;
-  auto& self = *thing<Line*>(line);
-  if (!self.chosen.registers) return BISS_NO_REGISTER;
-  auto& registers = self.far.registers();
-  const std::uint8_t* found = self.register_at(registers, bank, address);
-  if (address != biss::reg::bsel && found == nullptr) return BISS_NO_REGISTER;
-  *value = found == nullptr ? registers.bsel() : *found;
+  if (const auto wrong = has_register(line, bank, address, value)) return wrong;
+  auto& registers = thing<Line*>(line)->far.registers();
+  if (address < biss::bank_bytes) {
+    *value = registers.bank(bank)[address];
+  } else {
+    *value = address == biss::reg::bsel ? registers.bsel() : registers.value(address);
+  }
   return BISS_OK;
 }
 

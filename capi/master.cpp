@@ -49,13 +49,7 @@ biss_status status_of(Refusal refusal) {
 
 biss_reading reading_of(const Request::Reading& from) {
   biss_reading reading{};
-  if (from.frame.ok()) {
-    reading.channel_count = put_channels(*from.frame, reading.channels);
-    reading.cds = from.frame->cds;
-  } else {
-    reading.cause = cause_of(from.frame.error());
-    reading.cause_channel = from.frame.error().channel;
-  }
+  put_result(from.frame, reading);
   reading.begin_ps = from.begin.count;
   reading.line_delay_measured = from.line_delay.has_value();
   reading.line_delay_ps = from.line_delay.value_or(Picoseconds{}).count;
