@@ -56,20 +56,15 @@ biss_status status_of(AxisError error) {
 
 }  // namespace
 
-}  // namespace biss::capi
-
-using namespace biss::capi;
-
 extern "C" {
 
 const char* biss_axis_cause_name(biss_axis_cause cause) {
   const auto index = static_cast<std::size_t>(cause);
-  return index < biss::axis_cause_count ? biss::name_of(static_cast<biss::AxisCause>(index)).data()
-                                        : "unknown";
+  return index < axis_cause_count ? name_of(static_cast<AxisCause>(index)).data() : "unknown";
 }
 
 biss_axis_setup biss_axis_defaults(const biss_spi* spi, int64_t cycle_ps, int64_t max_step) {
-  const biss::AxisSetup defaults;
+  const AxisSetup defaults;
   biss_axis_setup setup{};
   setup.spi = spi;
   setup.cycle_ps = cycle_ps;
@@ -85,15 +80,15 @@ biss_status biss_axis_init(biss_axis* axis, const biss_axis_setup* setup) {
   if (setup->spi == nullptr || setup->start == nullptr) return BISS_NULL_ARGUMENT;
   if (!is_open(setup->spi)) return BISS_BAD_HANDLE;
   if (!is_possible(*setup)) return BISS_BAD_SETUP;
-  const biss::AxisSetup chosen{.cycle = biss::picoseconds(setup->cycle_ps),
-                               .to_sampling = thing<Spi>(setup->spi).to_sampling,
-                               .max_step = setup->max_step,
-                               .bad_cycles = static_cast<biss::BadCycleRule>(setup->bad_cycles),
-                               .warnings = static_cast<biss::WarningRule>(setup->warnings),
-                               .trip_after = static_cast<std::uint16_t>(setup->trip_after),
-                               .power_up = biss::picoseconds(setup->power_up_ps),
-                               .reversed = setup->reversed,
-                               .offset = setup->offset};
+  const AxisSetup chosen{.cycle = picoseconds(setup->cycle_ps),
+                         .to_sampling = thing<Spi>(setup->spi).to_sampling,
+                         .max_step = setup->max_step,
+                         .bad_cycles = static_cast<BadCycleRule>(setup->bad_cycles),
+                         .warnings = static_cast<WarningRule>(setup->warnings),
+                         .trip_after = static_cast<std::uint16_t>(setup->trip_after),
+                         .power_up = picoseconds(setup->power_up_ps),
+                         .reversed = setup->reversed,
+                         .offset = setup->offset};
   const biss_status made = make<CAxis>(axis, *setup, chosen);
   const auto error = thing<CAxis>(axis).axis.error();
   if (!error) return made;
@@ -102,7 +97,7 @@ biss_status biss_axis_init(biss_axis* axis, const biss_axis_setup* setup) {
 }
 
 biss_status biss_axis_request(biss_axis* axis, int64_t now_ps) {
-  return with<CAxis>(axis, [now_ps](auto& of) { of.axis.request(biss::picoseconds(now_ps)); });
+  return with<CAxis>(axis, [now_ps](auto& of) { of.axis.request(picoseconds(now_ps)); });
 }
 
 biss_status biss_axis_complete(biss_axis* axis) {
@@ -115,7 +110,7 @@ biss_status biss_axis_failed(biss_axis* axis) {
 
 biss_status biss_axis_get(const biss_axis* axis, biss_axis_position* position) {
   if (const auto wrong = check_call(axis, position)) return wrong;
-  const biss::AxisPosition now = thing<CAxis>(axis).axis.position();
+  const AxisPosition now = thing<CAxis>(axis).axis.position();
   *position = {now.position,
                now.uncertainty,
                now.step,
@@ -130,7 +125,7 @@ biss_status biss_axis_get(const biss_axis* axis, biss_axis_position* position) {
 
 uint32_t biss_axis_count(const biss_axis* axis, biss_axis_cause cause) {
   const bool known = is_open(axis) && cause >= 0 && cause <= BISS_AXIS_UNEXPECTED;
-  return known ? thing<CAxis>(axis).axis.axis().counts()[static_cast<biss::AxisCause>(cause)] : 0;
+  return known ? thing<CAxis>(axis).axis.axis().counts()[static_cast<AxisCause>(cause)] : 0;
 }
 
 biss_status biss_axis_reset(biss_axis* axis) {
@@ -143,9 +138,11 @@ biss_status biss_axis_trip(biss_axis* axis) {
 
 biss_status biss_axis_set_turns(biss_axis* axis, int64_t turns) {
   if (const auto wrong = check_call(axis)) return wrong;
-  biss::Axis& of = thing<CAxis>(axis).axis.axis();
-  if (of.state() == biss::AxisState::no_position) return BISS_NO_READING;
+  Axis& of = thing<CAxis>(axis).axis.axis();
+  if (of.state() == AxisState::no_position) return BISS_NO_READING;
   return of.set_turns(turns) ? BISS_OK : BISS_VALUE_RANGE;
 }
 
 }  // extern "C"
+
+}  // namespace biss::capi

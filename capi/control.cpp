@@ -69,15 +69,9 @@ biss_device device_of(const configure_detail::SlaveQuery& query) {
 
 }  // namespace
 
-}  // namespace biss::capi
-
-using namespace biss::capi;
-
 extern "C" {
 
-biss_control_setup biss_control_defaults(void) {
-  return {biss::ControlOptions{}.busy_max.count, 0};
-}
+biss_control_setup biss_control_defaults(void) { return {ControlOptions{}.busy_max.count, 0}; }
 
 biss_status biss_control_init(biss_control* control, const biss_control_setup* setup) {
   if (const auto wrong = begin_init(control)) return wrong;
@@ -85,8 +79,8 @@ biss_status biss_control_init(biss_control* control, const biss_control_setup* s
   constexpr std::uint32_t most = std::numeric_limits<std::uint8_t>::max();
   if (!is_duration(chosen.busy_max_ps) || chosen.retries > most) return BISS_BAD_SETUP;
   return make<Control>(control,
-                       biss::ControlOptions{.busy_max = biss::picoseconds(chosen.busy_max_ps),
-                                            .retries = static_cast<std::uint8_t>(chosen.retries)});
+                       ControlOptions{.busy_max = picoseconds(chosen.busy_max_ps),
+                                      .retries = static_cast<std::uint8_t>(chosen.retries)});
 }
 
 biss_status biss_control_read(biss_control* control, uint32_t id, uint32_t address, size_t count) {
@@ -95,7 +89,7 @@ biss_status biss_control_read(biss_control* control, uint32_t id, uint32_t addre
   auto& self = thing<Control>(control);
   const bool fits = count <= self.bytes.size();
   self.read_count = fits ? count : 0;
-  self.session.read(fits ? id : biss::control_max_slaves, address,
+  self.session.read(fits ? id : control_max_slaves, address,
                     std::span(self.bytes).first(self.read_count));
   return BISS_OK;
 }
@@ -103,7 +97,7 @@ biss_status biss_control_read(biss_control* control, uint32_t id, uint32_t addre
 biss_status biss_control_write(biss_control* control, uint32_t id, uint32_t address,
                                const uint8_t* bytes, size_t count) {
   if (control != nullptr && bytes == nullptr) return BISS_NULL_ARGUMENT;
-  if (count > biss::sequential_max_bytes) return BISS_NO_ROOM;
+  if (count > sequential_max_bytes) return BISS_NO_ROOM;
   if (const auto wrong = begin(control)) return wrong;
   auto& self = thing<Control>(control);
   std::copy_n(bytes, count, self.bytes.begin());
@@ -117,14 +111,14 @@ biss_status biss_control_command(biss_control* control, uint32_t ids, biss_comma
                            execute >= BISS_EXECUTE_ALL_ACCEPT && execute <= BISS_EXECUTE_ALWAYS;
   if (const auto wrong = begin(control, is_possible)) return wrong;
   thing<Control>(control).session.command(static_cast<std::uint8_t>(ids),
-                                          static_cast<biss::ControlCommand>(command),
-                                          static_cast<biss::ExecuteIf>(execute));
+                                          static_cast<ControlCommand>(command),
+                                          static_cast<ExecuteIf>(execute));
   return BISS_OK;
 }
 
 biss_status biss_control_broadcast(biss_control* control, biss_command command) {
   if (const auto wrong = begin(control, is_command(command))) return wrong;
-  thing<Control>(control).session.broadcast(static_cast<biss::ControlCommand>(command));
+  thing<Control>(control).session.broadcast(static_cast<ControlCommand>(command));
   return BISS_OK;
 }
 
@@ -145,7 +139,7 @@ biss_status biss_control_step(biss_control* control, int64_t now_ps, biss_cds cd
   auto& self = thing<Control>(control);
   if (const auto wrong = self.clock.check(now_ps)) return wrong;
   self.clock.set(now_ps);
-  *cdm = self.step(self, biss::picoseconds(now_ps), static_cast<biss::CdsBit>(cds));
+  *cdm = self.step(self, picoseconds(now_ps), static_cast<CdsBit>(cds));
   return BISS_OK;
 }
 
@@ -156,7 +150,7 @@ bool biss_control_done(const biss_control* control) {
 biss_status biss_control_outcome_of(const biss_control* control, biss_control_outcome* outcome) {
   if (const auto wrong = check_call(control, outcome)) return wrong;
   auto& self = thing<Control>(control);
-  const biss::ControlOutcome& from = self.session.outcome();
+  const ControlOutcome& from = self.session.outcome();
   *outcome = {.error = error_of(self),
               .bytes_done = from.bytes_done,
               .devices_present = from.slaves_present,
@@ -178,7 +172,7 @@ biss_status biss_control_bytes(const biss_control* control, uint8_t* bytes, size
 }
 
 biss_status biss_control_query(biss_control* control, uint32_t id) {
-  if (const auto wrong = begin(control, id < biss::control_max_slaves)) return wrong;
+  if (const auto wrong = begin(control, id < control_max_slaves)) return wrong;
   auto& self = thing<Control>(control);
   self.id = static_cast<std::uint8_t>(id);
   self.query.begin(self.session, self.id);
@@ -197,3 +191,5 @@ biss_status biss_control_device(const biss_control* control, biss_device* device
 }
 
 }  // extern "C"
+
+}  // namespace biss::capi

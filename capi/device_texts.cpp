@@ -8,35 +8,37 @@
 #include "biss/frame/format_text.hpp"
 #include "capi/device.hpp"
 
+namespace biss::capi {
+
 extern "C" {
 
-size_t biss_encoder_count(void) { return biss::catalogue.size(); }
+size_t biss_encoder_count(void) { return catalogue.size(); }
 
 const char* biss_encoder_name(size_t index) {
-  return index < biss_encoder_count() ? biss::catalogue[index].name.data() : nullptr;
+  return index < biss_encoder_count() ? catalogue[index].name.data() : nullptr;
 }
 
 biss_status biss_format_parse(const char* text, biss_format* format) {
   if (text == nullptr || format == nullptr) return BISS_NULL_ARGUMENT;
-  const auto device = biss::read_device(text);
+  const auto device = read_device(text);
   if (!device.ok()) return BISS_BAD_FORMAT;
-  *format = biss::capi::as_c(device->format, device->timing);
+  *format = as_c(device->format, device->timing);
   return BISS_OK;
 }
 
 const char* biss_format_problem(const char* text, size_t* at) {
   if (at != nullptr) *at = 0;
-  const auto device = biss::read_device(text == nullptr ? "" : text);
+  const auto device = read_device(text == nullptr ? "" : text);
   if (device.ok()) return nullptr;
   if (at != nullptr) *at = device.error().item.at;
-  return biss::text_of(device.error()).data();
+  return text_of(device.error()).data();
 }
 
 biss_status biss_format_text(const biss_format* format, char* text, size_t room, size_t* length) {
   if (text == nullptr) return BISS_NULL_ARGUMENT;
-  biss::capi::Described device;
-  if (const auto wrong = biss::capi::read(format, device)) return wrong;
-  const biss::FormatText whole = biss::format_text(device.format);
+  Described device;
+  if (const auto wrong = read(format, device)) return wrong;
+  const FormatText whole = format_text(device.format);
   const std::string_view view = whole.view();
   if (length != nullptr) *length = view.size();
   if (room <= view.size()) return BISS_NO_ROOM;
@@ -46,3 +48,5 @@ biss_status biss_format_text(const biss_format* format, char* text, size_t room,
 }
 
 }  // extern "C"
+
+}  // namespace biss::capi

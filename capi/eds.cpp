@@ -37,7 +37,6 @@ struct Parts {
 };
 
 }  // namespace
-}  // namespace biss::capi
 
 extern "C" {
 
@@ -45,30 +44,31 @@ biss_status biss_eds_format(const biss_device* device, uint32_t clock_hz, biss_f
                             biss_eds_remark remark, void* user) {
   if (device == nullptr || format == nullptr) return BISS_NULL_ARGUMENT;
   if (clock_hz == 0) return BISS_BAD_SETUP;
-  const biss::capi::Parts parts(*device);
+  const Parts parts(*device);
   if (!device->has_common) {
-    const auto of_profile = biss::profile_format(static_cast<std::uint16_t>(device->profile));
+    const auto of_profile = profile_format(static_cast<std::uint16_t>(device->profile));
     if (!device->has_profile || !of_profile.ok()) return BISS_BAD_EDS;
-    *format = biss::capi::as_c(*of_profile, {});
+    *format = as_c(*of_profile, {});
     return BISS_OK;
   }
   // Symbols and remarks are literals, so they end with a zero.
-  const auto tell = [&](const biss::EdsRemark& each) {
+  const auto tell = [&](const auto& each, auto kind, std::uint32_t stored, std::uint32_t used) {
     if (remark == nullptr) return;
-    remark(user, each.channel, each.symbol.data(), biss::text_of(each.kind).data(), each.stored,
-           each.used);
+    remark(user, each.channel, each.symbol.data(), text_of(kind).data(), stored, used);
   };
   bool contradiction = false;
-  biss::check_eds(parts.image, [&](const biss::EdsFinding& each) {
-    contradiction = contradiction || biss::contradicts(each);
-    if (remark == nullptr) return;
-    remark(user, each.channel, each.symbol.data(), biss::text_of(each.problem).data(), each.value,
-           each.expected);
+  check_eds(parts.image, [&](const EdsFinding& each) {
+    contradiction = contradiction || contradicts(each);
+    tell(each, each.problem, each.value, each.expected);
   });
-  const auto found = biss::describe_device(parts.image, {}, tell);
+  const auto found = describe_device(parts.image, {}, [&](const EdsRemark& each) {
+    tell(each, each.kind, each.stored, each.used);
+  });
   if (!found.ok() || contradiction) return BISS_BAD_EDS;
-  *format = biss::capi::as_c(found->format, timing_at(*found, biss::hertz(clock_hz)));
+  *format = as_c(found->format, timing_at(*found, hertz(clock_hz)));
   return BISS_OK;
 }
 
 }  // extern "C"
+
+}  // namespace biss::capi

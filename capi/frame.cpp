@@ -66,10 +66,7 @@ void put(const Result<Frame, FrameFault>& from, biss_frame& to) {
   to.ack_clocks = from->ack_clocks;
 }
 
-}  // namespace biss::capi
-
-using namespace biss::capi;
-using Codec = biss::FrameCodec<>;
+using Codec = FrameCodec<>;
 
 extern "C" {
 
@@ -90,7 +87,7 @@ bool biss_frame_trusted(const biss_frame* frame) {
   return true;
 }
 
-biss_bounds biss_bounds_defaults(void) { return std::bit_cast<biss_bounds>(biss::FrameBounds{}); }
+biss_bounds biss_bounds_defaults(void) { return std::bit_cast<biss_bounds>(FrameBounds{}); }
 
 biss_status biss_frame_decode(const biss_codec* codec, const uint8_t* bytes, size_t byte_count,
                               size_t first_bit, size_t bit_count, const biss_bounds* bounds,
@@ -99,12 +96,12 @@ biss_status biss_frame_decode(const biss_codec* codec, const uint8_t* bytes, siz
   if (bounds != nullptr && !is_possible(*bounds)) return BISS_BAD_SETUP;
   const Codec& prepared = thing<Codec>(codec);
   if (prepared.format().needs_previous()) return BISS_BAD_FORMAT;
-  biss::FrameBounds within;
-  if (bounds != nullptr) within = std::bit_cast<biss::FrameBounds>(*bounds);
-  const biss::BitView bits(std::span(bytes, byte_count), first_bit, bit_count);
-  put(biss::decode_frame(bits, prepared, within), *frame);
+  FrameBounds within;
+  if (bounds != nullptr) within = std::bit_cast<FrameBounds>(*bounds);
+  const BitView bits(std::span(bytes, byte_count), first_bit, bit_count);
+  put(decode_frame(bits, prepared, within), *frame);
   if (frame->cause != BISS_CAUSE_OK) return BISS_OK;
-  for (const biss::ChannelFormat& channel : prepared.format().channels()) {
+  for (const ChannelFormat& channel : prepared.format().channels()) {
     frame->no_error_flag |= channel.position_bits() != 0 && !channel.error.present;
     frame->unchecked |= !channel.crc.present();
   }
@@ -125,11 +122,11 @@ biss_status biss_frame_encode(const biss_codec* codec, const biss_frame* frame, 
   if (const auto wrong = check_call(codec, frame, bit_count, given(bytes, byte_count)))
     return wrong;
   if (frame->channel_count != thing<Codec>(codec).format().channel_count) return BISS_CHANNEL_COUNT;
-  constexpr biss::FrameBounds widest;
+  constexpr FrameBounds widest;
   if (frame->lead_clocks > widest.lead_max_clocks || frame->ack_clocks > widest.ack_max_clocks) {
     return BISS_CLOCK_RANGE;
   }
-  const auto bits = biss::encode_frame(from_c(*frame), thing<Codec>(codec));
+  const auto bits = encode_frame(from_c(*frame), thing<Codec>(codec));
   if (!bits.ok()) return status_of(bits.error());
   *bit_count = bits->size_bits();
   const std::span<const std::uint8_t> encoded = bits->bytes();
@@ -140,18 +137,20 @@ biss_status biss_frame_encode(const biss_codec* codec, const biss_frame* frame, 
 
 biss_crc biss_crc_defaults(uint32_t width_bits) {
   const auto width = static_cast<std::uint8_t>(width_bits);
-  const auto usual = width == width_bits ? biss::default_polynomial(width) : 0;
-  return std::bit_cast<biss_crc>(biss::CrcSpec{usual, 0, width});
+  const auto usual = width == width_bits ? default_polynomial(width) : 0;
+  return std::bit_cast<biss_crc>(CrcSpec{usual, 0, width});
 }
 
 biss_status biss_crc_of(const biss_crc* crc, uint64_t data, uint32_t bits, uint32_t* value) {
   if (crc == nullptr || value == nullptr) return BISS_NULL_ARGUMENT;
-  const biss::CrcSpec spec = std::bit_cast<biss::CrcSpec>(*crc);
+  const CrcSpec spec = std::bit_cast<CrcSpec>(*crc);
   if (!is_checksum(spec) || spec.deviates()) return BISS_BAD_CRC;
-  if (bits < 1 || bits > biss::max_data_bits) return BISS_BIT_COUNT;
-  if ((data & ~biss::low_mask(bits)) != 0) return BISS_VALUE_RANGE;
-  *value = biss::CrcBitwise(spec)(data, bits);
+  if (bits < 1 || bits > max_data_bits) return BISS_BIT_COUNT;
+  if ((data & ~low_mask(bits)) != 0) return BISS_VALUE_RANGE;
+  *value = CrcBitwise(spec)(data, bits);
   return BISS_OK;
 }
 
 }  // extern "C"
+
+}  // namespace biss::capi

@@ -215,20 +215,17 @@ biss_line_request request_of(const sim::FarEndCycle& cycle) {
 }
 
 }  // namespace
-}  // namespace biss::capi
-
-using namespace biss::capi;
 
 extern "C" {
 
-size_t biss_fault_count(void) { return biss::sim::simulated_fault_count; }
+size_t biss_fault_count(void) { return sim::simulated_fault_count; }
 
 const char* biss_fault_name(size_t kind) {
-  return kind < biss_fault_count() ? biss::sim::fault_list[kind].name.data() : nullptr;
+  return kind < biss_fault_count() ? sim::fault_list[kind].name.data() : nullptr;
 }
 
 const char* biss_fault_effect(size_t kind) {
-  return kind < biss_fault_count() ? biss::sim::fault_list[kind].effect.data() : nullptr;
+  return kind < biss_fault_count() ? sim::fault_list[kind].effect.data() : nullptr;
 }
 
 biss_line_setup biss_line_defaults(const biss_format* format, uint32_t clock_hz) {
@@ -268,7 +265,7 @@ biss_status biss_line_step(biss_line* line, int64_t now_ps, bool ma, bool encode
   self.clock.set(now_ps);
   self.stepping = true;
   try {
-    const auto output = self.far.step(biss::picoseconds(now_ps), ma, encoder_slo);
+    const auto output = self.far.step(picoseconds(now_ps), ma, encoder_slo);
     *out = {output.slo, output.ma, output.deadline.count};
   } catch (const std::exception&) {
     self.broken = true;
@@ -286,7 +283,7 @@ biss_status biss_line_set_flags(biss_line* line, bool nE, bool nW) {
 
 biss_status biss_line_request_of(const biss_line* line, biss_line_request* request) {
   if (const auto wrong = usable(line, request)) return wrong;
-  const biss::sim::FarEndCycle* cycle = thing<Line*>(line)->far.cycle();
+  const sim::FarEndCycle* cycle = thing<Line*>(line)->far.cycle();
   if (cycle == nullptr) return BISS_NO_READING;
   *request = request_of(*cycle);
   return BISS_OK;
@@ -304,17 +301,17 @@ biss_status biss_line_put_register(biss_line* line, uint32_t bank, uint32_t addr
 biss_status biss_line_register(biss_line* line, uint32_t bank, uint32_t address, uint8_t* value) {
   if (const auto wrong = has_register(line, bank, address, value)) return wrong;
   auto& registers = thing<Line*>(line)->far.registers();
-  if (address < biss::bank_bytes) {
+  if (address < bank_bytes) {
     *value = registers.bank(bank)[address];
   } else {
-    *value = address == biss::reg::bsel ? registers.bsel() : registers.value(address);
+    *value = address == reg::bsel ? registers.bsel() : registers.value(address);
   }
   return BISS_OK;
 }
 
 const char* biss_line_state(const biss_line* line) {
   const bool shown = is_open(line) && !thing<Line*>(line)->chosen.foreign_encoder;
-  return shown ? biss::name_of(thing<Line*>(line)->far.state()).data() : nullptr;
+  return shown ? name_of(thing<Line*>(line)->far.state()).data() : nullptr;
 }
 
 void biss_line_close(biss_line* line) {
@@ -324,3 +321,5 @@ void biss_line_close(biss_line* line) {
 }
 
 }  // extern "C"
+
+}  // namespace biss::capi

@@ -84,10 +84,6 @@ struct Master {
 
 }  // namespace
 
-}  // namespace biss::capi
-
-using namespace biss::capi;
-
 extern "C" {
 
 biss_master_setup biss_master_defaults(const biss_format* format, int64_t period_ps) {
@@ -105,7 +101,7 @@ biss_status biss_master_init(biss_master* master, const biss_master_setup* setup
   if (const auto wrong = read(setup->format, device)) return wrong;
   if (device.format.needs_previous()) return BISS_BAD_FORMAT;
   if (!is_possible(*setup)) return BISS_BAD_SETUP;
-  if (const auto refused = check_spi(device, {.period = biss::picoseconds(setup->period_ps),
+  if (const auto refused = check_spi(device, {.period = picoseconds(setup->period_ps),
                                               .no_error_flag = setup->no_error_flag,
                                               .unchecked = setup->unchecked})) {
     return refused;
@@ -121,8 +117,8 @@ biss_status biss_master_begin(biss_master* master, int64_t now_ps, bool slo, boo
   if (const auto wrong = self.clock.check(now_ps)) return wrong;
   if (!self.request.done()) return BISS_RUNNING;
   self.clock.set(now_ps);
-  const biss::StepOutput output =
-      self.request.begin(biss::picoseconds(now_ps), slo, cdm && self.control == nullptr);
+  const StepOutput output =
+      self.request.begin(picoseconds(now_ps), slo, cdm && self.control == nullptr);
   self.has_reading = true;
   self.answered = self.request.done();
   *out = {output.level, output.deadline.count};
@@ -134,8 +130,8 @@ biss_status biss_master_step(biss_master* master, int64_t now_ps, bool slo, biss
   auto& self = thing<Master>(master);
   if (const auto wrong = self.clock.check(now_ps)) return wrong;
   self.clock.set(now_ps);
-  const biss::StepOutput output = self.request.step(biss::picoseconds(now_ps), slo);
-  self.answer_cds(biss::picoseconds(now_ps));
+  const StepOutput output = self.request.step(picoseconds(now_ps), slo);
+  self.answer_cds(picoseconds(now_ps));
   *out = {output.level, output.deadline.count};
   return BISS_OK;
 }
@@ -154,3 +150,5 @@ biss_status biss_master_reading(const biss_master* master, biss_reading* reading
 }
 
 }  // extern "C"
+
+}  // namespace biss::capi

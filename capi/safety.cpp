@@ -133,28 +133,24 @@ biss_status put_setup(const biss_format* format, const SafetySetup& usual, std::
 
 }  // namespace
 
-}  // namespace biss::capi
-
-using namespace biss::capi;
-
 extern "C" {
 
 biss_status biss_safety_defaults(const biss_format* format, int64_t cycle_ps,
                                  biss_safety_setup* setup) {
-  return put_setup(format, biss::SafetySetup{}, cycle_ps, setup);
+  return put_setup(format, SafetySetup{}, cycle_ps, setup);
 }
 
 const char* biss_safety_problem(const biss_safety_setup* setup) {
   const auto wanted = read_setup(setup);
-  return wanted.mistake ? biss::name_of(*wanted.mistake).data() : nullptr;
+  return wanted.mistake ? name_of(*wanted.mistake).data() : nullptr;
 }
 
 biss_status biss_safety_parse(const char* text, int64_t cycle_ps, biss_format* format,
                               biss_safety_setup* setup) {
   if (text == nullptr) return BISS_NULL_ARGUMENT;
-  const biss::SafetyConfiguration* found = biss::find_safety_configuration(text);
+  const SafetyConfiguration* found = find_safety_configuration(text);
   const auto wrong =
-      put_setup(format, found == nullptr ? biss::SafetySetup{} : found->setup, cycle_ps, setup);
+      put_setup(format, found == nullptr ? SafetySetup{} : found->setup, cycle_ps, setup);
   return wrong == BISS_OK ? biss_format_parse(text, format) : wrong;
 }
 
@@ -172,14 +168,13 @@ biss_status biss_safety_self_test(biss_safety* safety, const biss_safety_setup* 
   const auto wanted = read_setup(expected);
   if (wanted.status != BISS_OK) return wanted.status;
   *passed = thing<Monitor>(safety).self_test(
-      biss::SafetyFingerprint(wanted.format, wanted.setup, wanted.unrated ? 0 : 1));
+      SafetyFingerprint(wanted.format, wanted.setup, wanted.unrated ? 0 : 1));
   return BISS_OK;
 }
 
 const char* biss_verdict_name(biss_verdict verdict) {
   const bool known = verdict >= BISS_VERDICT_SAFE && verdict < BISS_VERDICT_INVALID;
-  return known ? biss::name_of(biss::verdict_of(static_cast<std::size_t>(verdict))).data()
-               : "invalid";
+  return known ? name_of(verdict_of(static_cast<std::size_t>(verdict))).data() : "invalid";
 }
 
 biss_status biss_safety_step(biss_safety* safety, const biss_safety_time* time,
@@ -187,7 +182,7 @@ biss_status biss_safety_step(biss_safety* safety, const biss_safety_time* time,
                              size_t bit_count, biss_judgement* judgement) {
   if (const auto wrong = check_call(safety, time, judgement, given(bytes, byte_count)))
     return wrong;
-  const biss::BitView bits(std::span(bytes, byte_count), first_bit, bit_count);
+  const BitView bits(std::span(bytes, byte_count), first_bit, bit_count);
   *judgement =
       as_judgement(thing<Monitor>(safety), thing<Monitor>(safety).step(from_c(*time), bits));
   return BISS_OK;
@@ -216,17 +211,17 @@ biss_status biss_safety_expect(biss_safety* safety, uint64_t low, uint64_t high)
 biss_status biss_safety_acknowledge(biss_safety* safety, biss_verdict cause) {
   if (const auto wrong = check_call(safety)) return wrong;
   if (cause < BISS_VERDICT_SAFE || cause >= BISS_VERDICT_INVALID) return BISS_NO_READING;
-  const auto verdict = biss::verdict_of(static_cast<std::size_t>(cause));
+  const auto verdict = verdict_of(static_cast<std::size_t>(cause));
   return thing<Monitor>(safety).acknowledge(verdict) ? BISS_OK : BISS_NO_READING;
 }
 
 biss_status biss_safety_cause(const biss_safety* safety, biss_verdict* cause) {
   if (const auto wrong = check_call(safety, cause)) return wrong;
-  const biss::SafetyState state = thing<Monitor>(safety).state();
-  if (state != biss::SafetyState::latched && state != biss::SafetyState::failed) {
+  const SafetyState state = thing<Monitor>(safety).state();
+  if (state != SafetyState::latched && state != SafetyState::failed) {
     return BISS_NO_READING;
   }
-  *cause = static_cast<biss_verdict>(biss::index_of(thing<Monitor>(safety).latched_cause()));
+  *cause = static_cast<biss_verdict>(index_of(thing<Monitor>(safety).latched_cause()));
   return BISS_OK;
 }
 
@@ -235,3 +230,5 @@ biss_status biss_safety_encoder_restarted(biss_safety* safety) {
 }
 
 }  // extern "C"
+
+}  // namespace biss::capi

@@ -121,10 +121,6 @@ struct Encoder {
 
 }  // namespace
 
-}  // namespace biss::capi
-
-using namespace biss::capi;
-
 extern "C" {
 
 biss_slave_setup biss_slave_defaults(const biss_format* format) {
@@ -151,7 +147,7 @@ biss_status biss_slave_step(biss_slave* slave, int64_t now_ps, bool ma, bool sli
   if (const auto wrong = encoder.clock.check(now_ps)) return wrong;
   encoder.clock.set(now_ps);
   encoder.stepping = true;
-  const biss::StepOutput output = encoder.slave.step(biss::picoseconds(now_ps), ma, sli);
+  const StepOutput output = encoder.slave.step(picoseconds(now_ps), ma, sli);
   encoder.stepping = false;
   encoder.slave.set_channels_active(encoder.slave.source().channels_active());
   *out = {output.level, output.deadline.count};
@@ -159,7 +155,9 @@ biss_status biss_slave_step(biss_slave* slave, int64_t now_ps, bool ma, bool sli
 }
 
 const char* biss_slave_state(const biss_slave* slave) {
-  return is_open(slave) ? biss::name_of(thing<Encoder>(slave).slave.state()).data() : nullptr;
+  return is_open(slave) ? name_of(thing<Encoder>(slave).slave.state()).data() : nullptr;
 }
 
 }  // extern "C"
+
+}  // namespace biss::capi

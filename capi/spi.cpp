@@ -34,7 +34,7 @@ SpiSetup from_c(const biss_spi_setup& setup) {
 }  // namespace
 
 biss_status check_spi(const Described& device, const SpiSetup& setup) {
-  const auto error = biss::check_spi(device.format, setup, device.timing);
+  const auto error = check_spi(device.format, setup, device.timing);
   // One for each SpiSetupError.
   static constexpr biss_status statuses[] = {BISS_BAD_SETUP,     BISS_BAD_SETUP, BISS_CLOCK_MAX,
                                              BISS_NO_ERROR_FLAG, BISS_NO_CRC,    BISS_BAD_FORMAT,
@@ -43,17 +43,13 @@ biss_status check_spi(const Described& device, const SpiSetup& setup) {
   return error ? statuses[static_cast<std::size_t>(*error)] : BISS_OK;
 }
 
-}  // namespace biss::capi
-
-using namespace biss::capi;
-
 extern "C" {
 
 biss_spi_setup biss_spi_defaults(const biss_format* format, int64_t period_ps) {
   biss_spi_setup setup{};
   setup.format = format;
   setup.period_ps = period_ps;
-  setup.line_delay_max_ps = biss::LineDelayRange{}.max.count;
+  setup.line_delay_max_ps = LineDelayRange{}.max.count;
   return setup;
 }
 
@@ -62,7 +58,7 @@ biss_status biss_spi_init(biss_spi* spi, const biss_spi_setup* setup) {
   Described device;
   if (const auto wrong = read(setup->format, device)) return wrong;
   if (!is_possible(*setup)) return BISS_BAD_SETUP;
-  const biss::SpiSetup chosen = from_c(*setup);
+  const SpiSetup chosen = from_c(*setup);
   if (const auto refused = check_spi(device, chosen)) return refused;
   return make<Spi>(spi, device, chosen);
 }
@@ -85,16 +81,18 @@ biss_status biss_spi_line_delay(const biss_spi* spi, const biss_frame* frame, in
                                 int64_t* max_ps) {
   if (const auto wrong = check_call(spi, frame, min_ps, max_ps)) return wrong;
   if (frame->cause != BISS_CAUSE_OK) return BISS_NO_READING;
-  const biss::FrameBounds& bounds = thing<Spi>(spi).reader.bounds();
+  const FrameBounds& bounds = thing<Spi>(spi).reader.bounds();
   if (frame->lead_clocks < bounds.lead_min_clocks || frame->lead_clocks > bounds.lead_max_clocks) {
     return BISS_CLOCK_RANGE;
   }
-  biss::Frame lead;
+  Frame lead;
   lead.lead_clocks = static_cast<std::uint16_t>(frame->lead_clocks);
-  const biss::LineDelayRange range = biss::observed_line_delay(lead, thing<Spi>(spi).setup);
+  const LineDelayRange range = observed_line_delay(lead, thing<Spi>(spi).setup);
   *min_ps = range.min.count;
   *max_ps = range.max.count;
   return BISS_OK;
 }
 
 }  // extern "C"
+
+}  // namespace biss::capi

@@ -67,10 +67,6 @@ bool is_written(Vcd& vcd) {
 
 }  // namespace
 
-}  // namespace biss::capi
-
-using namespace biss::capi;
-
 extern "C" {
 
 biss_status biss_vcd_init(biss_vcd* vcd, const char* path, const char* const* names, size_t count) {
@@ -118,3 +114,5 @@ biss_status biss_vcd_close(biss_vcd* vcd, int64_t time_ps) {
 }
 
 }  // extern "C"
+
+}  // namespace biss::capi
