@@ -40,26 +40,14 @@ struct VectorTable {
 
 // Order: Arm v6-M and v7-M architecture reference manuals, "The vector table".
 constexpr VectorTable vector_table() {
-  VectorTable table{{
-                        {.stack = stack_top},
-                        {.handler = reset_handler},
-                        {.handler = unexpected_handler},  // NMI
-                        {.handler = fault_handler},       // HardFault
-                        {.handler = fault_handler},       // MemManage
-                        {.handler = fault_handler},       // BusFault
-                        {.handler = fault_handler},       // UsageFault
-                        {.stack = nullptr},
-                        {.stack = nullptr},
-                        {.stack = nullptr},
-                        {.stack = nullptr},
-                        {.handler = unexpected_handler},  // SVCall
-                        {.handler = unexpected_handler},  // DebugMonitor
-                        {.stack = nullptr},
-                        {.handler = unexpected_handler},  // PendSV
-                        {.handler = systick_handler},
-                    },
-                    {}};
+  VectorTable table{};
+  for (Vector& vector : table.core) vector.handler = unexpected_handler;
   for (Vector& vector : table.external) vector.handler = unexpected_handler;
+  table.core[0].stack = stack_top;
+  table.core[1].handler = reset_handler;
+  // HardFault, MemManage, BusFault, UsageFault
+  for (int number = 3; number <= 6; ++number) table.core[number].handler = fault_handler;
+  table.core[15].handler = systick_handler;
   table.external[BISS_DMA_INTERRUPT].handler = dma_complete_handler;
   return table;
 }
