@@ -185,7 +185,7 @@ void put(sim::EncoderRegisters& registers, std::uint32_t bank, std::uint32_t add
   }
 }
 
-// As usable(), and whether the line has this register.
+// The same as usable(), and whether the line has this register.
 template <class... Pointers>
 biss_status has_register(const biss_line* line, std::uint32_t bank, std::uint32_t address,
                          const Pointers*... needed) {

@@ -7,13 +7,8 @@
 #include "biss/frame/format_text.hpp"
 #include "embedded/stubs/line.hpp"
 
-extern "C" {
+#include <biss_zephyr/driver.h>
 #include <biss_zephyr/encoder.h>
-#include <zephyr/drivers/spi.h>
-#include <zephyr/kernel.h>
-
-#include <biss_zephyr/reader.h>
-}
 
 namespace {
 
@@ -23,9 +18,13 @@ std::int64_t uptime_ms = 0;
 int locks = 0;
 std::uint64_t first = 200000;  // three quarters of a rotation
 
-void print_setup(const char* what, const biss_reader_setup& setup) {
-  static biss_reader reader;
-  std::printf("%s: %d\n", what, biss_reader_init(&reader, &setup, nullptr, nullptr));
+void print_setup(const char* what, std::uint32_t clock_hz, biss_encoder_config config) {
+  static biss_encoder_data data;
+  config.spi.config.frequency = clock_hz;
+  if (config.line_delay_max_ns == 0) config.line_delay_max_ns = 1000;
+  if (config.processing_time_max_ns == 0) config.processing_time_max_ns = 10000;
+  const device encoder{what, &config, nullptr, &data, biss_encoder_init};
+  std::printf("%s: %d\n", what, encoder.init(&encoder));
 }
 
 void fetch() {
@@ -42,8 +41,6 @@ void fetch() {
 }
 
 }  // namespace
-
-extern "C" {
 
 int k_mutex_init(k_mutex*) { return 0; }
 int k_mutex_lock(k_mutex*, int) { return locks++; }
@@ -62,23 +59,27 @@ int spi_read_dt(const spi_dt_spec* spec, const spi_buf_set* receive) {
                  biss::frame_format("pos18,nE,nW,crc6"), first, 12);
   return 0;
 }
-}
 
 int main() {
-  print_setup("format", {"pos18,nE,nW,crc99", 4000000, 1000, 10000, 0, false, false});
-  print_setup("position", {"nE,nW,crc6", 4000000, 1000, 10000, 0, false, false});
-  print_setup("no clock", {"pos18,nE,nW,crc6", 0, 1000, 10000, 0, false, false});
-  print_setup("12 MHz", {"pos18,nE,nW,crc6", 12000000, 1000, 10000, 0, false, false});
-  print_setup("ACK", {"pos18,nE,nW,crc6", 4000000, 1000, 40001, 0, false, false});
-  print_setup("no nE", {"pos18,crc6", 4000000, 1000, 10000, 0, false, false});
-  print_setup("no nE, permitted", {"pos18,crc6", 4000000, 1000, 10000, 0, true, false});
-  print_setup("no CRC", {"pos18,nE,nW", 4000000, 1000, 10000, 0, false, false});
-  print_setup("no CRC, permitted", {"pos18,nE,nW", 4000000, 1000, 10000, 0, false, true});
-  print_setup("half a turn", {"pos18,nE,nW,crc6", 4000000, 1000, 10000, 1 << 17, false, false});
-  // 2 + 4 leading ones, 40 clocks of ACK, 3 + 26.
-  print_setup("bytes", {"pos18,nE,nW,crc6", 4000000, 1000, 10000, 1000, false, false});
   std::printf("init %d\n", biss_test_encoder.init(&biss_test_encoder));
   spi_ready = true;
+  const char* const format = "pos18,nE,nW,crc6";
+  print_setup("format", 4000000, {.frame_format = "pos18,nE,nW,crc99"});
+  print_setup("position", 4000000, {.frame_format = "nE,nW,crc6"});
+  print_setup("no clock", 0, {.frame_format = format});
+  print_setup("12 MHz", 12000000, {.frame_format = format});
+  print_setup("ACK", 4000000, {.frame_format = format, .processing_time_max_ns = 40001});
+  print_setup("no nE", 4000000, {.frame_format = "pos18,crc6"});
+  print_setup("no nE, permitted", 4000000, {.frame_format = "pos18,crc6", .no_error_flag = true});
+  print_setup("no CRC", 4000000, {.frame_format = "pos18,nE,nW"});
+  print_setup("no CRC, permitted", 4000000, {.frame_format = "pos18,nE,nW", .unchecked = true});
+  print_setup("half a turn", 4000000, {.frame_format = format, .max_step = 1 << 17});
+  print_setup("a step", 4000000, {.frame_format = format, .max_step = 1000});
+  print_setup("rotation", 4000000, {.frame_format = format, .rotation_bits = 33});
+  // 2 + 400 leading ones, 400 clocks of ACK, 3 + 26.
+  print_setup(
+      "104 bytes", 10000000,
+      {.frame_format = format, .line_delay_max_ns = 40000, .processing_time_max_ns = 40000});
   std::printf("init %d\n", biss_test_encoder.init(&biss_test_encoder));
   spi_result = -EIO;
   fetch();
