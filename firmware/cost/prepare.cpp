@@ -9,17 +9,28 @@ namespace {
 
 constexpr Codec codec{format};
 
-biss::FrameBits frame_bits(std::uint64_t position, std::uint16_t lead, std::uint16_t ack) {
+std::uint16_t random_lead(Random& random) {
+  return static_cast<std::uint16_t>(2U + random.below(7));
+}
+std::uint16_t random_ack(Random& random) {
+  return static_cast<std::uint16_t>(33U + random.below(128));
+}
+
+biss::FrameBits frame_bits(std::uint64_t position, Random& random) {
   biss::Frame frame;
   frame.channel_count = 1;
-  frame.lead_clocks = lead;
-  frame.ack_clocks = ack;
+  frame.lead_clocks = random_lead(random);
+  frame.ack_clocks = random_ack(random);
   frame.channel_list[0].position = position;
   return biss::encode_frame(frame, codec).value();
 }
 
-std::uint16_t random_ack(Random& random) {
-  return static_cast<std::uint16_t>(33U + random.below(128));
+// The bits, as far as there is room, and zeros.
+void put(Sample& sample, const biss::FrameBits& bits) {
+  sample.bytes = {};
+  std::copy_n(bits.bytes().begin(), std::min(bits.bytes().size(), sample.bytes.size()),
+              sample.bytes.begin());
+  sample.size_bytes = static_cast<std::uint32_t>(sample.bytes.size());
 }
 
 // CDS bit k of the only slave, which accepts every access. It is busy for `late` frames before the
@@ -38,10 +49,7 @@ bool agreeing_cds(std::uint32_t k, std::uint32_t kind, std::uint32_t late, std::
 
 void buffer(Sample& sample, Random& random) {
   sample.expected = random.bits(26);
-  const auto lead = static_cast<std::uint16_t>(2U + random.below(7));
-  const auto bits = frame_bits(sample.expected, lead, random_ack(random));
-  sample.bytes = {};
-  std::copy(bits.bytes().begin(), bits.bytes().end(), sample.bytes.begin());
+  put(sample, frame_bits(sample.expected, random));
   sample.size_bytes = static_cast<std::uint32_t>(biss::spi_bytes(format, setup, encoder.timing));
 }
 
@@ -93,17 +101,14 @@ void cycle(Sample& sample, Random& random) {
   sample.position += random.below(1U << 20U);
   if (random.flip()) sample.position -= (1 << 20) - 1;
   if (first) sample.position = 1 << 25;
-  const auto lead = static_cast<std::uint16_t>(2U + random.below(7));
-  auto bits = frame_bits(static_cast<std::uint64_t>(sample.position) & biss::low_mask(26), lead,
-                         random_ack(random));
+  auto bits = frame_bits(static_cast<std::uint64_t>(sample.position) & biss::low_mask(26), random);
   const bool wrong = !first && random.below(64) == 0;
   if (wrong) bits.flip(bits.size_bits() - 2U - random.below(28));
   sample.expected = result_of(wrong   ? biss::AxisPosition{.cause = biss::AxisCause::crc}
                               : first ? biss::AxisPosition{.cause = biss::AxisCause::first}
                                       : biss::AxisPosition{.position = sample.position,
                                                            .state = biss::AxisState::measured});
-  sample.bytes = {};
-  std::copy(bits.bytes().begin(), bits.bytes().end(), sample.bytes.begin());
+  put(sample, bits);
 }
 
 void data_bit(Sample& sample, Random& random) {
@@ -246,15 +251,11 @@ struct Sent {
 void put(Sample& sample, const Sent& sent, Random& random) {
   biss::BasicFrame<2> frame;
   frame.channel_count = 2;
-  frame.lead_clocks = static_cast<std::uint16_t>(2U + random.below(7));
+  frame.lead_clocks = random_lead(random);
   frame.ack_clocks = sent.ack;
   frame.channel_list[0] = {sent.position, 0, sent.cpw_nE, random.flip()};
   frame.channel_list[1] = {sent.safety_position, sent.life_counter, sent.spw_nE, random.flip()};
-  const biss::FrameBits bits = biss::encode_frame(frame, Plan::codec()).value();
-  sample.bytes = {};
-  const std::size_t size = std::min(bits.bytes().size(), sample.bytes.size());
-  std::copy_n(bits.bytes().begin(), size, sample.bytes.begin());
-  sample.size_bytes = static_cast<std::uint32_t>(sample.bytes.size());
+  put(sample, biss::encode_frame(frame, Plan::codec()).value());
 }
 
 // Faults of an encoder, chosen at random.
@@ -322,7 +323,7 @@ void safety_frame(Sample& sample, Random& random) {
   sent.position = random.bits(36);
   sent.safety_position = sent.position >> 8U;
   sent.life_counter = last % 63U + 1U;
-  sent.ack = static_cast<std::uint16_t>(33U + random.below(128));
+  sent.ack = random_ack(random);
   const std::uint32_t kind = random.below(4);
   if (kind == 1) change(sent, random);
   put(sample, sent, random);

@@ -51,14 +51,6 @@ struct FakeBoard {
   }
 };
 
-struct Summary {
-  std::uint32_t frames = 0;
-  std::uint32_t positions = 0;
-  std::uint32_t short_frames = 0;
-  std::uint32_t accesses = 0;
-  std::uint32_t wrong = 0;
-};
-
 using Codec = biss::FrameCodec<biss::CrcFast, 1>;
 constexpr Codec codec{encoder_maker::format};
 
@@ -66,7 +58,11 @@ struct Line {
   FakeBoard board;
   encoder_maker::Encoder<FakeBoard> encoder{board, serial_number, 0};
   biss::ControlSession session;
-  Summary summary;
+  std::uint32_t frames = 0;
+  std::uint32_t positions = 0;
+  std::uint32_t short_frames = 0;
+  std::uint32_t accesses = 0;
+  std::uint32_t wrong = 0;
   bool channels_on = true;
   std::uint32_t latched = 0;  // the sensor at the first rising edge of MA
   std::uint32_t until_main_loop = main_loop_frames;
@@ -77,7 +73,7 @@ constinit Line line;
 
 void expect(bool right, const char* what) {
   if (right) return;
-  ++line.summary.wrong;
+  ++line.wrong;
   firmware::print("WRONG: ", what, "\n");
 }
 
@@ -103,7 +99,7 @@ void check_position(const biss::BitBuffer<64>& bits) {
   if (!frame.ok()) return;
   const std::uint32_t expected = (line.latched + line.board.stored_offset) & 0xFF'FFFFU;
   expect(frame->channel_list[0].position == expected, "the position differs from the sensor");
-  ++line.summary.positions;
+  ++line.positions;
 }
 
 /// One request: LAT, ACK, START, CDS, the channel if it is on, STOP; then CDM and the timeout.
@@ -122,7 +118,7 @@ void frame() {
   if (line.channels_on) {
     check_position(bits);
   } else {
-    ++line.summary.short_frames;
+    ++line.short_frames;
   }
   const bool cds = bits.view()[3];
   const bool cdm =
@@ -134,14 +130,14 @@ void frame() {
   line.board.ma_level = true;
   line.encoder.step();
   wait(half_period);
-  ++line.summary.frames;
+  ++line.frames;
   if (--line.until_main_loop != 0) return;
   line.until_main_loop = main_loop_frames;
   line.encoder.do_ordered_work();
 }
 
 bool run() {
-  ++line.summary.accesses;
+  ++line.accesses;
   for (int i = 0; i < 3000 && !line.session.done(); ++i) frame();
   return line.session.done() && !line.session.outcome().error;
 }
@@ -228,11 +224,10 @@ int firmware_main() {
   keep_user_bytes();
   preset();
   switch_channels();
-  const Summary& sum = line.summary;
-  firmware::print("frames ", sum.frames, ": positions ", sum.positions, ", short ",
-                  sum.short_frames, "; accesses ", sum.accesses, ", presets ", line.board.stores,
-                  "\n", sum.wrong, " wrong\n");
-  const bool good = sum.wrong == 0 && sum.short_frames > 80 && sum.frames > 2000 &&
-                    sum.positions == sum.frames - sum.short_frames;
+  firmware::print("frames ", line.frames, ": positions ", line.positions, ", short ",
+                  line.short_frames, "; accesses ", line.accesses, ", presets ", line.board.stores,
+                  "\n", line.wrong, " wrong\n");
+  const bool good = line.wrong == 0 && line.short_frames > 80 && line.frames > 2000 &&
+                    line.positions == line.frames - line.short_frames;
   return good ? 0 : 1;
 }
