@@ -92,6 +92,10 @@ std::uint32_t put_channels(const Frame& frame, biss_channel* channels) {
   return frame.channel_count;
 }
 
-extern "C" biss_format biss_format_defaults(void) { return as_c({}, {}); }
+extern "C" biss_format biss_format_defaults(void) {
+  biss_format format{};
+  format.timing = std::bit_cast<biss_timing>(DeviceTiming{});
+  return format;
+}
 
 }  // namespace biss::capi
