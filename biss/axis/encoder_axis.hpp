@@ -42,8 +42,26 @@ concept SpiDma = requires(T& spi, std::span<std::uint8_t> receive) {
 
 namespace axis_detail {
 
-// Not constexpr: the compiler prints the name of the function that a constant axis calls.
-inline void the_axis_does_not_fit_see_AxisError() {}
+// Not constexpr: the compiler prints the error of the function that a constant axis calls.
+template <AxisError>
+void the_axis_does_not_fit() {}
+
+constexpr void stop_the_build(AxisError error) {
+  switch (error) {
+    case AxisError::reader:
+      return the_axis_does_not_fit<AxisError::reader>();
+    case AxisError::buffer:
+      return the_axis_does_not_fit<AxisError::buffer>();
+    case AxisError::format:
+      return the_axis_does_not_fit<AxisError::format>();
+    case AxisError::cycle:
+      return the_axis_does_not_fit<AxisError::cycle>();
+    case AxisError::max_step:
+      return the_axis_does_not_fit<AxisError::max_step>();
+    case AxisError::offset:
+      return the_axis_does_not_fit<AxisError::offset>();
+  }
+}
 
 }  // namespace axis_detail
 
@@ -72,7 +90,7 @@ class EncoderAxis {
         bytes_(static_cast<std::uint16_t>(spi_ == nullptr ? 0 : reader.bytes())),
         axes_(axes_of(reader, setups, spi_ != nullptr, std::make_index_sequence<axes>{})) {
     if (std::is_constant_evaluated() && spi_ == nullptr) {
-      axis_detail::the_axis_does_not_fit_see_AxisError();
+      axis_detail::stop_the_build(*check(reader, setups));
     }
     reset();
   }

@@ -427,7 +427,7 @@ inline constexpr auto list = std::to_array<Mistake>({
      "max_pause_is_below_half_a_period_or_not_below_shortest_timeout"},
     {"The transfer is a byte too short", "stop_bit",
      [] { return first_cycle({.seen_bytes = 25}); }},
-    {"The buffer is smaller than `reader.bytes()`", "the_axis_does_not_fit_see_AxisError"},
+    {"The buffer is smaller than `reader.bytes()`", "AxisError::buffer"},
     // DMA, cache, interrupts
     {"The DMA writes nothing: wrong channel or stream; old bytes", "no_response",
      [] { return next_cycle({.dma_writes = false}); }},
@@ -464,15 +464,16 @@ inline constexpr auto list = std::to_array<Mistake>({
        firmware.format = *parse_format("pos26,nE,nW,crc6+pos26,nE,nW,crc6;cds0");
        return first_cycle<2>({}, firmware);
      }},
-    {"`axes` is not the number of channels", "the_axis_does_not_fit_see_AxisError"},
+    {"`axes` is not the number of channels", "AxisError::format"},
     // The axis
     {"The setup is a temporary object", "deleted"},
     {"The reader is a temporary object", "deleted"},
     {"The axis is copied", "deleted"},
-    {"`cycle` is missing", "the_axis_does_not_fit_see_AxisError"},
-    {"`to_sampling` is missing", "the_axis_does_not_fit_see_AxisError"},
-    {"`max_step` is missing", "the_axis_does_not_fit_see_AxisError"},
-    {"`max_step` is half a turn", "the_axis_does_not_fit_see_AxisError"},
+    {"`cycle` is missing", "AxisError::cycle"},
+    {"`to_sampling` is missing", "AxisError::cycle"},
+    {"`max_step` is missing", "AxisError::max_step"},
+    {"`max_step` is half a turn", "AxisError::max_step"},
+    {"`offset` is 2^62 counts or more", "AxisError::offset"},
     {"`max_step` is below the speed of the machine", "step", faster_than_max_step},
     {"`cycle` is too short by a factor of 1000", "turns",
      [] { return wrong_cycle(picoseconds(62'500)); }},

@@ -50,7 +50,7 @@ constexpr SpiReader pausing(Codec{}, {.period = nanoseconds(100), .max_pause = m
                             encoder.timing);
 #endif
 // Mistake: The buffer is smaller than `reader.bytes()`
-// says: the_axis_does_not_fit_see_AxisError
+// says: AxisError::buffer
 #if MISTAKE == 5
 constinit AnAxis<reader.bytes() - 1> small{spi, reader, setup};
 #endif
@@ -65,7 +65,7 @@ constexpr SpiReader unflagged(FixedCodec<frame_format("pos26,crc6")>{}, spi_setu
 constexpr SpiReader unchecked(FixedCodec<frame_format("pos26,nE,nW")>{}, spi_setup, encoder.timing);
 #endif
 // Mistake: `axes` is not the number of channels
-// says: the_axis_does_not_fit_see_AxisError
+// says: AxisError::format
 #if MISTAKE == 8
 constinit AnAxis<reader.bytes(), 2> chain{spi, reader, setup};
 #endif
@@ -85,33 +85,42 @@ constinit Axis temporary{spi, SpiReader(Codec{}, spi_setup, encoder.timing), set
 Axis copy = axis;
 #endif
 // Mistake: `cycle` is missing
-// says: the_axis_does_not_fit_see_AxisError
+// says: AxisError::cycle
 #if MISTAKE == 12
 constexpr AxisSetup wrong{.to_sampling = setup.to_sampling, .max_step = 210'000};
 constinit Axis without{spi, reader, wrong};
 #endif
 // Mistake: `to_sampling` is missing
-// says: the_axis_does_not_fit_see_AxisError
+// says: AxisError::cycle
 #if MISTAKE == 13
 constexpr AxisSetup wrong{.cycle = setup.cycle, .max_step = 210'000};
 constinit Axis without{spi, reader, wrong};
 #endif
 // Mistake: `max_step` is missing
-// says: the_axis_does_not_fit_see_AxisError
+// says: AxisError::max_step
 #if MISTAKE == 14
 constexpr AxisSetup wrong{.cycle = setup.cycle, .to_sampling = setup.to_sampling};
 constinit Axis without{spi, reader, wrong};
 #endif
 // Mistake: `max_step` is half a turn
-// says: the_axis_does_not_fit_see_AxisError
+// says: AxisError::max_step
 #if MISTAKE == 15
 constexpr AxisSetup wrong{
     .cycle = setup.cycle, .to_sampling = setup.to_sampling, .max_step = 1 << 25};
 constinit Axis half{spi, reader, wrong};
 #endif
+// Mistake: `offset` is 2^62 counts or more
+// says: AxisError::offset
+#if MISTAKE == 16
+constexpr AxisSetup wrong{.cycle = setup.cycle,
+                          .to_sampling = setup.to_sampling,
+                          .max_step = 210'000,
+                          .offset = axis_position_max};
+constinit Axis far{spi, reader, wrong};
+#endif
 // Mistake: The time of a request is a bare number
 // says: 'int' to 'biss::Picoseconds'
-#if MISTAKE == 16
+#if MISTAKE == 17
 void timer_interrupt() { axis.request(100); }
 #endif
 
