@@ -31,6 +31,7 @@ typedef enum biss_axis_cause BISS_INT {
   BISS_AXIS_TURNS,      /* half a turn was possible since the last measured position */
   BISS_AXIS_STEP,       /* farther than max_step allows */
   BISS_AXIS_WARNING,    /* nW is 0; measured, unless the setup has another rule */
+  BISS_AXIS_EARLY,      /* measured, but within an eighth of a cycle after the position before */
   BISS_AXIS_FIRST,      /* the first good frame, which the next one has to confirm */
   BISS_AXIS_LATE,       /* no request: the transfer before has not ended */
   BISS_AXIS_UNANSWERED, /* the end of the transfer was never reported */

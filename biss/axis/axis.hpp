@@ -45,7 +45,8 @@ inline constexpr Picoseconds axis_cycle_max = milliseconds(100'000);
 
 /// The limits of an axis, and its reaction to cycles without a good frame.
 struct AxisSetup {
-  /// The time from one request to the next. A request may come an eighth of it later.
+  /// The time from one request to the next. A request may come an eighth of it later. Within an
+  /// eighth of it after the last measured position, it is `early`: the times or `cycle` are wrong.
   Picoseconds cycle{};
   /// From the request to the moment whose position is sent: sampling_delay() of the SPI's setup.
   Picoseconds to_sampling{};
@@ -205,14 +206,14 @@ class Axis {
     }
     if (state_ == AxisState::no_position) [[unlikely]]
       return start(channel, asked, number);
-    if (has_gap(asked)) [[unlikely]] {
-      static_cast<void>(good_after(cycles_until(asked), channel, asked, number));
+    if (!is_next(asked)) [[unlikely]] {
+      static_cast<void>(good_after(channel, asked, number));
       return;
     }
     const std::int64_t moved = step_to(channel.position);
     if (is_above(moved, limit_)) [[unlikely]]
       return bad(AxisCause::step, asked);
-    take(moved, moved, channel, asked, number);
+    take(moved, moved, channel, AxisCause::ok, asked, number);
   }
 
   /// Reports a cycle without a good frame.
@@ -323,7 +324,7 @@ class Axis {
   [[gnu::noinline]] constexpr void start(const Channel& channel, Picoseconds asked,
                                          std::uint32_t number) {
     const bool sampled = start_ == Start::sampled;
-    if (sampled && good_after(cycles_until(asked), channel, asked, number)) {
+    if (sampled && good_after(channel, asked, number)) {
       start_ = Start::measured;
       return;
     }
@@ -343,20 +344,24 @@ class Axis {
   }
 
   // Whether the position is taken; if not, it is a bad cycle.
-  [[gnu::noinline]] constexpr bool good_after(std::uint16_t cycles, const Channel& channel,
-                                              Picoseconds asked, std::uint32_t number) {
+  [[gnu::noinline]] constexpr bool good_after(const Channel& channel, Picoseconds asked,
+                                              std::uint32_t number) {
+    const std::uint16_t cycles = cycles_until(asked);
     const bool known = knows_turns_after(cycles);
     const std::int64_t moved = step_to(channel.position);
     if (!known || is_above(moved, limit_ * cycles)) {
       bad(known ? AxisCause::step : AxisCause::turns, asked);
       return false;
     }
-    take(moved, axis_detail::divide(moved, cycles), channel, asked, number);
+    const bool early = cycles == 1 && !is_next(asked);
+    take(moved, axis_detail::divide(moved, cycles), channel,
+         early ? AxisCause::early : AxisCause::ok, asked, number);
     return state_ == AxisState::measured;
   }
 
+  // \param cause unless nW is 0
   constexpr void take(std::int64_t moved, std::int64_t step, const Channel& channel,
-                      Picoseconds asked, std::uint32_t number) {
+                      AxisCause cause, Picoseconds asked, std::uint32_t number) {
     const std::int64_t position = last_ + moved;
     if (!axis_detail::is_in_range(position)) [[unlikely]]
       return bad(AxisCause::turns, asked);
@@ -365,7 +370,7 @@ class Axis {
     since_ = asked;
     number_ = number;
     bad_in_a_row_ = 0;
-    enter(AxisEvent::good, channel.nW ? AxisCause::ok : AxisCause::warning);
+    enter(AxisEvent::good, channel.nW ? cause : AxisCause::warning);
   }
 
   // Until the first measured position, step_ is the time of the first request.
@@ -384,6 +389,14 @@ class Axis {
     const Picoseconds elapsed = wrapping_elapsed(since_, asked);
     // A negative time is one of more than 106 days.
     return elapsed < Picoseconds{} || elapsed > one_cycle();
+  }
+  // Whether one cycle has passed since the last measured position, ± 7 eighths, + 1 eighth: neither
+  // early nor with a gap. One comparison for both, because each cycle makes it.
+  constexpr bool is_next(Picoseconds asked) const {
+    const Picoseconds eighth{setup_->cycle.count >> 3U};
+    const Picoseconds later = wrapping_elapsed(eighth, wrapping_elapsed(since_, asked));
+    return static_cast<std::uint64_t>(later.count) <=
+           static_cast<std::uint64_t>(setup_->cycle.count);
   }
   constexpr Picoseconds one_cycle() const {
     return setup_->cycle + Picoseconds{setup_->cycle.count >> 3U};

@@ -28,6 +28,7 @@ enum class AxisCause : std::uint8_t {
   turns,       ///< since the last measured position, the axis may have moved by half a turn
   step,        ///< the position is farther away than max_step allows
   warning,     ///< nW is 0; measured, unless the setup has another rule
+  early,       ///< measured, but requested within an eighth of `cycle` after the position before
   first,       ///< the first good frame: its position counts when the next frame confirms it
   late,        ///< no request was made: the transfer before has not ended
   unanswered,  ///< the end of the transfer was never reported
@@ -40,8 +41,8 @@ namespace axis_detail {
 
 // Those after the causes of FrameError.
 inline constexpr auto cause_names =
-    std::to_array<std::string_view>({"error_bit", "turns", "step", "warning", "first", "late",
-                                     "unanswered", "failed", "tripped", "unexpected"});
+    std::to_array<std::string_view>({"error_bit", "turns", "step", "warning", "early", "first",
+                                     "late", "unanswered", "failed", "tripped", "unexpected"});
 
 }  // namespace axis_detail
 

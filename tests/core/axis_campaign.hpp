@@ -210,7 +210,9 @@ class AxisCampaign {
   }
 
   constexpr void step() {
-    time_ps_ += cycle_ps + random_.below(cycle_ps / 8);
+    // A control interrupt that was delayed is followed by the next one at once.
+    const bool early = random_.below(often_ * 8) == 0;
+    time_ps_ += (early ? 0 : cycle_ps) + random_.below(cycle_ps / 8);
     // The control interrupt is lost for some cycles, seldom for so many that turns are lost.
     if (random_.below(often_ * 8) == 0) {
       time_ps_ += cycle_ps * random_.below(random_.below(8) == 0 ? 200 : 6);
@@ -343,11 +345,13 @@ class AxisCampaign {
     const AxisState state = axis_.axis().state();
     if (state == AxisState::tripped) return of(AxisCause::tripped);
     if (state == AxisState::no_position) {
-      return of(AxisCause::first) | of(AxisCause::ok) | of(AxisCause::turns);
+      return of(AxisCause::first) | of(AxisCause::ok) | of(AxisCause::early) | of(AxisCause::turns);
     }
     const std::int64_t cycles = (time_ps_ - measured_ps_) / cycle_ps + 1;
     const bool unknown_turns = setup_.max_step * cycles >= turn / 2;
-    return of(AxisCause::ok) | (unknown_turns ? of(AxisCause::turns) : 0);
+    const bool early = asked_ps_ - measured_ps_ < cycle_ps / 8;
+    return of(early ? AxisCause::early : AxisCause::ok) |
+           (unknown_turns ? of(AxisCause::turns) : 0);
   }
 
   // Calls a function; exactly one cause is counted, one of those that are allowed, or none.

@@ -271,6 +271,36 @@ BISS_TEST(Axis, RequestThatIsLate_IsOneCycleUpToAnEighth) {
   }
 }
 
+BISS_TEST(Axis, RequestWithinAnEighthOfACycle_IsMeasuredAndEarly) {
+  for (const Picoseconds passed : {Picoseconds{}, cycle / 8 - picoseconds(1), cycle / 8, cycle / 2,
+                                   cycle + cycle / 8, cycle + cycle / 8 + picoseconds(1)}) {
+    Bench a{extrapolates};
+    a.start(1000, 50);
+    const Picoseconds before = a.now;
+    a.now = before - cycle + passed;
+    const AxisPosition position = a.good(1040);
+    BISS_EXPECT_EQ(position.state, AxisState::measured);
+    BISS_EXPECT_EQ(position.cause, passed < cycle / 8 ? AxisCause::early : AxisCause::ok);
+    BISS_EXPECT_EQ(position.position, 1040);
+    BISS_EXPECT_EQ(position.step, passed > cycle + cycle / 8 ? 20 : 40);
+    a.now = a.now - cycle;
+    BISS_EXPECT_EQ(a.good(1141).cause, AxisCause::step);
+  }
+}
+
+BISS_TEST(Axis, EarlyRequests_NeverTripAndNeverHideAWarning) {
+  Bench a{extrapolates};
+  a.good(1000);
+  for (unsigned i = 0; i < 100; ++i) {
+    a.now = a.now - cycle + cycle / 1000;
+    BISS_EXPECT_EQ(a.good(1000).cause, AxisCause::early);
+  }
+  BISS_EXPECT_EQ(a.axis.counts()[AxisCause::early], 100U);
+  a.now = a.now - cycle;
+  BISS_EXPECT_EQ(a.good(1000, true, false).cause, AxisCause::warning);
+  BISS_EXPECT_EQ(a.axis.position().state, AxisState::measured);
+}
+
 BISS_TEST(Axis, GapsOfAnyLength_HaveTheirNumberOfCycles) {
   AxisSetup setup = holds;
   setup.trip_after = 0xFFFF;

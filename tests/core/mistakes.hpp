@@ -477,7 +477,7 @@ inline constexpr auto list = std::to_array<Mistake>({
     {"`max_step` is below the speed of the machine", "step", faster_than_max_step},
     {"`cycle` is too short by a factor of 1000", "turns",
      [] { return wrong_cycle(picoseconds(62'500)); }},
-    {"`cycle` is too long by a factor of 1000", "",
+    {"`cycle` is too long by a factor of 1000", "early",
      [] { return wrong_cycle(microseconds(62'500)); }},
     {"The time of a request is a bare number", "'int' to 'biss::Picoseconds'"},
     {"Wrong direction, offset or zero", "", wrong_direction},

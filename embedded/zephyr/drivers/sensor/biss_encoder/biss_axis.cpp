@@ -60,10 +60,11 @@ static_assert(sizeof(Encoder) <= sizeof(Data::axis) && alignof(Encoder) <= align
 static_assert(std::is_trivially_destructible_v<Encoder>);
 
 int error_of(biss::AxisCause cause) {
-  // In the order of AxisCause, up to `warning`. The other ones need a further request.
-  constexpr int errors[] = {0,        -ENODEV,  -EBUSY,   -ERANGE, -ERANGE, -ERANGE, -ERANGE,
-                            -EBADMSG, -EBADMSG, -EBADMSG, -EFAULT, -EAGAIN, -EDOM,   0};
-  static_assert(std::size(errors) == biss::index_of(biss::AxisCause::warning) + 1);
+  // In the order of AxisCause, up to `early`. The other ones need a further request.
+  constexpr int errors[] = {0,       -ENODEV, -EBUSY,   -ERANGE,  -ERANGE,
+                            -ERANGE, -ERANGE, -EBADMSG, -EBADMSG, -EBADMSG,
+                            -EFAULT, -EAGAIN, -EDOM,    0,        0};
+  static_assert(std::size(errors) == biss::index_of(biss::AxisCause::early) + 1);
   return biss::index_of(cause) < std::size(errors) ? errors[biss::index_of(cause)] : -EAGAIN;
 }
 
