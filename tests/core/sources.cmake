@@ -1,6 +1,6 @@
 # The tests of the core: one list for the host and for the microcontrollers.
-set(BISS_CORE_TESTS ../../firmware/boards_run/encoder_start_test.cpp axis_position_test.cpp
-                    axis_test.cpp banked_registers_test.cpp base_test.cpp catalogue_test.cpp
+set(BISS_CORE_TESTS ../../firmware/boards_run/encoder_start_test.cpp axis_dma_test.cpp
+                    axis_position_test.cpp axis_test.cpp banked_registers_test.cpp base_test.cpp catalogue_test.cpp
                     channel_test.cpp configure_eds_test.cpp configure_hostile_test.cpp
                     configure_test.cpp control_chain_test.cpp control_damage_test.cpp
                     control_failure_test.cpp control_hostile_test.cpp control_link_test.cpp
