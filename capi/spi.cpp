@@ -36,10 +36,10 @@ SpiSetup from_c(const biss_spi_setup& setup) {
 biss_status check_spi(const Described& device, const SpiSetup& setup) {
   const auto error = check_spi(device.format, setup, device.timing);
   // One for each SpiSetupError.
-  static constexpr biss_status statuses[] = {BISS_BAD_SETUP,     BISS_BAD_SETUP, BISS_CLOCK_MAX,
-                                             BISS_NO_ERROR_FLAG, BISS_NO_CRC,    BISS_BAD_FORMAT,
-                                             BISS_BAD_SETUP,     BISS_BAD_SETUP, BISS_BAD_SETUP};
-  static_assert(std::size(statuses) == 1U + static_cast<unsigned>(SpiSetupError::clock_constant));
+  static constexpr biss_status statuses[] = {
+      BISS_BAD_SETUP,  BISS_BAD_SETUP, BISS_CLOCK_MAX, BISS_NO_ERROR_FLAG, BISS_NO_CRC,
+      BISS_BAD_FORMAT, BISS_BAD_SETUP, BISS_BAD_SETUP, BISS_BAD_SETUP,     BISS_BAD_SETUP};
+  static_assert(std::size(statuses) == 1U + static_cast<unsigned>(SpiSetupError::time_step));
   return error ? statuses[static_cast<std::size_t>(*error)] : BISS_OK;
 }
 

@@ -58,7 +58,8 @@ concept PolledPins = requires(T& board) {
 };
 
 /// A clock of the board, of which each reading is at most `time_step` old. A clock that jumps back,
-/// because its counter is shorter than Picoseconds, ends a request as a pause would.
+/// because its counter is shorter than Picoseconds, ends a request as a pause would. The period of
+/// this counter must be longer than any interrupt: a pause of a whole period is not detected.
 template <class T>
 concept PolledClock = requires(T& board) {
   { board.now() } -> std::same_as<Picoseconds>;
@@ -87,11 +88,11 @@ class PolledRequest {
         half_((setup.period + picoseconds(1)) / 2),
         max_pause_(setup.max_pause),
         falling_(setup.phase == SpiPhase::sample_on_falling),
-        error_(setup.max_pause.count == 0 ? SpiSetupError::pause : check_pause(setup, timing)) {
+        error_(check(setup, timing)) {
     if (std::is_constant_evaluated() && error_) spi_detail::stop_the_build(*error_);
   }
 
-  /// Why nothing is started: period, line_delay, pause, pause_delay or clock_constant.
+  /// Why nothing is started: period, line_delay, pause, pause_delay, clock_constant or time_step.
   constexpr const std::optional<SpiSetupError>& error() const { return error_; }
   constexpr PolledState state() const { return state_; }
   /// No step() is missing.
@@ -133,6 +134,19 @@ class PolledRequest {
   }
 
  private:
+  static constexpr std::optional<SpiSetupError> check(const SpiSetup& setup,
+                                                      const DeviceTiming& timing) {
+    if (setup.max_pause.count == 0) return SpiSetupError::pause;
+    const auto error = check_pause(setup, timing);
+    if constexpr (PolledClock<Board>) {
+      // took() may be wrong by two steps, without any pause; edge() waits for half a period.
+      const Picoseconds step = Board::time_step;
+      const Picoseconds most = setup.max_pause - (PolledSpi<Board> ? 0 : 1) * setup.period / 2;
+      if (!error && (step.count < 0 || step > most / 2)) return SpiSetupError::time_step;
+    }
+    return error;
+  }
+
   constexpr std::uint8_t receive_byte() {
     if constexpr (PolledSpi<Board>) {
       const Picoseconds before = now();

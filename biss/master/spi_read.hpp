@@ -112,6 +112,7 @@ enum class SpiSetupError : std::uint8_t {
   pause,           ///< max_pause is below half a period, or not below shortest_timeout()
   pause_delay,     ///< the line delay is too long for pauses: bits would be on their way in a pause
   clock_constant,  ///< the encoder permits no pause, and the setup does not have pause_anyway
+  time_step,       ///< of a PolledClock: it is negative, or two of them do not fit in max_pause
 };
 
 /// The message for users.
@@ -125,7 +126,8 @@ constexpr std::string_view text_of(SpiSetupError error) {
       "a CRC belongs to the previous frame (:previous): one frame cannot be checked",
       "the longest pause of MA is not half a period or more and below the encoder's timeout",
       "the line delay is too long for pauses of MA: use a lower clock",
-      "the encoder permits no pause of MA: set pause_anyway to try it"};
+      "the encoder permits no pause of MA: set pause_anyway to try it",
+      "the step of the clock is negative, or too long for the longest pause of MA"};
   return texts[static_cast<std::size_t>(error)];
 }
 
@@ -176,6 +178,7 @@ inline void a_crc_is_that_of_the_frame_before() {}
 inline void max_pause_is_below_half_a_period_or_not_below_shortest_timeout() {}
 inline void the_line_delay_is_too_long_for_pauses() {}
 inline void the_encoder_permits_no_pause_and_the_setup_has_no_word_pause_anyway() {}
+inline void time_step_is_negative_or_too_long_for_max_pause() {}
 
 constexpr void stop_the_build(SpiSetupError error) {
   switch (error) {
@@ -197,6 +200,8 @@ constexpr void stop_the_build(SpiSetupError error) {
       return the_line_delay_is_too_long_for_pauses();
     case SpiSetupError::clock_constant:
       return the_encoder_permits_no_pause_and_the_setup_has_no_word_pause_anyway();
+    case SpiSetupError::time_step:
+      return time_step_is_negative_or_too_long_for_max_pause();
   }
 }
 

@@ -425,6 +425,8 @@ inline constexpr auto list = std::to_array<Mistake>({
      [] { return first_cycle({.pause_ps = 300'000}); }},
     {"`max_pause` is longer than the encoder permits",
      "max_pause_is_below_half_a_period_or_not_below_shortest_timeout"},
+    {"`time_step` is longer than half of `max_pause`",
+     "time_step_is_negative_or_too_long_for_max_pause"},
     {"The transfer is a byte too short", "stop_bit",
      [] { return first_cycle({.seen_bytes = 25}); }},
     {"The buffer is smaller than `reader.bytes()`", "AxisError::buffer"},
