@@ -87,7 +87,6 @@ class EncoderAxis {
                         const std::array<const AxisSetup*, axes>& setups)
       : spi_(check(reader, setups) ? nullptr : &spi),
         reader_(&reader),
-        bytes_(static_cast<std::uint16_t>(spi_ == nullptr ? 0 : reader.bytes())),
         axes_(axes_of(reader, setups, spi_ != nullptr, std::make_index_sequence<axes>{})) {
     if (std::is_constant_evaluated() && spi_ == nullptr) {
       axis_detail::stop_the_build(*check(reader, setups));
@@ -111,9 +110,9 @@ class EncoderAxis {
   /// from before is ignored. Call it between the two interrupts or while they are masked.
   constexpr void reset() {
     if (buffer_.end()) count(AxisCause::unanswered);
-    delay_min_clocks_ = std::numeric_limits<std::uint16_t>::max();
-    delay_max_clocks_ = 0;
-    for (Axis& axis : axes_) {
+    axes_[0].delay_min_clocks = std::numeric_limits<std::uint16_t>::max();
+    axes_[0].delay_max_clocks = 0;
+    for (Slot& axis : axes_) {
       axis.reset();
       if (spi_ == nullptr) axis.trip();
     }
@@ -127,7 +126,7 @@ class EncoderAxis {
     if (spi_ == nullptr) return;
     const bool unanswered = buffer_.waits();
     const auto start = [this](std::span<std::uint8_t> receive) { return spi_->start(receive); };
-    if (!buffer_.begin(bytes_, start)) [[unlikely]] {
+    if (!buffer_.begin(reader_->bytes(), start)) [[unlikely]] {
       // A transfer that has not ended keeps the time of its own request.
       return bad(AxisCause::late, now);
     }
@@ -151,8 +150,9 @@ class EncoderAxis {
       return std::nullopt;
     }
     const std::uint16_t delay = line_delay_clocks(*frame);
-    delay_min_clocks_ = std::min(delay_min_clocks_, delay);
-    delay_max_clocks_ = std::max(delay_max_clocks_, delay);
+    Slot& first = axes_[0];
+    first.delay_min_clocks = std::min(first.delay_min_clocks, delay);
+    first.delay_max_clocks = std::max(first.delay_max_clocks, delay);
     for (std::size_t k = 0; k < axes; ++k) {
       axes_[k].good(frame->channel_list[k], asked_at_, buffer_.number());
     }
@@ -182,12 +182,21 @@ class EncoderAxis {
   /// the largest. Empty before the first one. A delay that changes by more than one clock is a fault
   /// of the line. The reader's setup can have this range, and then detects more wrong frames.
   constexpr std::optional<std::pair<std::uint16_t, std::uint16_t>> line_delay_seen() const {
-    if (delay_min_clocks_ > delay_max_clocks_) return std::nullopt;
-    return std::pair(delay_min_clocks_, delay_max_clocks_);
+    const Slot& first = axes_[0];
+    if (first.delay_min_clocks > first.delay_max_clocks) return std::nullopt;
+    return std::pair(first.delay_min_clocks, first.delay_max_clocks);
   }
 
  private:
   using Setups = std::array<const AxisSetup*, axes>;
+
+  // The line delay of the frames, in the last bytes of an Axis, which are padding. It is the same for
+  // all axes; the first one has it.
+  struct Slot : Axis {
+    using Axis::Axis;
+    std::uint16_t delay_min_clocks = 0;
+    std::uint16_t delay_max_clocks = 0;
+  };
 
   static constexpr Setups same(const AxisSetup& setup) {
     Setups setups{};
@@ -210,9 +219,9 @@ class EncoderAxis {
   }
 
   template <std::size_t... k>
-  static constexpr std::array<Axis, axes> axes_of(const Reader& reader, const Setups& setups,
+  static constexpr std::array<Slot, axes> axes_of(const Reader& reader, const Setups& setups,
                                                   bool fits, std::index_sequence<k...>) {
-    return {Axis(*setups[k], fits ? bits_of(reader, k) : 1U)...};
+    return {Slot(*setups[k], fits ? bits_of(reader, k) : 1U)...};
   }
 
   constexpr void count(AxisCause cause) {
@@ -224,11 +233,8 @@ class EncoderAxis {
 
   Spi* spi_;
   const Reader* reader_;
-  std::uint16_t bytes_;
-  std::uint16_t delay_min_clocks_ = 0;
-  std::uint16_t delay_max_clocks_ = 0;
   Picoseconds asked_at_{};  // of the last transfer that began
-  std::array<Axis, axes> axes_;
+  std::array<Slot, axes> axes_;
   FreshBuffer<max_bytes, cache_line> buffer_{};
 };
 

@@ -297,7 +297,8 @@ class SpiReader {
         low_until_(error_ ? std::uint16_t{0} : low_until(spi, device)),
         first_bit_(error_ ? std::uint16_t{0} : spi.first_bit),
         clocks_(error_ ? std::uint16_t{0}
-                       : static_cast<std::uint16_t>(spi_clocks(codec.format(), spi, device))) {
+                       : static_cast<std::uint16_t>(spi_clocks(codec.format(), spi, device))),
+        bytes_(static_cast<std::uint16_t>((first_bit_ + clocks_ + 7U) / 8U)) {
     if (std::is_constant_evaluated() && error_) spi_detail::stop_the_build(*error_);
   }
 
@@ -308,7 +309,7 @@ class SpiReader {
   /// The same as spi_clocks().
   constexpr std::size_t clocks() const { return clocks_; }
   /// The same as spi_bytes().
-  constexpr std::size_t bytes() const { return (first_bit_ + clocks_ + 7U) / 8U; }
+  constexpr std::size_t bytes() const { return bytes_; }
 
   /// Finds and decodes the frame.
   /// \param bytes the bytes that the peripheral received
@@ -403,6 +404,7 @@ class SpiReader {
   std::uint16_t low_until_;
   std::uint16_t first_bit_;
   std::uint16_t clocks_;
+  std::uint16_t bytes_;
 };
 
 }  // namespace biss

@@ -23,7 +23,7 @@ struct Spi {
 
 using Axis = biss::EncoderAxis<Spi, Reader, reader.bytes()>;
 // The limits of the documents.
-static_assert(sizeof(Axis) - 2 * ((reader.bytes() + 3) / 4 * 4) <= 168 || sizeof(void*) != 4);
+static_assert(sizeof(Axis) - 2 * ((reader.bytes() + 3) / 4 * 4) <= 160 || sizeof(void*) != 4);
 
 constinit Spi spi;
 constinit Axis axis{spi, reader, cost::axis_setup};
