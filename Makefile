@@ -71,7 +71,7 @@ test-shared:  ## the tests of captures, on those in the folder BISS_SHARED (../s
 	@scripts/install-packages build test
 	@cmake --preset release -DBISS_TESTS=ON >/dev/null
 	@cmake --build --preset release --target biss_command_test biss_verbs_test
-	@BISS_SHARED=$(abspath $(or $(BISS_SHARED),../shared)) ctest --preset release -R 'Captures|EncoderList'
+	@BISS_SHARED=$(abspath $(or $(BISS_SHARED),../shared)) GTEST_FILTER='*Captures*:*EncoderList*' ctest --preset release -R 'biss_(command|verbs)_test'
 
 .PHONY: wasm
 wasm:  ## the core in WebAssembly, for a page: build-wasm/wasm

@@ -89,9 +89,22 @@ function(biss_simd)
                               COMPILE_OPTIONS "$<$<CONFIG:Release>:-O3>")
 endfunction()
 
-# biss_room_test(NAME [LONG] SOURCE…): the room's unit tests, one CTest a case, labelled with the
-# room's name. LONG tests take minutes: they are labelled `long`, built with BISS_LONG_TESTS, and
-# optimised like a room. Others try more if the environment has BISS_LONG: tests/common/long_run.hpp.
+# biss_tests(PROGRAM LABEL [SHARDS]): the cases of a GoogleTest program in 4 or SHARDS CTests. One for
+# each case would start the programs a thousand times. The environment's GTEST_FILTER selects cases.
+function(biss_tests program label)
+  list(APPEND ARGN 4)
+  list(GET ARGN 0 shards)
+  math(EXPR last "${shards} - 1")
+  foreach(shard RANGE ${last})
+    add_test(NAME ${program}_${shard} COMMAND ${program} --gtest_brief=1)
+    set_tests_properties(${program}_${shard} PROPERTIES LABELS ${label} ENVIRONMENT
+                         "GTEST_TOTAL_SHARDS=${shards};GTEST_SHARD_INDEX=${shard}")
+  endforeach()
+endfunction()
+
+# biss_room_test(NAME [LONG] SOURCE…): the room's unit tests, labelled with the room's name. LONG
+# tests take minutes: they are labelled `long`, built with BISS_LONG_TESTS, and optimised like a
+# room. Others try more if the environment has BISS_LONG: tests/common/long_run.hpp.
 function(biss_room_test name)
   cmake_parse_arguments(PARSE_ARGV 1 test "LONG" "" "")
   if(NOT BISS_TESTS OR (test_LONG AND NOT BISS_LONG_TESTS))
@@ -110,7 +123,7 @@ function(biss_room_test name)
   if(NOT test_LONG)
     biss_kind(biss_${name}_test test)
   endif()
-  gtest_discover_tests(biss_${name}_test DISCOVERY_TIMEOUT 60 PROPERTIES LABELS ${label})
+  biss_tests(biss_${name}_test ${label})
 endfunction()
 
 # Compiles every header of the core alone, as firmware would. Found by pattern and not listed,
