@@ -2,6 +2,7 @@
 #include <new>
 
 #include "cli/command_line.hpp"
+#include "cli/live/read.hpp"
 #include "cli/view/view.hpp"
 #include "verbs/common/host.hpp"
 #include "verbs/common/output.hpp"
@@ -16,6 +17,7 @@ int main(int argc, char** argv) {
     verbs::Command command(host);
     verbs::add_verbs(command);
     cli::add_view(command);
+    cli::add_read(command);
     return static_cast<int>(cli::run_command_line(command, argc, argv));
   } catch (const std::bad_alloc&) {
     return static_cast<int>(host.fail(verbs::ExitStatus::io, "out of memory"));

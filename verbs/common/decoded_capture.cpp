@@ -133,7 +133,7 @@ std::vector<std::string> DecodedCapture::files_left() const {
 }
 
 bool DecodedCapture::open_words() {
-  auto log = read_word_log(arguments_.words);
+  auto log = arguments_.words.next ? first_words() : read_word_log(arguments_.words);
   if (!log) status_ = host_.fail(ExitStatus::io, log.error());
   if (arguments_.words.reading.payload && !format_) {
     status_ =
@@ -143,22 +143,45 @@ bool DecodedCapture::open_words() {
   log_ = std::move(*log);
   if (!identifies() && !arguments_.identify_besides) return true;
   identify::SampleCollector frames;
-  read_words(decode::CycleReader(std::nullopt, {}),
-             [&frames](std::uint64_t number, const auto& cycle) {
-               frames.add(number, cycle);
-               return true;
-             });
+  read_log(decode::CycleReader(std::nullopt, {}),
+           [&frames](std::uint64_t number, const auto& cycle) {
+             frames.add(number, cycle);
+             return true;
+           });
   take_finding(frames.samples());
   if (const auto* sure = finding_->sure(); identifies() && sure != nullptr) format_ = sure->format;
   return true;
 }
 
-bool DecodedCapture::read_words(const decode::CycleReader& reader, const OnCycle& on_cycle) {
+// Of a live line, the words that show the format and the rate: of two seconds at most.
+tl::expected<std::vector<LoggedWord>, std::string> DecodedCapture::first_words() {
+  constexpr std::size_t most = 512;
+  std::vector<LoggedWord> words;
+  while (words.size() < most) {
+    auto word = arguments_.words.next();
+    if (!word) break;
+    words.push_back(std::move(*word));
+    if (*words.back().time - *words.front().time > milliseconds(2'000)) break;
+  }
+  if (words.empty()) return tl::unexpected(arguments_.words.file + ": no transfer has succeeded");
+  return words;
+}
+
+bool DecodedCapture::read_log(const decode::CycleReader& reader, const OnCycle& on_cycle) {
   for (std::size_t i = 0; i < log_.size(); ++i) {
     timed_ = log_[i].time.has_value();
-    if (!on_cycle(i, cycle_of(log_[i], arguments_.words.reading, reader, format_))) break;
+    if (!on_cycle(i, cycle_of(log_[i], arguments_.words.reading, reader, format_))) return false;
   }
   return true;
+}
+
+bool DecodedCapture::read_words(const decode::CycleReader& reader, const OnCycle& on_cycle) {
+  if (!read_log(reader, on_cycle) || !arguments_.words.next) return true;
+  for (std::uint64_t number = log_.size();; ++number) {
+    const auto word = arguments_.words.next();
+    if (!word) return true;
+    if (!on_cycle(number, cycle_of(*word, arguments_.words.reading, reader, format_))) return true;
+  }
 }
 
 std::string DecodedCapture::fitting_options() const {
@@ -331,7 +354,7 @@ Picoseconds DecodedCapture::interval() {
   decode::Statistics first;
   const auto add = [&first](const decode::Cycle& cycle) { first.add(cycle); };
   if (words() != nullptr) {
-    read_words(reader(), [&](std::uint64_t, const auto& cycle) { return add(cycle), true; });
+    read_log(reader(), [&](std::uint64_t, const auto& cycle) { return add(cycle), true; });
   } else {
     decode::Decoder decoder(reader(), add);
     decoder.push(beginning(), lines().lines);

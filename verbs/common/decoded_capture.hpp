@@ -184,6 +184,8 @@ class DecodedCapture {
   bool identifies() const { return arguments_.identify && arguments_.device.format.empty(); }
   bool open_next();
   bool open_words();
+  tl::expected<std::vector<LoggedWord>, std::string> first_words();
+  bool read_log(const decode::CycleReader& reader, const OnCycle& on_cycle);
   bool read_words(const decode::CycleReader& reader, const OnCycle& on_cycle);
   void warn_of_protocol();
   ExitStatus identify_format();

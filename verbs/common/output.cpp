@@ -71,13 +71,20 @@ bool Output::write(std::string_view text) {
   }
   if (held_.size() + text.size() < block_bytes) {
     held_.append(text);
-    return true;
+    return !soon_ || write_held();
   }
   // In one piece, so that a character that two writes share stays whole on a terminal.
   if (is_terminal_) held_.append(std::exchange(text, {}));
   const bool good = write_through(held_) && write_through(text);
   held_.clear();
   return good;
+}
+
+bool Output::write_held() {
+  const auto now = std::chrono::steady_clock::now();
+  if (now - written_ < std::chrono::milliseconds(100)) return true;
+  written_ = now;
+  return write_through(std::exchange(held_, {}));
 }
 
 bool Output::write_printable(std::string_view text) {

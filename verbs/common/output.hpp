@@ -1,6 +1,7 @@
 // The output of a verb: a file that is replaced as a whole, a pipe, a device, stdout.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -48,6 +49,10 @@ class Output final : public report::TextSink, private report::FileSink {
   bool write(std::string_view text) override;
   bool write_printable(std::string_view text) override;
 
+  /// From now on, a row is not held back for longer than 100 ms while others follow, unless the
+  /// target is a file.
+  void write_soon() { soon_ = !temporary_.exists(); }
+
   /// The same target as a file that is written at any place, instead of write(); null if it is not
   /// a regular file.
   report::FileSink* file() { return temporary_.exists() ? this : nullptr; }
@@ -77,6 +82,7 @@ class Output final : public report::TextSink, private report::FileSink {
   bool read_at(std::uint64_t offset, std::span<std::byte> bytes) override;
   void fail(std::string_view cause) override;
 
+  bool write_held();
   bool write_through(std::string_view text);
   bool write_bytes(std::string_view text);
   bool fail(std::string_view what, int cause);
@@ -93,6 +99,8 @@ class Output final : public report::TextSink, private report::FileSink {
   bool owns_descriptor_ = false;
   bool is_terminal_ = false;
   bool reader_left_ = false;
+  bool soon_ = false;
+  std::chrono::steady_clock::time_point written_{};
 };
 
 /// Opens the target, calls write(output), which returns false on failure, and finishes.

@@ -151,6 +151,7 @@ ExitStatus write_captures(
   }
   Output output(capture.host());
   if (!output.open(output_path)) return output.status();
+  if (capture.words() != nullptr && capture.words()->next) output.write_soon();
   std::vector<report::Column> all = columns();
   for (report::Column& column : columns_of(capture.fields())) {
     const bool taken = std::any_of(all.begin(), all.end(), [&](const report::Column& each) {

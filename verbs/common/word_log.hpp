@@ -1,6 +1,7 @@
 // A log of frames as words, one a line: `decode --words`.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <tl/expected.hpp>
@@ -11,17 +12,19 @@
 
 namespace biss::verbs {
 
-struct WordArguments {
-  /// `-` for standard input; empty: none.
-  std::string file;
-  WordReading reading;
-  /// The option that needs a time on every line; empty: none.
-  std::string needs_times;
-};
-
 struct LoggedWord {
   std::optional<Picoseconds> time;
   Word word;
+};
+
+struct WordArguments {
+  /// `-` for standard input; empty: none.
+  std::string file;
+  /// Gives timed words of a live line, called `file`, one after the other, until it gives none.
+  std::function<std::optional<LoggedWord>()> next;
+  WordReading reading;
+  /// The option that needs a time on every line; empty: none.
+  std::string needs_times;
 };
 
 /// Reads the words; all lines have the same number of digits, and either all or none have a number

@@ -49,16 +49,21 @@ void add_decode_options(Verb verb, DecodeOptions& options) {
                 "edges of MA; positions are unaffected");
   add_range_options(verb, options.capture);
   const Verb own = verb.scope(Scope::command);
+  own.add_flag("--no-verify", options.capture.no_verify,
+               "Do not verify the checksums of compressed samples (.sr, .dsl)");
+  add_count_option(own, "--threads", into(options.capture.threads),
+                   "Worker threads; by default one per core. The rows do not depend on it", 1024);
+  add_judged_row_options(verb, options);
+}
+
+void add_judged_row_options(Verb verb, DecodeOptions& options) {
+  const Verb own = verb.scope(Scope::command);
   own.add_option("--fail-on", options.fail_on,
                  "Exit with 1 if a row has one of these: nE, nW, marginal, safety (a fault in that "
                  "column), one of its verdicts, limits, one limit such as clock_max, a status such "
                  "as crc, or any: nE, limits and every status but ok, cut_start and cut_end")
       .delimiter(',')
       .type_name("CAUSE,...");
-  own.add_flag("--no-verify", options.capture.no_verify,
-               "Do not verify the checksums of compressed samples (.sr, .dsl)");
-  add_count_option(own, "--threads", into(options.capture.threads),
-                   "Worker threads; by default one per core. The rows do not depend on it", 1024);
   add_row_options(verb.scope(Scope::rows), options);
   add_motion_options(verb.section("Motion"), options.motion);
   add_output_option(verb, options.output,

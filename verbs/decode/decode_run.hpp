@@ -35,6 +35,8 @@ struct DecodeOptions {
 VerbText decode_text();
 /// Declares all options of the verb. \pre options outlives the parsing
 void add_decode_options(Verb verb, DecodeOptions& options);
+/// The part that is not about captures: --fail-on, the choice of rows and columns, motion, -o, --to.
+void add_judged_row_options(Verb verb, DecodeOptions& options);
 
 /// One run of the verb; it must live as long as its rows. Either run(), or in steps:
 ///

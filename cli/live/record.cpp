@@ -1,0 +1,63 @@
+#include "cli/live/record.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <iterator>
+
+namespace biss::cli {
+
+Record::Record(const std::string& path, verbs::Host& host) : path_(path), host_(host) {
+  descriptor_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (descriptor_ < 0) throw verbs::wrong_file("{}: {}", path, std::strerror(errno));
+  held_ = "# biss read --record: the time and the bytes of each transfer, the first clock first\n";
+}
+
+Record::~Record() { ::close(descriptor_); }
+
+void Record::add(Picoseconds time, std::span<const std::uint8_t> bytes) {
+  if (lost_ != 0) {
+    ++lost_;
+    return;
+  }
+  // The clock has whole nanoseconds.
+  fmt::format_to(std::back_inserter(held_), "{}ns ", time.count / 1'000);
+  constexpr std::string_view digits = "0123456789ABCDEF";
+  for (const std::uint8_t byte : bytes) {
+    held_ += digits[byte >> 4U];
+    held_ += digits[byte & 15U];
+  }
+  held_ += '\n';
+  const auto now = std::chrono::steady_clock::now();
+  if (now - written_ < std::chrono::milliseconds(100) && held_.size() < 65536) return;
+  written_ = now;
+  write();
+}
+
+void Record::write() {
+  while (!held_.empty()) {
+    const auto written = ::write(descriptor_, held_.data(), held_.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) {
+      lost_ = static_cast<std::uint64_t>(std::count(held_.begin(), held_.end(), '\n'));
+      host_.warn(fmt::format("{}: {}; the record ends here, reading goes on", path_,
+                             std::strerror(errno)));
+      held_.clear();
+      return;
+    }
+    held_.erase(0, static_cast<std::size_t>(written));
+  }
+}
+
+bool Record::finish() {
+  write();
+  if (lost_ != 0)
+    host_.warn(fmt::format("{}: {} transfers are missing in the record", path_, lost_));
+  return lost_ == 0;
+}
+
+}  // namespace biss::cli

@@ -1,0 +1,163 @@
+#include "live/spi_port.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <linux/spi/spidev.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <utility>
+
+namespace biss::live {
+namespace {
+
+// MA rests high for this many bytes before the first clock and after the last one.
+constexpr std::size_t rest_bytes = 1;
+// A low and a high half of four clocks.
+constexpr std::uint8_t four_clocks = 0x55;
+
+std::string problem_of(const std::string& path, int error) {
+  switch (error) {
+    case ENOENT:
+      return fmt::format("{}: not found; is SPI switched on (device tree, `raspi-config`)?", path);
+    case EACCES:
+    case EPERM:
+      return fmt::format("{}: no permission; add your user to the group of the device", path);
+    case EWOULDBLOCK:
+      return fmt::format("{}: another `biss read` uses it", path);
+    case ENOTTY:
+      return fmt::format("{}: is not an SPI device (spidev)", path);
+    case EINVAL:
+      return fmt::format("{}: the controller does not accept this mode or clock", path);
+    default:
+      return fmt::format("{}: {}", path, std::strerror(error));
+  }
+}
+
+PortFault fault_of(int error) {
+  switch (error) {
+    case ESHUTDOWN:
+    case ENODEV:
+    case ENXIO:
+    case ENOTCONN:
+    case EBADF:
+      return PortFault::gone;
+    case EBUSY:
+      return PortFault::busy;
+    case EMSGSIZE:
+      return PortFault::too_long;
+    case ETIMEDOUT:
+      return PortFault::timed_out;
+    default:
+      return PortFault::failed;
+  }
+}
+
+}  // namespace
+
+tl::expected<SpiPort, std::string> SpiPort::open(const SpiPortSetup& setup) {
+  SpiPort port(setup);
+  std::string problem = port.start();
+  if (!problem.empty()) return tl::unexpected(std::move(problem));
+  return port;
+}
+
+SpiPort::SpiPort(SpiPort&& other) noexcept
+    : setup_(std::move(other.setup_)), descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+SpiPort::~SpiPort() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+bool SpiPort::reopen() {
+  if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
+  return start().empty();
+}
+
+// Returns the reason of a failure, or an empty text.
+std::string SpiPort::start() {
+  const std::string& path = setup_.path;
+  descriptor_ = ::open(path.c_str(), O_RDWR | O_CLOEXEC);
+  if (descriptor_ < 0) return problem_of(path, errno);
+  if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+    return problem_of(path, errno);
+  }
+  const bool is_mosi = setup_.ma == MaPin::mosi;
+  std::uint8_t mode = is_mosi ? SPI_MODE_0 : SPI_MODE_3;
+  std::uint8_t bits = 8;
+  auto speed = static_cast<std::uint32_t>(setup_.clock.count * (is_mosi ? 2 : 1));
+  if (::ioctl(descriptor_, SPI_IOC_WR_MODE, &mode) != 0 ||
+      ::ioctl(descriptor_, SPI_IOC_WR_BITS_PER_WORD, &bits) != 0 ||
+      ::ioctl(descriptor_, SPI_IOC_WR_MAX_SPEED_HZ, &speed) != 0) {
+    return problem_of(path, errno);
+  }
+  return {};
+}
+
+std::optional<PortFault> SpiPort::transfer(std::span<std::uint8_t> receive) {
+  spi_ioc_transfer message{};
+  std::span<std::uint8_t> into = receive;
+  if (setup_.ma == MaPin::mosi) {
+    const std::size_t bytes = 2 * receive.size() + 2 * rest_bytes;
+    if (sent_.size() != bytes) {
+      sent_.assign(bytes, four_clocks);
+      std::fill_n(sent_.begin(), rest_bytes, std::uint8_t{0xFF});
+      std::fill_n(sent_.rbegin(), rest_bytes, std::uint8_t{0xFF});
+      sampled_.resize(bytes);
+    }
+    message.tx_buf = reinterpret_cast<std::uintptr_t>(sent_.data());
+    into = sampled_;
+  }
+  message.rx_buf = reinterpret_cast<std::uintptr_t>(into.data());
+  message.len = static_cast<std::uint32_t>(into.size());
+  const int got = ::ioctl(descriptor_, SPI_IOC_MESSAGE(1), &message);
+  error_ = got < 0 ? errno : 0;
+  if (got < 0) return fault_of(error_);
+  if (static_cast<std::size_t>(got) != into.size()) return PortFault::short_transfer;
+  if (into.data() == receive.data()) return std::nullopt;
+  // The sample in the high half of each clock.
+  for (std::size_t i = 0; i < receive.size(); ++i) {
+    unsigned byte = 0;
+    for (std::size_t half : {2 * i, 2 * i + 1}) {
+      for (int bit = 6; bit >= 0; bit -= 2) {
+        byte = byte << 1U | ((sampled_[rest_bytes + half] >> bit) & 1U);
+      }
+    }
+    receive[i] = static_cast<std::uint8_t>(byte);
+  }
+  return std::nullopt;
+}
+
+std::optional<ReachedClock> SpiPort::measure_clock() {
+  using Clock = std::chrono::steady_clock;
+  constexpr std::size_t repeats = 25;
+  // The longer one fits into the buffer of spidev (4096 bytes), also with two bits for each clock.
+  constexpr std::array<std::size_t, 2> lengths{16, 1024};
+  // For each length, the times in nanoseconds, the shortest one first: only others are disturbed.
+  std::array<std::array<std::int64_t, repeats>, 2> times{};
+  std::vector<std::uint8_t> bytes(lengths[1]);
+  for (std::size_t i = 0; i < repeats; ++i) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      const auto began = Clock::now();
+      if (transfer(std::span(bytes).first(lengths[k]))) return std::nullopt;
+      times[k][i] = std::chrono::nanoseconds(Clock::now() - began).count();
+    }
+  }
+  for (auto& each : times) std::sort(each.begin(), each.end());
+  const std::int64_t apart = times[1][0] - times[0][0];
+  const std::int64_t doubt =
+      times[0][repeats / 4] - times[0][0] + times[1][repeats / 4] - times[1][0];
+  if (apart <= 4 * doubt) return std::nullopt;
+  const auto clocks = static_cast<std::int64_t>(8 * (lengths[1] - lengths[0]));
+  const std::int64_t clock = clocks * 1'000'000'000 / apart;
+  return ReachedClock{Hertz(static_cast<std::uint32_t>(clock)),
+                      Hertz(static_cast<std::uint32_t>(clock * doubt / apart + 1))};
+}
+
+}  // namespace biss::live
