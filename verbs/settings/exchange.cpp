@@ -23,10 +23,10 @@ using Values = std::vector<Number>;
 // ---- The terms of masters.txt
 
 /// The bits of a channel in the order lead, multiturn, gap, singleturn, bits after the position.
-struct FrameBits {
-  explicit FrameBits(const ChannelFormat& of) : channel(of) {
-    const Field low = of.position.present() ? of.position : of.singleturn;
-    const Field high = of.multiturn.present() ? of.multiturn : low;
+struct BitLayout {
+  explicit BitLayout(const ChannelFormat& of) : channel(of) {
+    const biss::Field low = of.position.present() ? of.position : of.singleturn;
+    const biss::Field high = of.multiturn.present() ? of.multiturn : low;
     multiturn = of.multiturn.bits;
     singleturn = low.bits;
     after = low.shift;
@@ -61,7 +61,7 @@ struct FrameBits {
   bool in_order = true;
 };
 
-Number number(int value) { return static_cast<std::uint64_t>(value); }
+Number number_of_bits(int value) { return static_cast<std::uint64_t>(value); }
 Number power_of_2(int bits) {
   return bits < 64 ? Number(std::uint64_t{1} << static_cast<unsigned>(bits)) : std::nullopt;
 }
@@ -69,43 +69,45 @@ Number power_of_2(int bits) {
 /// A term and its value for a frame; nothing: the row keeps its fallback.
 struct Term {
   std::string_view name;
-  Number (*value)(const FrameBits& frame);
+  Number (*value)(const BitLayout& frame);
 };
-using F = const FrameBits&;
+using F = const BitLayout&;
 constexpr auto terms = std::to_array<Term>({
-    {"multiturn", [](F f) { return number(f.multiturn); }},
-    {"singleturn", [](F f) { return number(f.singleturn); }},
-    {"position", [](F f) { return number(f.multiturn + f.singleturn); }},
+    {"multiturn", [](F f) { return number_of_bits(f.multiturn); }},
+    {"singleturn", [](F f) { return number_of_bits(f.singleturn); }},
+    {"position", [](F f) { return number_of_bits(f.multiturn + f.singleturn); }},
     {"counts_multiturn", [](F f) { return power_of_2(f.multiturn); }},
     {"counts_singleturn", [](F f) { return power_of_2(f.singleturn); }},
-    {"lead", [](F f) { return number(f.lead); }},
-    {"tail", [](F f) { return number(f.tail()); }},
-    {"payload", [](F f) { return number(f.channel.data_bits - f.after + f.tail()); }},
-    {"first_multiturn", [](F f) { return f.multiturn == 0 ? Number() : number(f.lead); }},
-    {"first_singleturn", [](F f) { return number(f.lead + f.multiturn + f.gap); }},
-    {"after_bits", [](F f) { return number(f.after); }},
-    {"after_all", [](F f) { return number(f.after + f.channel.crc.width_bits); }},
-    {"data", [](F f) { return number(f.channel.data_bits); }},
-    {"data_minus_1", [](F f) { return number(f.channel.data_bits - 1); }},
-    {"frame", [](F f) { return number(static_cast<int>(f.channel.total_bits())); }},
-    {"status_off", [](F f) { return number(f.status == "ew" ? 0 : 1); }},
-    {"status_high", [](F f) { return number(f.status == "EW" ? 1 : 0); }},
-    {"gray", [](F f) { return number(f.channel.coded() ? 1 : 0); }},
+    {"lead", [](F f) { return number_of_bits(f.lead); }},
+    {"tail", [](F f) { return number_of_bits(f.tail()); }},
+    {"payload", [](F f) { return number_of_bits(f.channel.data_bits - f.after + f.tail()); }},
+    {"first_multiturn", [](F f) { return f.multiturn == 0 ? Number() : number_of_bits(f.lead); }},
+    {"first_singleturn", [](F f) { return number_of_bits(f.lead + f.multiturn + f.gap); }},
+    {"after_bits", [](F f) { return number_of_bits(f.after); }},
+    {"after_all", [](F f) { return number_of_bits(f.after + f.channel.crc.width_bits); }},
+    {"data", [](F f) { return number_of_bits(f.channel.data_bits); }},
+    {"data_minus_1", [](F f) { return number_of_bits(f.channel.data_bits - 1); }},
+    {"frame", [](F f) { return number_of_bits(static_cast<int>(f.channel.total_bits())); }},
+    {"status_off", [](F f) { return number_of_bits(f.status == "ew" ? 0 : 1); }},
+    {"status_high", [](F f) { return number_of_bits(f.status == "EW" ? 1 : 0); }},
+    {"gray", [](F f) { return number_of_bits(f.channel.coded() ? 1 : 0); }},
     {"polynomial", [](F f) { return Number(f.channel.crc.polynomial); }},
     {"polynomial_half", [](F f) { return Number(f.channel.crc.polynomial >> 1U); }},
-    {"crc_width", [](F f) { return number(f.channel.crc.width_bits); }},
-    {"crc_usual", [](F f) { return number(f.usual() ? 0 : 1); }},
+    {"crc_width", [](F f) { return number_of_bits(f.channel.crc.width_bits); }},
+    {"crc_usual", [](F f) { return number_of_bits(f.usual() ? 0 : 1); }},
     {"crc_field",
      [](F f) {
        const CrcSpec& crc = f.channel.crc;
        return Number(f.usual() ? crc.width_bits : crc.polynomial >> 1U);
      }},
     {"crc_inverted",
-     [](F f) { return f.channel.crc.present() ? number(f.channel.crc.inverted) : Number(); }},
+     [](F f) {
+       return f.channel.crc.present() ? number_of_bits(f.channel.crc.inverted) : Number();
+     }},
     {"crc_start", [](F f) { return Number(f.channel.crc.start); }},
     // Users may choose other values than these.
     {"counts_free", [](F f) { return power_of_2(f.multiturn + f.singleturn); }},
-    {"turns_free", [](F f) { return number(f.multiturn > 0 ? 1 : 0); }},
+    {"turns_free", [](F f) { return number_of_bits(f.multiturn > 0 ? 1 : 0); }},
 });
 
 const Term* find_term(std::string_view name) {
@@ -215,8 +217,8 @@ std::string crc_text(const CrcSpec& crc) {
 
 // Why the master cannot read the format: the first thing that it reads otherwise. Empty if it can.
 std::string misread(const Master& master, const FrameFormat& format, const FrameFormat& read) {
-  const FrameBits sent(format.channel_list[0]);
-  const FrameBits seen(read.channel_list[0]);
+  const BitLayout sent(format.channel_list[0]);
+  const BitLayout seen(read.channel_list[0]);
   const CrcSpec& crc = sent.channel.crc;
   const CrcSpec& crc_seen = seen.channel.crc;
   if (!master.any_crc) {
@@ -296,7 +298,7 @@ tl::expected<Values, std::string> values_of(const Master& master, const FrameFor
     return tl::unexpected(fmt::format(
         "chain: the frame has {} channels; the table has settings for one", format.channel_count));
   }
-  const FrameBits frame(format.channel_list[0]);
+  const BitLayout frame(format.channel_list[0]);
   const ChannelFormat& channel = frame.channel;
   if (channel.crc.deviates()) {
     return tl::unexpected(std::string("crc_error: no master has a setting for this error"));
@@ -378,6 +380,9 @@ std::string allowed_values(const Parameter& row) {
   if (!codes.empty()) return fmt::format("{}", fmt::join(codes, ", "));
   if (!row.names.empty()) return fmt::format("{}", fmt::join(row.names, ", "));
   if (row.term.starts_with("counts_")) return "a power of 2";
+  if (row.form == Form::microseconds) {
+    return fmt::format("{} to {} us", text_of_value(row, row.low), text_of_value(row, row.high));
+  }
   return fmt::format("a number from {} to {}", row.low, row.high);
 }
 
@@ -572,13 +577,11 @@ Found format_of(const Master& master, const std::vector<std::string>& settings,
   for (std::size_t i = 0; i < values.size(); ++i) {
     const Parameter& row = master.parameters[i];
     if (!values[i]) continue;
-    const auto time = microseconds(static_cast<std::int64_t>(*values[i]));
     if (row.term == "clock") {
       found.times.clock = hertz(static_cast<std::uint32_t>(hertz_of(row, *values[i])));
-    } else if (row.term == "busy") {
-      found.times.ack_max = time;
-    } else if (row.term == "timeout") {
-      found.times.timeout = time;
+    } else if (row.term == "busy" || row.term == "timeout") {
+      (row.term == "busy" ? found.times.ack_max : found.times.timeout) =
+          microseconds(static_cast<std::int64_t>(*values[i]));
     }
   }
   return found;
