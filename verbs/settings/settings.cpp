@@ -218,9 +218,7 @@ void add_settings(Command& command) {
        .purpose = "Show what to type into a drive or controller for a frame format, and back",
        .examples = {"biss settings -f resolute-26 --for el5042 --clock 10MHz",
                     "biss settings -f mt12,st19,nE,nW,crc6 --for all",
-                    "biss settings --from novanta FBK_BISS1_SSI1_FRAME_SIZE=39 "
-                    "FBK_BISS1_SSI1_POS_BITS=31 FBK_BISS1_SSI1_POS_ST_BITS=19 "
-                    "FBK_BISS1_SSI1_POS_START_BIT=8",
+                    "biss settings --from ti-am243x single_turn_len=19 multi_turn_len=12",
                     "biss settings --from geo-brick 'channel=$211492' -f resolute-18",
                     "biss settings"}},
       [options](Host& host) { return run_settings(*options, host); });
