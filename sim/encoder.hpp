@@ -105,6 +105,10 @@ class Encoder {
 
   /// Stops the motion from now on. \param position not wider than the motion's position
   void hold(std::uint64_t position) { motion_.hold(position); }
+  /// Another motion from now on, of the same word.
+  void set_motion(const Motion& motion) { motion_ = motion; }
+  /// The position of the motion at this time, whether or not it is sampled then.
+  std::uint64_t position_at(Picoseconds moment) const { return motion_.at(moment); }
 
   /// Faults outside of the encoder have no effect. \param detail random bits of the fault
   void begin_fault(FaultKind kind, std::uint64_t detail) {

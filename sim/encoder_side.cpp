@@ -65,7 +65,7 @@ void EncoderSide::begin_cycle(std::uint64_t number, Picoseconds begin) {
     nodes_[k].slave.source().begin_cycle(sampling_shift(setup_.timing, setup_.seed + k, number));
   }
   schedule_.begin_cycle(number, begin);
-  if (schedule_.empty()) return;
+  if (schedule_.empty() && disturbance_.active() == 0) return;
   act();
   faults_ |= disturbance_.active();
 }
@@ -112,8 +112,16 @@ void EncoderSide::act() {
     const FaultAction action = schedule_.take();
     // A fault that ends with the begin of this cycle concerns only earlier cycles.
     if (action.begins || action.time > begin_) faults_ |= set_of(action.kind);
-    action.begins ? begin_fault(action.kind) : end_fault(action.kind);
+    if (action.begins) {
+      begin_fault(action.kind);
+    } else if ((held_ & set_of(action.kind)) == 0) {
+      end_fault(action.kind);
+    }
   }
+  put_levels();
+}
+
+void EncoderSide::put_levels() {
   put_flags();
   put_ma<true>();
   Node& last = nodes_.back();
@@ -121,6 +129,21 @@ void EncoderSide::act() {
   if (!foreign_level_ && !waiting_) level = last.slave.step(now_, ma_slave_, last.sli).level;
   put_node<true>(nodes_.size() - 1U, level);
   put_slo<true>();
+}
+
+void EncoderSide::hold_fault(FaultKind kind) {
+  if ((held_ & set_of(kind)) != 0) return;
+  held_ |= set_of(kind);
+  if (!disturbance_.active(kind)) begin_fault(kind);
+  faults_ |= set_of(kind);
+  put_levels();
+}
+
+void EncoderSide::release_fault(FaultKind kind) {
+  if ((held_ & set_of(kind)) == 0) return;
+  held_ &= ~set_of(kind);
+  end_fault(kind);
+  put_levels();
 }
 
 void EncoderSide::begin_fault(FaultKind kind) {

@@ -90,6 +90,9 @@ class EncoderSide {
   void set_start(const SlaveTiming& timing);
   void switch_channels();
   void put_flags();
+  /// A fault begins now and lasts until it is released.
+  void hold_fault(FaultKind kind);
+  void release_fault(FaultKind kind);
 
   // Full: there may be faults, several encoders, control communication or a filter. Without them
   // this takes two thirds of the time.
@@ -145,6 +148,7 @@ class EncoderSide {
     edges_.push_back({now_, line, level ? wire::Level::high : wire::Level::low});
   }
   void act();
+  void put_levels();
   void begin_fault(FaultKind kind);
   void end_fault(FaultKind kind);
   void apply_start();
@@ -155,6 +159,7 @@ class EncoderSide {
   Picoseconds filter_due_ = never;
   Picoseconds slo_delay_{};
   std::optional<SlaveTiming> start_;
+  FaultSet held_ = 0;
   bool waiting_ = false;      // see waits_for_edge_
   unsigned payload_bit_ = 0;  // that the node next to the master sends
   bool ma_wire_ = true;       // at the master

@@ -38,6 +38,11 @@ FarEndOutput FarEnd::step(Picoseconds now, bool ma, bool foreign_slo) {
     put_node<true>(0, foreign_slo);
   }
   run(now);
+  put_cycle();
+  return {slo_, ma_slave_, next_event<true>()};
+}
+
+void FarEnd::put_cycle() {
   if (encoder().sampled() != cycle_.sampled) {
     cycle_.sampled = encoder().sampled();
     if (cycle_.sampled) cycle_.sent = encoder().sent();
@@ -45,7 +50,14 @@ FarEndOutput FarEnd::step(Picoseconds now, bool ma, bool foreign_slo) {
   cycle_.faults = faults_;
   cycle_.injected = injected_;
   cycle_.lateness = lateness_;
-  return {slo_, ma_slave_, next_event<true>()};
+}
+
+void FarEnd::set_lasting(FaultKind kind, bool lasts, Picoseconds now) {
+  edges_.clear();
+  run(now);
+  now_ = now;
+  lasts ? hold_fault(kind) : release_fault(kind);
+  put_cycle();
 }
 
 // Without delays, one event makes the next at the same time.
@@ -104,6 +116,8 @@ Picoseconds FarEnd::timeout() const {
 }
 
 void FarEnd::begin_request() {
+  put_cycle();
+  std::swap(previous_, cycle_);
   cycle_ = FarEndCycle{};
   cycle_.number = requests_++;
   cycle_.begin = now_;

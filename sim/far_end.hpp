@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "sim/encoder_side.hpp"
@@ -67,6 +68,22 @@ class FarEnd : public EncoderSide {
 
   /// The last request that began; nothing before the first one. Valid until the next step.
   const FarEndCycle* cycle() const { return requests_ == 0 ? nullptr : &cycle_; }
+  /// The request before it, complete; nothing before the second one. Valid until the next step.
+  const FarEndCycle* previous() const { return requests_ < 2 ? nullptr : &previous_; }
+  /// The number of requests; the next one has this number.
+  std::uint64_t requests() const { return requests_; }
+
+  /// The faults from the next request on, in place of those of the setup.
+  /// \pre as for the constructor
+  void set_faults(std::vector<FaultRule> rules) { schedule_.set_rules(std::move(rules)); }
+  /// `cut` or `brown_out` lasts from now on, or ends: a plug that is pulled, a supply that is off.
+  /// \pre now is not before the last step
+  void set_lasting(FaultKind kind, bool lasts, Picoseconds now);
+  /// The encoder moves in this way from now on.
+  void set_motion(MotionKind kind) {
+    encoder().set_motion(
+        Motion(kind, position_word(setup_.format), nominal().interval, setup_.seed));
+  }
   Encoder& encoder() { return nodes_[0].slave.source(); }
   /// Flags that the encoder reports in addition to faults, from the next sample on.
   void set_flags(bool nE, bool nW) {
@@ -86,10 +103,12 @@ class FarEnd : public EncoderSide {
   bool begins_request();
   Picoseconds timeout() const;
   void begin_request();
+  void put_cycle();
   void run(Picoseconds end);
 
   Picoseconds processing_max_;
   FarEndCycle cycle_;
+  FarEndCycle previous_;
   std::uint64_t requests_ = 0;
   Picoseconds fall_period_;  // of MA as it runs
   Picoseconds reference_{};  // 1.5 periods of MA, as the encoder measures them

@@ -396,6 +396,61 @@ TEST(FarEnd, Registers_ComeBackWithTheSupply) {
   EXPECT_EQ(far.registers().value(0x48), 0x11);
 }
 
+TEST(FarEnd, FaultsThatChange_ApplyFromTheNextRequestOn) {
+  LineSetup setup = line_setup();
+  setup.faults = {parse_fault("no_answer:1").value()};
+  FarEnd far(far_setup(setup));
+  Bench bench(far, setup);
+  std::string seen;
+  for (int i = 0; i < 6; ++i) {
+    if (i == 1) far.set_faults({});
+    if (i == 3) far.set_faults({parse_fault("nE@3").value()});
+    bench.request(microseconds(10 + 100 * i), microseconds(100 + 100 * i));
+    seen += sim::text_of(far.cycle()->faults) + (bench.reading().frame.ok() ? "+ " : "- ");
+    if (i == 0) {
+      EXPECT_EQ(far.previous(), nullptr);
+    } else {
+      EXPECT_EQ(far.previous()->number, static_cast<std::uint64_t>(i - 1));
+    }
+  }
+  EXPECT_EQ(seen, "no_answer- + + nE+ + + ");
+  EXPECT_EQ(far.requests(), 6U);
+}
+
+// A loss of supply that was drawn ends while the supply is off, and the plug is pulled twice.
+TEST(FarEnd, LastingFault_LastsUntilItIsReleased) {
+  LineSetup setup = line_setup();
+  setup.faults = {parse_fault("brown_out@2").value()};
+  FarEnd far(far_setup(setup));
+  Bench bench(far, setup);
+  std::string seen;
+  for (int i = 0; i < 14; ++i) {
+    const Picoseconds between = microseconds(5 + 100 * i);
+    if (i == 1) far.set_lasting(FaultKind::brown_out, true, between);
+    if (i == 8) far.set_lasting(FaultKind::brown_out, false, between);
+    if (i == 10 || i == 11) far.set_lasting(FaultKind::cut, true, between);
+    if (i == 12) far.set_lasting(FaultKind::cut, false, between);
+    bench.request(microseconds(10 + 100 * i), microseconds(100 + 100 * i));
+    seen += bench.reading().frame.ok() ? '+' : '-';
+    EXPECT_EQ(far.cycle()->faults != 0, seen.back() == '-') << i;
+  }
+  EXPECT_EQ(seen, "+-------++--++");
+}
+
+TEST(FarEnd, MotionThatChanges_IsSent) {
+  const LineSetup setup = line_setup();
+  FarEnd far(far_setup(setup));
+  Bench bench(far, setup);
+  far.encoder().hold(42);
+  EXPECT_EQ(text_of(bench.request(microseconds(10), microseconds(100))), "42 0;15");
+  EXPECT_EQ(far.encoder().position_at(microseconds(90)), 42U);
+  far.set_motion(MotionKind::ramp);
+  bench.request(microseconds(110), microseconds(200));
+  const std::uint64_t ramp = far.cycle()->sent.channel_list[0].position;
+  EXPECT_EQ(far.encoder().position_at(far.cycle()->sampled.value()), ramp);
+  EXPECT_NE(ramp, far.encoder().position_at(microseconds(10)));
+}
+
 TEST(FaultText, RulesAndMistakes_AreTold) {
   EXPECT_EQ(parse_fault("flip@0x10,bit=7")->cycle, 16U);
   EXPECT_EQ(parse_fault("flip:0.5")->share, std::uint64_t{1} << 31U);

@@ -110,7 +110,13 @@ class FaultSchedule {
  public:
   /// \pre a rule's place is one of places_of() for the nominal cycle
   FaultSchedule(std::vector<FaultRule> rules, std::uint64_t seed)
-      : rules_(std::move(rules)), seed_(scrambled(seed ^ 0x5DEECE66DU)) {
+      : seed_(scrambled(seed ^ 0x5DEECE66DU)) {
+    set_rules(std::move(rules));
+  }
+
+  /// The rules from the next cycle on. A fault that lasts ends as it was drawn.
+  void set_rules(std::vector<FaultRule> rules) {
+    rules_ = std::move(rules);
     std::stable_partition(rules_.begin(), rules_.end(),
                           [](const FaultRule& rule) { return rule.cycle.has_value(); });
   }
