@@ -117,6 +117,11 @@ class FarEnd : public EncoderSide {
   unsigned rises_ = 0;  // of MA since the request began, up to 2
 };
 
+/// Whether a far end injects the fault in full: it does not need a master that takes part.
+constexpr bool is_of_far_end(FaultKind kind) {
+  return is_simulated(kind) && kind != FaultKind::delay;
+}
+
 /// Whether the fault is one of the encoder itself, which a cable cannot make.
 bool needs_encoder(FaultKind kind);
 

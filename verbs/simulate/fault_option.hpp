@@ -19,8 +19,8 @@ tl::expected<sim::FaultRule, std::string> read_fault(const std::string& text);
 std::string wrong_faults(std::span<const sim::FaultRule> rules, const sim::NominalCycle& nominal,
                          std::uint64_t cycles);
 
-/// The names of all kinds, separated by commas.
-std::string fault_kinds_text();
+/// The names of the kinds that are offered, separated by commas.
+std::string fault_kinds_text(bool (*is_offered)(sim::FaultKind) = sim::is_injectable);
 
 /// The places at which faults began, as `flip@bit=7;cut@clock=12.25`, chosen at random or given.
 std::string text_of(std::span<const sim::InjectedFault> injected);
