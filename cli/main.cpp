@@ -1,7 +1,8 @@
-// The command `biss`: all verbs, and `biss view`.
+// The command `biss`: all verbs, `biss view` and `biss emulate`.
 #include <new>
 
 #include "cli/command_line.hpp"
+#include "cli/live/emulate.hpp"
 #include "cli/live/read.hpp"
 #include "cli/view/view.hpp"
 #include "verbs/common/host.hpp"
@@ -18,6 +19,7 @@ int main(int argc, char** argv) {
     verbs::add_verbs(command);
     cli::add_view(command);
     cli::add_read(command);
+    cli::add_emulate(command);
     return static_cast<int>(cli::run_command_line(command, argc, argv));
   } catch (const std::bad_alloc&) {
     return static_cast<int>(host.fail(verbs::ExitStatus::io, "out of memory"));
