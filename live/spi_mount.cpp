@@ -188,10 +188,14 @@ SpiMount::SpiMount(SpiDevice& device, std::function<void()> before_reply)
 }
 
 SpiMount::~SpiMount() {
+  unmount();
+  std::free(state_->buffer.mem);
+}
+
+void SpiMount::unmount() {
   if (state_->session == nullptr) return;
   if (state_->mounted) fuse_session_unmount(state_->session);
-  fuse_session_destroy(state_->session);
-  std::free(state_->buffer.mem);
+  fuse_session_destroy(std::exchange(state_->session, nullptr));
 }
 
 std::string fuse_problem(int error) {

@@ -15,7 +15,6 @@ class SpiMount {
   /// \param device outlives it
   /// \param before_reply is called when a message is done, before the program learns of it
   SpiMount(SpiDevice& device, std::function<void()> before_reply);
-  /// Unmounts it. Programs that have it open get errors from then on.
   ~SpiMount();
   SpiMount(const SpiMount&) = delete;
   SpiMount& operator=(const SpiMount&) = delete;
@@ -24,6 +23,10 @@ class SpiMount {
   std::string mount(const std::string& path);
   /// Serves a mount that belongs to this open descriptor of /dev/fuse, and closes it at the end.
   void adopt(int descriptor);
+
+  /// Programs that have it open get errors from now on, also those that wait. The last call; the
+  /// destructor does the same.
+  void unmount();
 
   /// Readable if there is a request.
   int descriptor() const;

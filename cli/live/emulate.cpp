@@ -204,6 +204,7 @@ class Emulation {
       return output.status();
     }
     serve();
+    mount_.unmount();
     return ExitStatus::done;
   }
 
@@ -213,14 +214,21 @@ class Emulation {
     mount_.adopt(started.fuse);
     child_ = started.process;
     serve();
-    // The device is gone, and the command was to end: quit.
-    if (child_ > 0) {
-      ::kill(child_, SIGTERM);
-      ::waitpid(child_, &child_status_, 0);
-    }
+    // A command that waits for the device cannot end before.
+    mount_.unmount();
+    if (child_ > 0) end_command();
     const bool exited = WIFEXITED(child_status_);
     return static_cast<ExitStatus>(exited ? WEXITSTATUS(child_status_)
                                           : 128 + WTERMSIG(child_status_));
+  }
+
+  // After `quit`: SIGTERM, and SIGKILL two seconds later.
+  void end_command() {
+    ::kill(child_, SIGTERM);
+    for (int tenths = 0; ::waitpid(child_, &child_status_, WNOHANG) == 0; ++tenths) {
+      if (tenths == 20) ::kill(child_, SIGKILL);
+      ::poll(nullptr, 0, 100);
+    }
   }
 
   void serve() {

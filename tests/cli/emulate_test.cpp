@@ -1,0 +1,261 @@
+// `biss emulate`: programs that know nothing of it read the emulated encoder through spidev.
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <thread>
+
+#include "tests/cli/run_command.hpp"
+
+namespace biss::verbs::emulate_test {
+
+using testing::HasSubstr;
+using testing::StartsWith;
+
+const std::string client = BISS_SPIDEV_CLIENT;
+constexpr const char* line26 = "-f resolute-26 --clock 5MHz --cable 10m";
+
+// With --time the bytes do not depend on the speed of this machine.
+Words emulate(const Words& options, const Words& command) {
+  return Words{"emulate"} + Words(line26) + options + Words{"--"} + command;
+}
+
+// `biss emulate --at` until the end of the test.
+class Emulator {
+ public:
+  Emulator(const Folder& folder, const Words& more)
+      : at(folder.path("spidev")), ctl(folder.path("ctl")) {
+    process_ =
+        start(Words{BISS_COMMAND, "emulate", "--at", at, "--ctl", ctl} + Words(line26) + more,
+              "/dev/null", folder.path("ready"), folder.path("err"));
+    for (int i = 0; i < 500 && content_of(folder.path("ready")) != at + "\n"; ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    }
+    EXPECT_EQ(content_of(folder.path("ready")), at + "\n") << content_of(folder.path("err"));
+  }
+  ~Emulator() {
+    if (process_ > 0) end(SIGKILL);
+    run_client(Words{"fusermount3", "-q", "-u", "-z", at});
+  }
+  Emulator(const Emulator&) = delete;
+  Emulator& operator=(const Emulator&) = delete;
+
+  int end(int signal) {
+    ::kill(process_, signal);
+    return wait();
+  }
+  int wait() {
+    int status = 0;
+    ::waitpid(std::exchange(process_, -1), &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+  std::string ask(const std::string& command) const {
+    const Outcome outcome = run(Words{"emulate", "ctl", ctl, command});
+    EXPECT_EQ(outcome.status, outcome.out.starts_with("ok") ? 0 : 1) << outcome.err;
+    return outcome.out;
+  }
+  static int run_client(const Words& words, const std::string& out = "/dev/null") {
+    int status = -1;
+    ::waitpid(start(words, "/dev/null", out, out + ".err"), &status, 0);
+    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  }
+
+  const std::string at;
+  const std::string ctl;
+
+ private:
+  pid_t process_ = -1;
+};
+
+class Emulate : public InFolder {
+ protected:
+  // A machine without FUSE, or a container without the right to mount.
+  void SetUp() override {
+    const Outcome probe = run(emulate({}, {"true"}));
+    if (probe.status == 3) GTEST_SKIP() << "FUSE cannot be mounted here: " << probe.err;
+    ASSERT_EQ(probe.status, 0) << probe.err;
+  }
+
+  // Each request that was read: undamaged with the position that was sent, damaged never with
+  // another one. \return the number of damaged ones
+  std::size_t expect_read(const std::string& words, const std::string& truth, std::size_t count) {
+    const std::string log = folder.file("words.log", words);
+    const auto rows =
+        rows_of(run(Words{"decode", "--words", log, "-f", "resolute-26", "--to", "csv"}).out);
+    const auto sent = rows_of(truth);
+    EXPECT_EQ(rows.size(), count);
+    EXPECT_EQ(sent.size(), count);
+    std::size_t damaged = 0;
+    bool before = false;
+    for (std::size_t k = 0; k < std::min(rows.size(), sent.size()); ++k) {
+      const bool now = !sent[k].at("faults").empty();
+      const bool good = rows[k].at("status") == "ok" && rows[k].at("nE") == "1";
+      if (good || !(now || before)) {
+        EXPECT_TRUE(good) << k << ' ' << rows[k].at("status");
+        EXPECT_EQ(rows[k].at("position"), sent[k].at("position")) << k << sent[k].at("faults");
+      }
+      damaged += now && !good ? 1U : 0U;
+      before = now;
+    }
+    return damaged;
+  }
+};
+
+TEST_F(Emulate, ProgramInC_ReadsWhatWasSentOrDetectsTheFault) {
+  const std::string truth = folder.path("truth.csv");
+  const Words options(
+      "--time step:100us --motion sine --fault flip:0.05 --fault cut:0.01 --fault "
+      "no_answer:0.02 --fault glitch_slo:0.02 --fault lost_clock:0.02 --fault "
+      "brown_out:0.002 --seed 5 --truth {}",
+      truth);
+  const Words reads{client, "read", "/dev/spidev0.0", "8000", "12", "0"};
+  const Outcome first = run_ok(emulate(options, reads));
+  const std::string sent = content_of(truth);
+  EXPECT_GT(expect_read(first.out, sent, 8000), 600U);
+  // Each run gives the same.
+  const Outcome second = run_ok(emulate(options, reads));
+  EXPECT_TRUE(second.out == first.out);
+  EXPECT_TRUE(content_of(truth) == sent);
+}
+
+TEST_F(Emulate, Python3Spidev_ReadsWhatWasSentOrDetectsTheFault) {
+  if (Emulator::run_client({"/usr/bin/python3", "-c", "import spidev"}, folder.path("probe")) !=
+      0) {
+    GTEST_SKIP() << "no python3-spidev: scripts/install-packages test";
+  }
+  const std::string script = folder.file("read.py",
+                                         "import spidev\n"
+                                         "bus = spidev.SpiDev()\n"
+                                         "bus.open(1, 0)\n"
+                                         "bus.mode = 3\n"
+                                         "bus.max_speed_hz = 2000000\n"
+                                         "assert bus.mode == 3 and bus.bits_per_word == 8\n"
+                                         "for i in range(1000):\n"
+                                         "    print(bytes(bus.xfer2([0xFF] * 12)).hex())\n"
+                                         "    print(bytes(bus.readbytes(12)).hex())\n");
+  const std::string truth = folder.path("truth.csv");
+  const Outcome outcome = run_ok(
+      emulate(Words("--time step:150us --fault flip:0.1 --as /dev/spidev1.0 --truth {}", truth),
+              {"/usr/bin/python3", script}));
+  EXPECT_GT(expect_read(outcome.out, content_of(truth), 2000), 150U);
+}
+
+TEST_F(Emulate, Mistakes_GetTheErrorsOfTheKernel) {
+  const Outcome outcome = run_ok(emulate({}, {client, "mistakes", "/dev/spidev0.0"}));
+  EXPECT_EQ(outcome.out,
+            "wrong out: -1 Bad address\n"
+            "wrong in: -1 Bad address\n"
+            "end of memory: -1 Bad address\n"
+            "read-only: -1 Bad address\n"
+            "the device itself: -1 Bad address\n"
+            "too long: -1 Message too long\n"
+            "null argument: -1 Bad address\n"
+            "another request: -1 Inappropriate ioctl for device\n"
+            "long read: -1 Message too long\n"
+            "long write: -1 Message too long\n"
+            "many: 0 \n"
+            "good: 16 \n");
+}
+
+TEST_F(Emulate, ExitStatus_IsTheCommands) {
+  EXPECT_EQ(run(emulate({}, {"sh", "-c", "exit 37"})).status, 37);
+  EXPECT_EQ(run(emulate({}, {"sh", "-c", "kill -9 $$"})).status, 137);
+  EXPECT_THAT(run(emulate({}, {"no-such-command"})), refuses(3, "no-such-command: cannot start"));
+  EXPECT_THAT(run(emulate({"--as", "/no/folder"}, {"true"})), refuses(3, "give a name in /dev"));
+  EXPECT_FALSE(std::filesystem::exists("/dev/spidev77.7"));
+  EXPECT_EQ(run(emulate({"--as", "/dev/spidev77.7"}, {"test", "-f", "/dev/spidev77.7"})).status, 0);
+  EXPECT_FALSE(std::filesystem::exists("/dev/spidev77.7"));
+}
+
+TEST_F(Emulate, WhileItRuns_TheSocketChangesTheLine) {
+  const std::string truth = folder.path("truth.csv");
+  Emulator emulator(folder, Words("--time step:200us --truth {}", truth));
+  const std::string words = folder.path("words");
+  const auto read = [&](int count) {
+    return Emulator::run_client(
+        {client, "read", emulator.at, std::to_string(count), "12", "5000000"}, words);
+  };
+  EXPECT_EQ(emulator.ask("at 1234567"), "ok at 1234567\n");
+  EXPECT_EQ(read(2), 0);
+  EXPECT_EQ(expect_read(content_of(words), "faults,position\n,1234567\n,1234567\n", 2), 0U);
+  EXPECT_EQ(emulator.ask("fault no_answer@next"), "ok fault no_answer@2\n");
+  EXPECT_EQ(read(1), 0);
+  EXPECT_THAT(content_of(words), testing::MatchesRegex("F+\n"));
+  EXPECT_EQ(emulator.ask("unplug"), "ok unplug\n");
+  EXPECT_EQ(read(1), 0);
+  EXPECT_THAT(content_of(words), testing::MatchesRegex("F+\n"));
+  EXPECT_EQ(emulator.ask("plug"), "ok plug\n");
+  EXPECT_THAT(emulator.ask("nonsense"), StartsWith("error: no command 'nonsense'"));
+  EXPECT_THAT(emulator.ask("status"), HasSubstr(R"("requests":4,"faults":2,"position":1234567)"));
+  EXPECT_EQ(Emulator::run_client({client, "twice", emulator.at, "300", "12", "5000000"}), 0);
+  EXPECT_EQ(emulator.ask("quit"), "ok quit\n");
+  EXPECT_EQ(emulator.wait(), 0);
+  EXPECT_FALSE(std::filesystem::exists(emulator.at));
+  EXPECT_FALSE(std::filesystem::exists(emulator.ctl));
+  const auto sent = rows_of(content_of(truth));
+  ASSERT_EQ(sent.size(), 604U);
+  EXPECT_EQ(sent[2].at("faults"), "no_answer");
+  EXPECT_EQ(sent[3].at("faults"), "cut");
+}
+
+// 65536 clocks of 100 kHz take 0.3 s.
+TEST_F(Emulate, ProgramThatDiesInAMessage_HindersNoOther) {
+  Emulator emulator(folder, {});
+  const pid_t slow = start({client, "read", emulator.at, "1", "4000", "100000"});
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  ::kill(slow, SIGKILL);
+  // Commands are answered in the meantime.
+  EXPECT_THAT(emulator.ask("status"), StartsWith("ok {"));
+  EXPECT_EQ(Emulator::run_client({client, "read", emulator.at, "1", "12", "5000000"}), 0);
+  ::waitpid(slow, nullptr, 0);
+  EXPECT_EQ(emulator.end(SIGTERM), 0);
+  EXPECT_FALSE(std::filesystem::exists(emulator.at));
+}
+
+TEST_F(Emulate, KilledEmulator_LeavesErrorsAndARemedy) {
+  Emulator emulator(folder, {"--no-wait"});
+  const std::string out = folder.path("out");
+  const pid_t reader = start({client, "until-error", emulator.at}, "/dev/null", out, out + ".err");
+  for (int i = 0; i < 500 && content_of(out).empty(); ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_EQ(emulator.end(SIGKILL), 137);
+  int status = 0;
+  ::waitpid(reader, &status, 0);
+  EXPECT_EQ(WEXITSTATUS(status), 4) << content_of(out + ".err");
+  EXPECT_THAT(run(Words{"emulate", "--at", emulator.at} + Words(line26)),
+              refuses(3, "fusermount3 -u " + emulator.at));
+}
+
+TEST_F(Emulate, PlaceThatIsTaken_IsRefused) {
+  const auto at = [&](const std::string& path) {
+    return run(Words{"emulate", "--at", path} + Words(line26));
+  };
+  EXPECT_THAT(at(folder.file("full", "x")), refuses(3, "is not empty"));
+  EXPECT_THAT(at(folder.path("")), refuses(3, "is no regular file"));
+  EXPECT_THAT(at(folder.path("no/file")), refuses(3, "No such file"));
+  Emulator emulator(folder, {});
+  EXPECT_THAT(at(emulator.at), refuses(3, "something is mounted there"));
+  EXPECT_THAT(
+      run(Words{"emulate", "--at", folder.path("other"), "--ctl", emulator.ctl} + Words(line26)),
+      refuses(3, "the socket is in use"));
+  EXPECT_FALSE(std::filesystem::exists(folder.path("other")));
+  EXPECT_EQ(emulator.end(SIGINT), 0);
+}
+
+TEST(EmulateUsage, WrongOptions_AreNamed) {
+  const auto with = [](const Words& more) { return run(Words{"emulate"} + more); };
+  EXPECT_THAT(with(Words(line26)), refuses(2, "give --at FILE, or -- COMMAND"));
+  EXPECT_THAT(with({"--", "true"}), refuses(2, "give --format, or --registers"));
+  const Words line = Words("-f resolute-26 --at none");
+  EXPECT_THAT(with(line + Words("--time fast")), refuses(2, "real or step:TIME"));
+  EXPECT_THAT(with(line + Words("--time step:3")), refuses(2, "--time"));
+  EXPECT_THAT(with(line + Words("--time step:10ns")), refuses(2, "at least 1us"));
+  EXPECT_THAT(with(line + Words("--fault delay:0.1")),
+              refuses(2, "delay needs a simulated master"));
+  EXPECT_THAT(with(line + Words("--fault flip@3,bit=99")), refuses(2, "--fault"));
+  EXPECT_THAT(with(line + Words("--controller-clock 1kHz")), refuses(2, "at least 1 MHz"));
+  EXPECT_THAT(with(line + Words("--duty 40%")), fails(2, "--duty"));
+  EXPECT_THAT(run("emulate ctl none status"), refuses(3, "is biss emulate running"));
+}
+
+}  // namespace biss::verbs::emulate_test
