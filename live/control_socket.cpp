@@ -58,7 +58,7 @@ std::string ControlSocket::open(const std::string& path) {
   if (!address) return fmt::format("{}: the path of a socket has at most 107 bytes", path);
   struct stat found {};
   if (::lstat(path.c_str(), &found) == 0) {
-    if (!S_ISSOCK(found.st_mode)) return fmt::format("{}: exists and is no socket", path);
+    if (!S_ISSOCK(found.st_mode)) return fmt::format("{}: exists and is not a socket", path);
     const int other = connect_to(*address);
     if (other >= 0) ::close(other);
     if (other != -ECONNREFUSED) {

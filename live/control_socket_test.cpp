@@ -134,7 +134,7 @@ TEST_F(Sockets, PathThatIsTaken_IsRefusedAndAStaleSocketReplaced) {
   ControlSocket second;
   EXPECT_THAT(second.open(path), HasSubstr("in use"));
   ControlSocket third;
-  EXPECT_THAT(third.open(folder.file("text", "x")), HasSubstr("no socket"));
+  EXPECT_THAT(third.open(folder.file("text", "x")), HasSubstr("not a socket"));
   EXPECT_THAT(third.open(folder.path("no/folder")), HasSubstr("No such file"));
   EXPECT_THAT(third.open(std::string(108, 'x')), HasSubstr("107 bytes"));
   const std::string stale = folder.path("stale");

@@ -15,8 +15,8 @@ namespace {
 
 constexpr std::uint32_t several_lines =
     SPI_TX_DUAL | SPI_TX_QUAD | SPI_TX_OCTAL | SPI_RX_DUAL | SPI_RX_QUAD | SPI_RX_OCTAL;
-// What a program may ask for, and what this controller does. The kernel drops further data lines
-// and refuses the rest.
+// The modes that exist, and the modes of this controller. The kernel drops further data lines and
+// refuses the rest.
 constexpr std::uint32_t known_modes = SPI_CPHA | SPI_CPOL | SPI_CS_HIGH | SPI_LSB_FIRST |
                                       SPI_3WIRE | SPI_LOOP | SPI_NO_CS | SPI_READY |
                                       SPI_RX_CPHA_FLIP | several_lines;
@@ -141,7 +141,7 @@ SpiAnswer SpiDevice::message(std::span<const std::uint8_t> argument, CallerMemor
   if (given.empty()) return {};
   std::memcpy(given.data(), argument.data(), argument.size());
 
-  // Both buffers as the kernel has them: out first, then in.
+  // The two buffers of the kernel.
   std::array<std::uint8_t, buffer_bytes> out;
   std::array<std::uint8_t, buffer_bytes> in{};
   std::uint64_t total = 0;

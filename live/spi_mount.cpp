@@ -20,7 +20,7 @@ namespace biss::live {
 
 namespace {
 
-// What libfuse last said: it prints its errors, and returns none.
+// The errors of libfuse, which prints them and returns none.
 std::string fuse_text;
 
 void keep_text(fuse_log_level /*level*/, const char* format, va_list arguments) {
@@ -31,7 +31,7 @@ void keep_text(fuse_log_level /*level*/, const char* format, va_list arguments) 
   if (fuse_text.size() > 2000) fuse_text.clear();
 }
 
-// The memory of the thread that waits in its ioctl, so that its number is not another one's.
+// The memory of the thread that waits in its ioctl, so that the number still is its own.
 class ProcessMemory final : public CallerMemory {
  public:
   explicit ProcessMemory(pid_t process) : process_(process) {}

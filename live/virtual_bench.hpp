@@ -1,4 +1,4 @@
-// For the tests of this room: an encoder behind spidev, a program's memory, and what it reads.
+// For the tests of this room: an encoder as a spidev device, a program's memory, and what it reads.
 #pragma once
 
 #include <linux/spi/spidev.h>

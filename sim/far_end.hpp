@@ -73,7 +73,7 @@ class FarEnd : public EncoderSide {
   /// The number of requests; the next one has this number.
   std::uint64_t requests() const { return requests_; }
 
-  /// The faults from the next request on, in place of those of the setup.
+  /// The faults from the next request on; the rules of the setup end.
   /// \pre as for the constructor
   void set_faults(std::vector<FaultRule> rules) { schedule_.set_rules(std::move(rules)); }
   /// `cut` or `brown_out` lasts from now on, or ends: a plug that is pulled, a supply that is off.

@@ -128,7 +128,7 @@ class DeviceFile {
  private:
   static void check(const std::string& path, const struct stat& found) {
     if (!S_ISREG(found.st_mode)) {
-      throw wrong_file("{}: is no regular file; give a new name, or an empty file", path);
+      throw wrong_file("{}: is not a regular file; give a new name, or an empty file", path);
     }
     const std::size_t slash = path.rfind('/');
     const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
@@ -183,7 +183,7 @@ class Emulation {
   }
 
  private:
-  // Before the first message in real time the clock is that of the system.
+  // Before the first message in real time time is the time of the system.
   Picoseconds now() const {
     return step_ ? bus_.time() : std::max(real_time() - begin_, bus_.time());
   }
@@ -268,7 +268,7 @@ class Emulation {
     } else if (child_ <= 0) {
       ended_ = true;
     } else if (signal.ssi_code <= 0) {
-      // The command gets it; those of the terminal it has already.
+      // The command gets it. Signals of the terminal have reached the command, too.
       ::kill(child_, static_cast<int>(signal.ssi_signo));
     }
   }
