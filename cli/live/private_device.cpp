@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <sched.h>
 #include <sys/mount.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -107,12 +108,41 @@ void mount_device(const std::string& device, int fuse) {
   }
 }
 
+// A message with room for one descriptor.
+struct DescriptorMessage {
+  DescriptorMessage(char* text, std::size_t size) : content{text, size} {
+    header.msg_iov = &content;
+    header.msg_iovlen = 1;
+    header.msg_control = space.data();
+    header.msg_controllen = space.size();
+  }
+
+  iovec content;
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> space{};
+  msghdr header{};
+};
+
+void send_descriptor(int to, int descriptor) {
+  char byte = 0;
+  DescriptorMessage message(&byte, 1);
+  cmsghdr* const rights = CMSG_FIRSTHDR(&message.header);
+  rights->cmsg_level = SOL_SOCKET;
+  rights->cmsg_type = SCM_RIGHTS;
+  rights->cmsg_len = CMSG_LEN(sizeof descriptor);
+  std::memcpy(CMSG_DATA(rights), &descriptor, sizeof descriptor);
+  if (::sendmsg(to, &message.header, 0) < 0) throw problem_of("/dev/fuse");
+}
+
 [[noreturn]] void run_in_child(const std::vector<std::string>& words, const std::string& device,
-                               int fuse, int report) {
+                               int report) {
   std::string text;
   try {
     enter_namespace();
+    // FUSE mounts only in the user namespace that opened it.
+    const int fuse = ::open("/dev/fuse", O_RDWR | O_CLOEXEC);
+    if (fuse < 0) throw Problem{live::fuse_problem(errno)};
     mount_device(device, fuse);
+    send_descriptor(report, fuse);
     for (const int number : {SIGPIPE, SIGXFSZ, SIGINT, SIGTERM, SIGHUP, SIGCHLD}) {
       std::signal(number, SIG_DFL);
     }
@@ -136,21 +166,24 @@ void mount_device(const std::string& device, int fuse) {
 StartedCommand start_with_device(const std::vector<std::string>& words, const std::string& device) {
   StartedCommand started;
   std::array<int, 2> ends{};
-  started.fuse = ::open("/dev/fuse", O_RDWR | O_CLOEXEC);
-  if (started.fuse < 0) {
-    started.problem = live::fuse_problem(errno);
-    return started;
-  }
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0 || (started.process = ::fork()) < 0) {
+  if (::socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0 ||
+      (started.process = ::fork()) < 0) {
     started.problem = fmt::format("cannot start a process: {}", std::strerror(errno));
     return started;
   }
-  if (started.process == 0) run_in_child(words, device, started.fuse, ends[1]);
+  if (started.process == 0) run_in_child(words, device, ends[1]);
   ::close(ends[1]);
-  // The pipe ends when the command runs.
-  std::array<char, 1000> text{};
-  for (ssize_t got; (got = ::read(ends[0], text.data(), text.size())) > 0;) {
-    started.problem.append(text.data(), static_cast<std::size_t>(got));
+  // It ends when the command runs: first the descriptor, then perhaps a problem.
+  for (;;) {
+    std::array<char, 1000> text{};
+    DescriptorMessage message(text.data(), text.size());
+    const ssize_t got = ::recvmsg(ends[0], &message.header, MSG_CMSG_CLOEXEC);
+    if (got <= 0) break;
+    if (const cmsghdr* rights = CMSG_FIRSTHDR(&message.header); rights != nullptr) {
+      std::memcpy(&started.fuse, CMSG_DATA(rights), sizeof started.fuse);
+    } else {
+      started.problem.append(text.data(), static_cast<std::size_t>(got));
+    }
   }
   ::close(ends[0]);
   if (!started.problem.empty()) ::waitpid(started.process, nullptr, 0);
