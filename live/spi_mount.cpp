@@ -61,14 +61,14 @@ class ProcessMemory final : public CallerMemory {
   int error_ = 0;
 };
 
-struct stat file_attributes() {
+struct stat file_attributes(uid_t owner, gid_t group) {
   struct stat attributes {};
   attributes.st_ino = FUSE_ROOT_ID;
   // Without a size it has no pages that a program could give us as its buffer.
   attributes.st_mode = S_IFREG | 0600;
   attributes.st_nlink = 1;
-  attributes.st_uid = getuid();
-  attributes.st_gid = getgid();
+  attributes.st_uid = owner;
+  attributes.st_gid = group;
   return attributes;
 }
 
@@ -82,6 +82,8 @@ struct SpiMount::State {
   std::function<void()> before_reply;
   fuse_session* session = nullptr;
   bool mounted = false;
+  uid_t owner = getuid();
+  gid_t group = getgid();
   fuse_buf buffer{};
   std::string warning;
   bool warned = false;
@@ -89,7 +91,8 @@ struct SpiMount::State {
   static State& of(fuse_req_t request) { return *static_cast<State*>(fuse_req_userdata(request)); }
 
   static void get_attributes(fuse_req_t request, fuse_ino_t, fuse_file_info*) {
-    const struct stat attributes = file_attributes();
+    const State& state = of(request);
+    const struct stat attributes = file_attributes(state.owner, state.group);
     fuse_reply_attr(request, &attributes, 3600);
   }
   // A shell truncates the file that it redirects to.
@@ -225,6 +228,7 @@ std::string SpiMount::mount(const std::string& path) {
 void SpiMount::adopt(int descriptor) {
   fuse_session_mount(state_->session, fmt::format("/dev/fd/{}", descriptor).c_str());
   state_->mounted = true;
+  state_->owner = state_->group = 0;
 }
 
 int SpiMount::descriptor() const { return fuse_session_fd(state_->session); }

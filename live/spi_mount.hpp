@@ -21,7 +21,8 @@ class SpiMount {
 
   /// Mounts it on this empty regular file. \return empty, or why not, with the remedy
   std::string mount(const std::string& path);
-  /// Serves a mount that belongs to this open descriptor of /dev/fuse, and closes it at the end.
+  /// Serves a mount that belongs to this open descriptor of /dev/fuse, and closes it at the end. The
+  /// file belongs to user 0 of the namespace that mounted it.
   void adopt(int descriptor);
 
   /// Programs that have it open get errors from now on, also those that wait. The last call; the

@@ -48,8 +48,9 @@ void enter_namespace() {
           "a mount namespace for the command is not permitted; run as root, or use --at FILE");
     }
     put_text("/proc/self/setgroups", "deny");
-    put_text("/proc/self/uid_map", fmt::format("{0} {0} 1", user));
-    put_text("/proc/self/gid_map", fmt::format("{0} {0} 1", group));
+    // As user 0: the file of a new FUSE mount belongs to that user.
+    put_text("/proc/self/uid_map", fmt::format("0 {} 1", user));
+    put_text("/proc/self/gid_map", fmt::format("0 {} 1", group));
   }
   if (::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0) throw problem_of("/");
 }

@@ -18,7 +18,7 @@ struct StartedCommand {
 };
 
 /// Starts `words` with `device` as a new regular file of FUSE. Without the right to mount it uses a
-/// user namespace, in which the user has the same number.
+/// user namespace, in which the user is number 0.
 /// \pre words is not empty
 StartedCommand start_with_device(const std::vector<std::string>& words, const std::string& device);
 
