@@ -1,4 +1,4 @@
-// Requests at a constant rate from a real line, and what became of each.
+// Requests at a constant rate to a real line, and their results.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ struct Transfer {
   std::span<const std::uint8_t> bytes;
 };
 
-/// What became of all requests.
+/// The results of all requests.
 struct ReadCounts {
   std::uint64_t requests = 0;
   /// Requests that were not made: when they were due, this program did not run, or the encoder was

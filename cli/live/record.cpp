@@ -20,7 +20,7 @@ Record::Record(const std::string& path, verbs::Host& host) : path_(path), host_(
 Record::~Record() { ::close(descriptor_); }
 
 void Record::add(Picoseconds time, std::span<const std::uint8_t> bytes) {
-  if (lost_ != 0) {
+  if (ended_) {
     ++lost_;
     return;
   }
@@ -43,10 +43,13 @@ void Record::write() {
     const auto written = ::write(descriptor_, held_.data(), held_.size());
     if (written < 0 && errno == EINTR) continue;
     if (written <= 0) {
+      // The last line may be there in part; it counts as missing.
       lost_ = static_cast<std::uint64_t>(std::count(held_.begin(), held_.end(), '\n'));
+      if (held_.starts_with('#')) --lost_;
       host_.warn(fmt::format("{}: {}; the record ends here, reading goes on", path_,
                              std::strerror(errno)));
       held_.clear();
+      ended_ = true;
       return;
     }
     held_.erase(0, static_cast<std::size_t>(written));
@@ -55,9 +58,9 @@ void Record::write() {
 
 bool Record::finish() {
   write();
-  if (lost_ != 0)
-    host_.warn(fmt::format("{}: {} transfers are missing in the record", path_, lost_));
-  return lost_ == 0;
+  if (!ended_) return true;
+  host_.warn(fmt::format("{}: {} transfers are missing in the record", path_, lost_));
+  return false;
 }
 
 }  // namespace biss::cli

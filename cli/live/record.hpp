@@ -32,6 +32,7 @@ class Record {
   verbs::Host& host_;
   int descriptor_ = -1;
   std::string held_;
+  bool ended_ = false;
   std::uint64_t lost_ = 0;
   std::chrono::steady_clock::time_point written_{};
 };

@@ -153,7 +153,7 @@ bool DecodedCapture::open_words() {
   return true;
 }
 
-// Of a live line, the words that show the format and the rate: of two seconds at most.
+// The words of a live line that show its format and rate: 512, or the words of two seconds.
 tl::expected<std::vector<LoggedWord>, std::string> DecodedCapture::first_words() {
   constexpr std::size_t most = 512;
   std::vector<LoggedWord> words;
