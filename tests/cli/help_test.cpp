@@ -166,6 +166,23 @@ std::string with_page(const std::string& example) {
          "sleep 0.05; done; kill $server; wait $server; }";
 }
 
+// An emulated device runs until it is ready, and for a command to it until the answer is there.
+std::string with_device(const std::string& example) {
+  const std::string wait = "for i in $(seq 400); do [ -s ready ] && break; sleep 0.05; done; ";
+  const std::string end = "; status=$?; kill $device; wait $device && exit $status; }";
+  if (example.starts_with("biss emulate ctl ")) {
+    return "{ rm -f ready; biss emulate -f resolute-26 --at device --ctl ctl.socket > ready & "
+           "device=$!; " +
+           wait + example + end;
+  }
+  if (example.find(" --at ") == std::string::npos) {
+    return std::regex_replace(example, std::regex(" -- python3 read.py"), " -- true");
+  }
+  return "{ rm -f ready; " + example + " > ready & device=$!; " + wait + "[ -s ready ]" + end;
+}
+
+bool has_fuse() { return run("emulate -f resolute-26 -- true").status == 0; }
+
 // Verbs with millions of counts run in a fraction of a second here.
 std::string shortened(const std::string& example) {
   static const std::regex counted("biss safety (campaign -f|sequences|evidence -f)");
@@ -190,10 +207,15 @@ std::string shortened(const std::string& example) {
 TEST(Help, EveryExample_Works) {
   const ExampleFolder folder;
   std::size_t examples = 0;
+  const bool fuse = has_fuse();
+  if (!fuse) std::puts("FUSE cannot be mounted here: the examples of biss emulate do not run");
   for (const Words& verb : all_verbs()) {
     for (const std::string& line : section(help_of(verb), std::regex("Examples?:"))) {
       ASSERT_TRUE(line.starts_with("  biss ")) << line;
-      const std::string example = with_page(shortened(line.substr(2)));
+      const bool emulates = line.starts_with("  biss emulate ");
+      if (emulates && !fuse) continue;
+      const std::string example =
+          emulates ? with_device(line.substr(2)) : with_page(shortened(line.substr(2)));
       SCOPED_TRACE(example);
       ++examples;
       // Exit status 1: a judgement of the data, with its reason in the output.
