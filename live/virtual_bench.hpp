@@ -73,12 +73,13 @@ struct VirtualBench {
   std::uint32_t get(std::uint32_t command) {
     const SpiAnswer answer = device.control(command, {}, memory);
     std::uint32_t value = 0;
+    if (answer.result < 0) return 0xFFFF'FFFFU;
     std::memcpy(&value, answer.out.data(), answer.out.size());
-    return answer.result < 0 ? 0xFFFF'FFFFU : value;
+    return value;
   }
   int message(const std::vector<spi_ioc_transfer>& transfers) {
     std::vector<std::uint8_t> bytes(transfers.size() * sizeof(spi_ioc_transfer));
-    std::memcpy(bytes.data(), transfers.data(), bytes.size());
+    if (!bytes.empty()) std::memcpy(bytes.data(), transfers.data(), bytes.size());
     return device.control(SPI_IOC_MESSAGE_of(transfers.size()), bytes, memory).result;
   }
   static std::uint32_t SPI_IOC_MESSAGE_of(std::size_t count) {
