@@ -222,7 +222,6 @@ int SpiDevice::run(std::span<Transfer> transfers) {
                      .lsb_first = (mode_ & SPI_LSB_FIRST) != 0};
   bus_.begin(begin_, mode, bus_.period_at(transfers.front().speed));
   for (const Transfer& transfer : transfers) shift(transfer);
-  ++messages_;
   return 0;
 }
 

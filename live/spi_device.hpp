@@ -61,9 +61,7 @@ class SpiDevice {
   SpiAnswer read(std::size_t bytes);
   SpiAnswer write(std::span<const std::uint8_t> bytes);
 
-  /// Executed messages.
-  std::uint64_t messages() const { return messages_; }
-  /// The end of the last one.
+  /// The end of the last message.
   Picoseconds busy_until() const { return bus_.time(); }
 
  private:
@@ -85,7 +83,6 @@ class SpiDevice {
   std::uint32_t mode_ = 0;
   std::uint32_t bits_per_word_ = 8;
   unsigned users_ = 0;
-  std::uint64_t messages_ = 0;
   Picoseconds begin_{};  // of the last message
 };
 

@@ -14,6 +14,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <new>
 #include <utility>
 
 namespace biss::live {
@@ -188,6 +189,7 @@ SpiMount::SpiMount(SpiDevice& device, std::function<void()> before_reply)
   fuse_args arguments = FUSE_ARGS_INIT(2, words.data());
   state_->session = fuse_session_new(&arguments, &operations, sizeof operations, state_.get());
   fuse_opt_free_args(&arguments);
+  if (state_->session == nullptr) throw std::bad_alloc();
 }
 
 SpiMount::~SpiMount() {
@@ -216,7 +218,7 @@ std::string SpiMount::mount(const std::string& path) {
   if (probe < 0) return fuse_problem(errno);
   ::close(probe);
   fuse_text.clear();
-  if (state_->session == nullptr || fuse_session_mount(state_->session, path.c_str()) != 0) {
+  if (fuse_session_mount(state_->session, path.c_str()) != 0) {
     return fmt::format("{}: cannot mount: {}; run as root, or install the package fuse3", path,
                        fuse_text.empty() ? "FUSE refuses" : fuse_text);
   }
