@@ -293,9 +293,9 @@ void add_read(Command& command) {
   Verb verb = command.add_verb(
       {.name = "read",
        .purpose = "Read the positions of an encoder at an SPI port of this machine",
-       .examples = {"biss read --port spi:/dev/spidev0.0 -f resolute-26 --clock 4MHz",
+       .examples = {"biss read --port spi:/dev/spidev0.0 -f resolute-26 --clock 4MHz --duration 2s",
                     "biss read --port spi:/dev/spidev0.0 --cycles 1000",
-                    "biss read --port spi:/dev/spidev0.0 -f mt12,st19,nE,nW,crc6 --rate 10kHz "
+                    "biss read --port spi:/dev/spidev0.0 -f resolute-26 --rate 5kHz --cycles 2000 "
                     "--record line.log -o rows.csv"}},
       [options](Host& host) {
         try {

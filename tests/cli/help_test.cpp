@@ -175,6 +175,7 @@ std::string with_device(const std::string& example) {
            "device=$!; " +
            wait + example + end;
   }
+  if (example.starts_with("biss read ")) return "biss emulate -f resolute-26 -- " + example;
   if (example.find(" --at ") == std::string::npos) {
     return std::regex_replace(example, std::regex(" -- python3 read.py"), " -- true");
   }
@@ -208,11 +209,12 @@ TEST(Help, EveryExample_Works) {
   const ExampleFolder folder;
   std::size_t examples = 0;
   const bool fuse = has_fuse();
-  if (!fuse) std::puts("FUSE cannot be mounted here: the examples of biss emulate do not run");
+  if (!fuse)
+    std::puts("FUSE cannot be mounted here: the examples of biss emulate and biss read do not run");
   for (const Words& verb : all_verbs()) {
     for (const std::string& line : section(help_of(verb), std::regex("Examples?:"))) {
       ASSERT_TRUE(line.starts_with("  biss ")) << line;
-      const bool emulates = line.starts_with("  biss emulate ");
+      const bool emulates = line.starts_with("  biss emulate ") || line.starts_with("  biss read ");
       if (emulates && !fuse) continue;
       const std::string example =
           emulates ? with_device(line.substr(2)) : with_page(shortened(line.substr(2)));
