@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <string_view>
 
 #include "biss/axis/cause.hpp"
 #include "biss/axis/counters.hpp"
@@ -109,6 +110,13 @@ enum class AxisError : std::uint8_t {
   max_step,  ///< it is not positive, or not below half of the encoder's range
   offset,    ///< it is not below axis_position_max
 };
+
+/// The name that users see: the enumerator's name.
+constexpr std::string_view name_of(AxisError error) {
+  constexpr std::string_view names[] = {"reader", "buffer",   "format",
+                                        "cycle",  "max_step", "offset"};
+  return names[static_cast<std::size_t>(error)];
+}
 
 namespace axis_detail {
 

@@ -44,6 +44,7 @@ concept StartPort = biss::EncoderPort<T> &&
 enum class StartCause : std::uint8_t {
   record,         ///< the memory has no record: `record`
   configuration,  ///< encoder or record give no configuration: `configure`
+  setup,          ///< no encoder fits this AxisSetup: `axis`. Nothing is asked
   chain,          ///< there are several slaves
   format,         ///< there are several channels, or the axis cannot use the format: `axis`
   cycle,          ///< a frame takes longer than the cycle
@@ -54,9 +55,9 @@ enum class StartCause : std::uint8_t {
 };
 
 constexpr std::string_view name_of(StartCause cause) {
-  constexpr std::string_view names[] = {"record",        "configuration", "chain",
-                                        "format",        "cycle",         "registers",
-                                        "other_encoder", "no_serial",     "not_stored"};
+  constexpr std::string_view names[] = {"record",    "configuration", "setup",     "chain",
+                                        "format",    "cycle",         "registers", "other_encoder",
+                                        "no_serial", "not_stored"};
   return names[static_cast<std::size_t>(cause)];
 }
 
@@ -111,6 +112,11 @@ class EncoderStart {
   using Fault = std::optional<StartFault>;
 
   constexpr Fault load() {
+    // The time to the sampling is in the data sheet, and the largest range has 62 bits.
+    biss::AxisSetup setup = axis_;
+    setup.to_sampling = biss::microseconds(1);
+    const auto error = biss::check_axis(setup, 62);
+    if (error) return StartFault{.cause = StartCause::setup, .axis = error};
     biss::RecordBytes bytes{};
     port_.load(bytes);
     const auto record = biss::read_record(bytes);
@@ -151,7 +157,7 @@ class EncoderStart {
     const auto error = link_->axis().error();
     if (error) return ask({.cause = StartCause::format, .axis = error});
     biss::Picoseconds cycle = static_cast<std::int64_t>(reader_->bytes() * 8U) * spi.period;
-    cycle += timeout_after(timing.timeout, spi.period, cycle);
+    cycle += spi.period / 2 + timeout_after(timing.timeout, spi.period, cycle);
     if (std::max(cycle, timing.cycle_min) > axis_.cycle) return ask({.cause = StartCause::cycle});
     query_.begin(link_->session(), 0);
     return std::nullopt;

@@ -101,6 +101,7 @@ class ReadEncoder {
   static void write_fault(const StartFault& fault) {
     print("start: ", name_of(fault.cause));
     if (fault.record) print(" ", name_of(*fault.record));
+    if (fault.axis) print(" ", name_of(*fault.axis));
     if (fault.configure) print(" ", name_of(fault.configure->cause));
     if (fault.control) print(" ", name_of(*fault.control));
     print("\n");

@@ -417,4 +417,18 @@ BISS_TEST(EncoderStart, TransfersThatFail_AreTriedAgain) {
   board.expect_position(6);
 }
 
+BISS_TEST(EncoderStart, SetupThatFitsNoEncoder_IsNamedAndAsksNothing) {
+  const auto axis_error_of = [](const AxisSetup& setup) {
+    Port port;
+    Start start(port, setup, line_delay);
+    const auto fault = start.advance();
+    start.request({});
+    BISS_EXPECT(fault && fault->cause == StartCause::setup);
+    BISS_EXPECT_EQ(port.transfers, 0U);
+    return fault ? fault->axis : std::nullopt;
+  };
+  BISS_EXPECT(axis_error_of({.cycle = cycle}) == AxisError::max_step);
+  BISS_EXPECT(axis_error_of({.max_step = 1}) == AxisError::cycle);
+}
+
 }  // namespace encoder_start_test
