@@ -1,4 +1,6 @@
 // `biss emulate`: programs that know nothing of it read the emulated encoder through spidev.
+#include <sstream>
+
 #include "tests/cli/emulator.hpp"
 
 namespace biss::verbs::emulate_test {
@@ -44,6 +46,39 @@ TEST_F(Emulate, Python3Spidev_ReadsWhatWasSentOrDetectsTheFault) {
       emulate(Words("--time step:150us --fault flip:0.1 --as /dev/spidev1.0 --truth {}", truth),
               {"/usr/bin/python3", script}));
   EXPECT_GT(expect_read(outcome.out, content_of(truth), 2000), 150U);
+}
+
+// examples/control_loop; each row of its log is "number cause position".
+TEST_F(Emulate, ControlLoop_MeasuresThePositionsThatWereSent) {
+  for (const std::string rate : {"0", "0.02"}) {
+    const std::string truth = folder.path("truth.csv");
+    const Outcome outcome = run_ok(emulate(
+        Words("--time step:1ms --motion sine --fault flip:{} --truth {}", rate, truth),
+        Words(BISS_CONTROL_LOOP " /dev/spidev0.0 resolute-26 5000000 1000 2000 300000 log")));
+    const Rows sent = rows_of(content_of(truth));
+    ASSERT_EQ(sent.size(), 2000U);
+    std::istringstream log(outcome.out);
+    std::size_t measured = 0;
+    for (std::size_t k = 0; k < sent.size(); ++k) {
+      std::size_t number = 0;
+      std::string cause;
+      std::int64_t position = 0;
+      log >> number >> cause >> position;
+      if (number != k + 1) continue;
+      ++measured;
+      // The axis counts turns of 2^26 counts.
+      EXPECT_EQ(std::to_string(position & 0x3FF'FFFF), sent[k].at("position"))
+          << k << ' ' << cause << sent[k].at("faults");
+    }
+    // Every frame but the first. If this machine stopped for long, the axis trips: for four cycles
+    // before a bad frame, or for 0.1 s, in which half a turn is possible.
+    const bool stopped = outcome.out.find("cause     turns ") != std::string::npos;
+    EXPECT_GE(measured, rate != "0" || stopped ? 1U : 1999U);
+    EXPECT_THAT(outcome.out, HasSubstr("\ncycles    2000,"));
+    EXPECT_THAT(outcome.out, HasSubstr(" missed\ncause     ok "));
+  }
+  EXPECT_THAT(run(emulate({}, Words(BISS_CONTROL_LOOP " /dev/null resolute-26 5000000 500 1 1"))),
+              fails(1, "Inappropriate ioctl"));
 }
 
 TEST_F(Emulate, Mistakes_GetTheErrorsOfTheKernel) {
