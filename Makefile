@@ -55,7 +55,7 @@ test-long:  ## also: exhaustive sweeps, campaigns, all rooms under sanitizers, C
 
 .PHONY: test-release
 test-release:  ## tests that take hours: 10^7 executions of each fuzz target, mutants, 10^9 frames, foreign lines
-	@scripts/install-packages build test fuzz long
+	@scripts/install-packages build test fuzz long linuxcnc
 	@scripts/test release
 	@$(MAKE) --no-print-directory fuzz fuzz-compare mutants safety-sequences foreign-lines
 
