@@ -44,7 +44,7 @@ std::optional<Transfer> LineReader::next(
     ++counts_.requests;
     const auto fault = port_.transfer(buffer_);
     // Less a nanosecond, for the resolution of the clock.
-    const Picoseconds next = std::max(now(), time + least_ - nanoseconds(1));
+    const Picoseconds next = std::max(now() + rest_, time + least_ - nanoseconds(1));
     const std::int64_t missed = std::max<std::int64_t>((next - due_).count - 1, 0) / cycle_.count;
     counts_.late += fault ? 0 : static_cast<std::uint64_t>(missed);
     due_ = due_ + (1 + missed) * cycle_;

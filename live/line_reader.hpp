@@ -39,8 +39,9 @@ class LineReader {
 
   /// \param cycle from one request to the next
   /// \param least no request comes earlier than this after the one before
-  LineReader(SpiPort port, Picoseconds cycle, Picoseconds least)
-      : port_(std::move(port)), cycle_(cycle), least_(least) {}
+  /// \param rest nor earlier than this after its end
+  LineReader(SpiPort port, Picoseconds cycle, Picoseconds least, Picoseconds rest)
+      : port_(std::move(port)), cycle_(cycle), least_(least), rest_(rest), due_(rest) {}
 
   void set_bytes(std::size_t bytes) { buffer_.resize(bytes); }
 
@@ -60,11 +61,12 @@ class LineReader {
   SpiPort port_;
   Picoseconds cycle_;
   Picoseconds least_;
+  Picoseconds rest_;
   std::vector<std::uint8_t> buffer_;
   ReadCounts counts_;
   decode::Distribution lateness_;
   std::optional<std::int64_t> began_;  // nanoseconds of the clock
-  Picoseconds due_{};
+  Picoseconds due_;
   unsigned faults_in_a_row_ = 0;
 };
 

@@ -46,6 +46,8 @@ PortFault fault_of(int error) {
     case ENODEV:
     case ENXIO:
     case ENOTCONN:
+    case ECONNABORTED:
+    case ENOTTY:
     case EBADF:
       return PortFault::gone;
     case EBUSY:
@@ -77,7 +79,10 @@ SpiPort::~SpiPort() {
 
 bool SpiPort::reopen() {
   if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
-  return start().empty();
+  if (start().empty()) return true;
+  // Without a descriptor, the next transfer is `gone` again.
+  if (descriptor_ >= 0) ::close(std::exchange(descriptor_, -1));
+  return false;
 }
 
 // Returns the reason of a failure, or an empty text.
@@ -134,30 +139,43 @@ std::optional<PortFault> SpiPort::transfer(std::span<std::uint8_t> receive) {
   return std::nullopt;
 }
 
-std::optional<ReachedClock> SpiPort::measure_clock() {
+std::optional<ReachedClock> SpiPort::measure_clock(const std::function<bool()>& go_on) {
   using Clock = std::chrono::steady_clock;
-  constexpr std::size_t repeats = 25;
-  // The longer one fits into the buffer of spidev (4096 bytes), also with two bits for each clock.
-  constexpr std::array<std::size_t, 2> lengths{16, 1024};
-  // For each length, the times in nanoseconds, the shortest one first: only others are disturbed.
-  std::array<std::array<std::int64_t, repeats>, 2> times{};
+  constexpr std::size_t most = 25;
+  constexpr std::size_t least = 5;
+  constexpr auto longest = std::chrono::milliseconds(300);
+  // The longer one takes 10 ms, and fits into the buffer of spidev (4096 bytes), also with two bits
+  // for each clock.
+  const std::array<std::size_t, 2> lengths{
+      16, std::clamp<std::size_t>(setup_.clock.count / 800, 64, 1024)};
+  // The times of each length in nanoseconds.
+  std::array<std::vector<std::int64_t>, 2> times;
   std::vector<std::uint8_t> bytes(lengths[1]);
-  for (std::size_t i = 0; i < repeats; ++i) {
+  const auto first = Clock::now();
+  while (times[0].size() < most && Clock::now() - first < longest) {
     for (std::size_t k = 0; k < 2; ++k) {
       const auto began = Clock::now();
-      if (transfer(std::span(bytes).first(lengths[k]))) return std::nullopt;
-      times[k][i] = std::chrono::nanoseconds(Clock::now() - began).count();
+      if (!go_on() || transfer(std::span(bytes).first(lengths[k]))) return std::nullopt;
+      times[k].push_back(std::chrono::nanoseconds(Clock::now() - began).count());
     }
   }
+  if (times[0].size() < least) return std::nullopt;
   for (auto& each : times) std::sort(each.begin(), each.end());
+  const auto scatter = [](const auto& sorted) { return sorted[sorted.size() / 4] - sorted[0]; };
   const std::int64_t apart = times[1][0] - times[0][0];
-  const std::int64_t doubt =
-      times[0][repeats / 4] - times[0][0] + times[1][repeats / 4] - times[1][0];
+  // What a transfer takes in addition to its clocks may depend on its length.
+  const std::int64_t asked =
+      8 * static_cast<std::int64_t>(lengths[0]) * 1'000'000'000 / std::int64_t{setup_.clock.count};
+  const std::int64_t other = std::max<std::int64_t>(times[0][0] - asked, 0);
+  const std::int64_t doubt = scatter(times[0]) + scatter(times[1]) + other;
   if (apart <= 4 * doubt) return std::nullopt;
   const auto clocks = static_cast<std::int64_t>(8 * (lengths[1] - lengths[0]));
   const std::int64_t clock = clocks * 1'000'000'000 / apart;
+  const std::int64_t uncertainty = clock * doubt / apart + 1;
+  // No controller is faster than asked: these times are not the times of a line.
+  if (clock - uncertainty > std::int64_t{setup_.clock.count} * 102 / 100) return std::nullopt;
   return ReachedClock{Hertz(static_cast<std::uint32_t>(clock)),
-                      Hertz(static_cast<std::uint32_t>(clock * doubt / apart + 1))};
+                      Hertz(static_cast<std::uint32_t>(uncertainty))};
 }
 
 }  // namespace biss::live

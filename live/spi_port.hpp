@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -65,9 +66,9 @@ class SpiPort {
   /// Opens the device again after it was `gone`.
   bool reopen();
 
-  /// Measures transfers of two lengths. Nothing if a transfer fails, or if the times of a length
-  /// differ by so much that they show no clock.
-  std::optional<ReachedClock> measure_clock();
+  /// Measures transfers of two lengths, for 300 ms at most. Nothing if a transfer fails, go_on() is
+  /// false, or the times differ by so much that they show no clock.
+  std::optional<ReachedClock> measure_clock(const std::function<bool()>& go_on);
 
  private:
   explicit SpiPort(SpiPortSetup setup) : setup_(std::move(setup)) {}

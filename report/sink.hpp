@@ -17,7 +17,9 @@ class TextSink {
 
   /// False if the text was not written; the owner of the sink has the cause.
   virtual bool write(std::string_view text) = 0;
-  /// The same for text that contains no part of a file that could control a terminal.
+  /// Each line is wanted at once, and not in blocks.
+  virtual bool wants_lines() const { return false; }
+  /// The same as write() for text that contains no part of a file that could control a terminal.
   virtual bool write_printable(std::string_view text) { return write(text); }
 };
 

@@ -43,7 +43,7 @@ class BlockWriter {
   }
   bool end_line(const char* at) {
     used_ = static_cast<std::size_t>(at - block_.data());
-    return used_ < block_bytes ? good_ : flush();
+    return used_ < block_bytes && !sink_.wants_lines() ? good_ : flush();
   }
   bool write_line(std::string_view line) {
     return end_line(std::copy(line.begin(), line.end(), room(begin(), line.size())));

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <csignal>
 #include <cstring>
 #include <memory>
@@ -42,19 +43,21 @@ struct ReadOptions {
   std::string record;
 };
 
-// SIGINT and SIGTERM end the reading; the rows so far are written.
+// The first SIGINT, SIGTERM or SIGHUP ends the reading, and the rows so far are written. The second
+// one does what it did before.
 class EndBySignal {
  public:
   EndBySignal() {
     wanted_ = 0;
     struct sigaction action {};
-    action.sa_handler = [](int) { wanted_ = 1; };
-    ::sigaction(SIGINT, &action, &before_[0]);
-    ::sigaction(SIGTERM, &action, &before_[1]);
+    action.sa_handler = end;
+    for (const auto& [number, before] : signals_) {
+      ::sigaction(number, nullptr, before);
+      if (before->sa_handler != SIG_IGN) ::sigaction(number, &action, nullptr);
+    }
   }
   ~EndBySignal() {
-    ::sigaction(SIGINT, &before_[0], nullptr);
-    ::sigaction(SIGTERM, &before_[1], nullptr);
+    for (const auto& [number, before] : signals_) ::sigaction(number, before, nullptr);
   }
   EndBySignal(const EndBySignal&) = delete;
   EndBySignal& operator=(const EndBySignal&) = delete;
@@ -62,17 +65,31 @@ class EndBySignal {
   static bool wanted() { return wanted_ != 0; }
 
  private:
+  static void end(int number) {
+    if (wanted_ != 0) {
+      for (const auto& [each, before] : signals_) ::sigaction(each, before, nullptr);
+      ::raise(number);
+    }
+    wanted_ = 1;
+  }
+
   static inline volatile std::sig_atomic_t wanted_ = 0;
-  std::array<struct sigaction, 2> before_{};
+  static inline std::array<struct sigaction, 3> before_{};
+  static constexpr std::array<std::pair<int, struct sigaction*>, 3> signals_{
+      {{SIGINT, &before_[0]}, {SIGTERM, &before_[1]}, {SIGHUP, &before_[2]}}};
 };
+
+// Of an encoder that is not known.
+constexpr Picoseconds biss_timeout_longest = microseconds(40);
 
 /// The line at the port, as options describe it.
 struct LinePlan {
   std::optional<Device> device;
   SpiSetup spi;
   std::size_t bytes = 0;
-  /// The shortest time from one request to the next.
+  /// The shortest time from one request to the next, and from the end of a transfer.
   Picoseconds least{};
+  Picoseconds rest = biss_timeout_longest;
 };
 
 SpiSetup spi_setup_of(const ReadOptions& options, const DeviceTiming& timing) {
@@ -85,16 +102,23 @@ SpiSetup spi_setup_of(const ReadOptions& options, const DeviceTiming& timing) {
   return setup;
 }
 
+// Throws if the line does not allow the rate.
+LinePlan with_rate(LinePlan plan, const ReadOptions& options) {
+  const Picoseconds transfer = static_cast<std::int64_t>(8 * plan.bytes) * plan.spi.period;
+  plan.least = std::max(plan.least, transfer + plan.rest);
+  if (period_of(options.rate) >= plan.least) return plan;
+  const std::int64_t most = 1'000'000'000'000 / plan.least.count;
+  throw wrong_usage("--rate: {} bytes at this clock and the timeout allow {} at most", plan.bytes,
+                    text_of(Hertz(static_cast<std::uint32_t>(most))));
+}
+
 LinePlan plan_line(const ReadOptions& options) {
   constexpr std::size_t usual_bytes = 32;
   const FormatArguments& arguments = options.decode.capture.device;
-  LinePlan plan{.device = {},
-                .spi = spi_setup_of(options, {}),
-                .bytes = options.bytes,
-                .least = Picoseconds{period_of(options.rate).count / 2}};
+  LinePlan plan{.device = {}, .spi = spi_setup_of(options, {}), .bytes = options.bytes};
   if (arguments.format.empty() || arguments.format == "none") {
     if (plan.bytes == 0) plan.bytes = usual_bytes;
-    return plan;
+    return with_rate(std::move(plan), options);
   }
   plan.device = value_or_fail(choose_device(arguments));
   const auto& [format, timing] = std::tie(plan.device->format, plan.device->timing);
@@ -105,11 +129,8 @@ LinePlan plan_line(const ReadOptions& options) {
   }
   const CycleBudget budget =
       cycle_budget({format.payload_bits(), 1}, timing, options.clock, plan.spi.line_delay.max);
-  if (options.rate.count > budget.request_rate_max.count) {
-    throw wrong_usage("--rate: at this clock a cycle allows {} at most",
-                      text_of(budget.request_rate_max));
-  }
   plan.least = budget.total;
+  plan.rest = budget.timeout;
   if (plan.bytes == 0) plan.bytes = spi_bytes(format, plan.spi, timing);
   if (plan.bytes > live::transfer_bytes_max) {
     throw wrong_usage(
@@ -117,7 +138,7 @@ LinePlan plan_line(const ReadOptions& options) {
         "a lower clock",
         plan.bytes, live::transfer_bytes_max);
   }
-  return plan;
+  return with_rate(std::move(plan), options);
 }
 
 live::SpiPort open_port(const ReadOptions& options) {
@@ -143,7 +164,7 @@ class ReadRun {
       : options_(options),
         host_(host),
         plan_(plan_line(options)),
-        reader_(open_port(options), period_of(options.rate), plan_.least) {
+        reader_(open_port(options), period_of(options.rate), plan_.least, plan_.rest) {
     if (!plan_.device) return;
     auto axis =
         live::LiveAxis::make(plan_.device->format, plan_.device->timing, plan_.spi,
@@ -159,6 +180,7 @@ class ReadRun {
     const EndBySignal signals;
     measure_clock();
     reader_.set_bytes(plan_.bytes);
+    if (options_.record == "-") throw wrong_usage("--record: name a file");
     if (!options_.record.empty()) record_.emplace(options_.record, host_);
     DecodeOptions decode = options_.decode;
     decode.capture.words.file = options_.port;
@@ -171,8 +193,13 @@ class ReadRun {
 
  private:
   void measure_clock() {
-    reached_ = reader_.port().measure_clock();
-    if (!reached_) return;
+    reached_ = reader_.port().measure_clock([] { return !EndBySignal::wanted(); });
+    if (!reached_ && reader_.port().error() == EINVAL) {
+      throw wrong_file("{}: the controller does not accept this clock; give another --clock",
+                       options_.port);
+    }
+    // An uncertain clock is only printed.
+    if (!reached_ || reached_->uncertainty.count > reached_->clock.count / 30) return;
     // The rate that was asked, less 2 % and what the measurement does not know.
     const std::int64_t least = std::int64_t{options_.clock.count} * 98 / 100;
     if (std::int64_t{reached_->clock.count} + reached_->uncertainty.count >= least) return;

@@ -39,21 +39,29 @@ void Record::add(Picoseconds time, std::span<const std::uint8_t> bytes) {
 }
 
 void Record::write() {
-  while (!held_.empty()) {
-    const auto written = ::write(descriptor_, held_.data(), held_.size());
+  std::size_t done = 0;
+  while (done < held_.size()) {
+    const auto written = ::write(descriptor_, held_.data() + done, held_.size() - done);
     if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) {
-      // The last line may be there in part; it counts as missing.
-      lost_ = static_cast<std::uint64_t>(std::count(held_.begin(), held_.end(), '\n'));
-      if (held_.starts_with('#')) --lost_;
-      host_.warn(fmt::format("{}: {}; the record ends here, reading goes on", path_,
-                             std::strerror(errno)));
-      held_.clear();
-      ended_ = true;
-      return;
-    }
-    held_.erase(0, static_cast<std::size_t>(written));
+    if (written <= 0) return end(done);
+    done += static_cast<std::size_t>(written);
   }
+  size_ += done;
+  held_.clear();
+}
+
+// Only whole lines stay.
+void Record::end(std::size_t done) {
+  host_.warn(
+      fmt::format("{}: {}; the record ends here, reading goes on", path_, std::strerror(errno)));
+  const std::size_t whole = held_.rfind('\n', done == 0 ? 0 : done - 1);
+  const std::size_t kept = done == 0 || whole == std::string::npos ? 0 : whole + 1;
+  static_cast<void>(::ftruncate(descriptor_, static_cast<off_t>(size_ + kept)) == 0);
+  lost_ = static_cast<std::uint64_t>(
+      std::count(held_.begin() + static_cast<std::ptrdiff_t>(kept), held_.end(), '\n'));
+  if (kept == 0 && held_.starts_with('#')) --lost_;
+  held_.clear();
+  ended_ = true;
 }
 
 bool Record::finish() {

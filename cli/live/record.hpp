@@ -27,11 +27,13 @@ class Record {
 
  private:
   void write();
+  void end(std::size_t done);
 
   std::string path_;
   verbs::Host& host_;
   int descriptor_ = -1;
   std::string held_;
+  std::size_t size_ = 0;  // of the lines that are written
   bool ended_ = false;
   std::uint64_t lost_ = 0;
   std::chrono::steady_clock::time_point written_{};

@@ -133,14 +133,19 @@ std::vector<std::string> DecodedCapture::files_left() const {
 }
 
 bool DecodedCapture::open_words() {
-  auto log = arguments_.words.next ? first_words() : read_word_log(arguments_.words);
-  if (!log) status_ = host_.fail(ExitStatus::io, log.error());
+  if (arguments_.words.next) {
+    take_words(identifies() || arguments_.identify_besides ? 512 : 1);
+    if (log_.empty()) status_ = host_.fail(ExitStatus::io, name() + ": nothing was read");
+  } else if (auto log = read_word_log(arguments_.words)) {
+    log_ = std::move(*log);
+  } else {
+    status_ = host_.fail(ExitStatus::io, log.error());
+  }
   if (arguments_.words.reading.payload && !format_) {
     status_ =
         host_.fail(ExitStatus::usage, "--payload: the length of the frame is not known; give -f");
   }
   if (status_ != ExitStatus::done) return false;
-  log_ = std::move(*log);
   if (!identifies() && !arguments_.identify_besides) return true;
   identify::SampleCollector frames;
   read_log(decode::CycleReader(std::nullopt, {}),
@@ -153,18 +158,14 @@ bool DecodedCapture::open_words() {
   return true;
 }
 
-// The words of a live line that show its format and rate: 512, or the words of two seconds.
-tl::expected<std::vector<LoggedWord>, std::string> DecodedCapture::first_words() {
-  constexpr std::size_t most = 512;
-  std::vector<LoggedWord> words;
-  while (words.size() < most) {
+// Takes words of a live line until there are `count`, or the words of two seconds.
+void DecodedCapture::take_words(std::size_t count) {
+  while (log_.size() < count) {
     auto word = arguments_.words.next();
-    if (!word) break;
-    words.push_back(std::move(*word));
-    if (*words.back().time - *words.front().time > milliseconds(2'000)) break;
+    if (!word) return;
+    log_.push_back(std::move(*word));
+    if (*log_.back().time - *log_.front().time > milliseconds(2'000)) return;
   }
-  if (words.empty()) return tl::unexpected(arguments_.words.file + ": no transfer has succeeded");
-  return words;
 }
 
 bool DecodedCapture::read_log(const decode::CycleReader& reader, const OnCycle& on_cycle) {
@@ -176,12 +177,19 @@ bool DecodedCapture::read_log(const decode::CycleReader& reader, const OnCycle& 
 }
 
 bool DecodedCapture::read_words(const decode::CycleReader& reader, const OnCycle& on_cycle) {
-  if (!read_log(reader, on_cycle) || !arguments_.words.next) return true;
-  for (std::uint64_t number = log_.size();; ++number) {
+  good_ = contradict_ = 0;
+  const OnCycle counted = [&](std::uint64_t number, const decode::Cycle& cycle) {
+    count(cycle);
+    return on_cycle(number, cycle);
+  };
+  bool wanted = read_log(reader, counted);
+  for (std::uint64_t number = log_.size(); wanted && arguments_.words.next; ++number) {
     const auto word = arguments_.words.next();
-    if (!word) return true;
-    if (!on_cycle(number, cycle_of(*word, arguments_.words.reading, reader, format_))) return true;
+    if (!word) break;
+    wanted = counted(number, cycle_of(*word, arguments_.words.reading, reader, format_));
   }
+  warn_of_contradictions();
+  return true;
 }
 
 std::string DecodedCapture::fitting_options() const {
@@ -309,7 +317,7 @@ void DecodedCapture::take_finding(std::span<const identify::Sample> samples) {
   if (!identifies()) return;
   host_.warn(
       fmt::format("{}: the format changes: {}; decode each part with -f and --since, --until",
-                  input_.name(), format_parts_));
+                  name(), format_parts_));
 }
 
 const identify::FormatCandidate* DecodedCapture::better_format() const {
@@ -354,6 +362,7 @@ Picoseconds DecodedCapture::interval() {
   decode::Statistics first;
   const auto add = [&first](const decode::Cycle& cycle) { first.add(cycle); };
   if (words() != nullptr) {
+    if (arguments_.words.next) take_words(64);
     read_log(reader(), [&](std::uint64_t, const auto& cycle) { return add(cycle), true; });
   } else {
     decode::Decoder decoder(reader(), add);
@@ -423,9 +432,13 @@ bool DecodedCapture::reads_as(const DecodedCapture& other) const {
          (other.margin_.signal || !margin_.signal);
 }
 
-void DecodedCapture::take(const decode::Cycle& cycle) {
+void DecodedCapture::count(const decode::Cycle& cycle) {
   good_ += cycle.status == CycleStatus::ok ? 1U : 0U;
   contradict_ += contradicts(cycle.status) ? 1U : 0U;
+}
+
+void DecodedCapture::take(const decode::Cycle& cycle) {
+  count(cycle);
   if (!wanted_) return;
   if (is_wanted(cycle)) {
     wanted_ = on_cycle_(number_, cycle);
@@ -443,7 +456,7 @@ void DecodedCapture::warn_of_contradictions() {
   }
   host_.warn(
       fmt::format("{}: {} frames contradict {}, which was identified at the beginning; give -f",
-                  input_.name(), contradict_, format_text(*format_).view()));
+                  name(), contradict_, format_text(*format_).view()));
   status_ = std::max(status_, ExitStatus::data_failed);
 }
 

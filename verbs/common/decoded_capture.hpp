@@ -184,7 +184,8 @@ class DecodedCapture {
   bool identifies() const { return arguments_.identify && arguments_.device.format.empty(); }
   bool open_next();
   bool open_words();
-  tl::expected<std::vector<LoggedWord>, std::string> first_words();
+  void take_words(std::size_t count);
+  void count(const decode::Cycle& cycle);
   bool read_log(const decode::CycleReader& reader, const OnCycle& on_cycle);
   bool read_words(const decode::CycleReader& reader, const OnCycle& on_cycle);
   void warn_of_protocol();

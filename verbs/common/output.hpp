@@ -52,6 +52,7 @@ class Output final : public report::TextSink, private report::FileSink {
   /// From now on, a row is not held back for longer than 100 ms while others follow, unless the
   /// target is a file.
   void write_soon() { soon_ = !temporary_.exists(); }
+  bool wants_lines() const override { return soon_; }
 
   /// The same target as a file that is written at any place, instead of write(); null if it is not
   /// a regular file.

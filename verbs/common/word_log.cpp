@@ -122,6 +122,10 @@ tl::expected<std::vector<LoggedWord>, std::string> read_word_log(const WordArgum
                    fmt::format("no time such as 12.5us in front of the word; {} needs one",
                                arguments.needs_times));
     }
+    if (i > 0 && lines[i].time.has_value() != lines[0].time.has_value()) {
+      return wrong(lines[i], lines[0].time ? "no time in front of the word; is the line cut off?"
+                                           : "a time in front of the word, unlike the lines above");
+    }
     if (i > 0 && lines[i].time && lines[i - 1].time && *lines[i].time < *lines[i - 1].time) {
       return wrong(lines[i], "the time is earlier than in the line above; sort the lines");
     }

@@ -215,8 +215,9 @@ std::string DecodeRun::summary() const {
   if (capture_.timed()) add_spread(summary, "rate", statistics.interval(), rate_text);
   add_spread(summary, "line delay", statistics.line_delay(), time_text);
   add_spread(summary, "ACK", statistics.ack(), time_text);
-  const std::string fitting =
-      is_log && capture_.format() ? capture_.fitting_options() : std::string();
+  const std::string fitting = is_log && !capture_.words()->next && capture_.format()
+                                  ? capture_.fitting_options()
+                                  : std::string();
   if (!fitting.empty()) {
     summary.entry("try", "words", fitting);
   } else if (!is_log && capture_.lines().look_swapped) {
