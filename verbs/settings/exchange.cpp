@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cctype>
 
 #include "biss/frame/format_text.hpp"
 #include "device/nearest.hpp"
@@ -126,15 +125,28 @@ bool is_format(const Parameter& row) {
 /// The format that values describe; what they leave open is as in most encoders.
 class FormatMaker {
  public:
-  FormatMaker(const Master& master, const Values& values) : master_(master), values_(values) {}
+  /// \param polynomial of a CRC that has no usual one of its width
+  FormatMaker(const Master& master, const Values& values, std::uint32_t polynomial = 0)
+      : master_(master), values_(values), polynomial_(polynomial) {}
 
   tl::expected<FrameFormat, std::string> make() const {
     const std::string text = text_of_format();
     const auto format = parse_format(text);
     if (format.ok()) return *format;
     return tl::unexpected(text.empty()
-                              ? std::string("the numbers of bits do not fit together")
+                              ? std::string("the numbers of bits do not fit together, or are not "
+                                            "in this table")
                               : fmt::format("{}: {}", text, text_of(format.error().mistake)));
+  }
+
+  std::uint32_t crc_polynomial() const {
+    if (const auto full = get("polynomial")) return static_cast<std::uint32_t>(*full);
+    const auto half = get("crc_usual") == 1 ? get("crc_field") : get("polynomial_half");
+    if (half) return *half == 0 ? 0U : static_cast<std::uint32_t>(*half) << 1U | 1U;
+    const auto width = get("crc_field") ? get("crc_field") : get("crc_width");
+    if (!width) return 0x43U;
+    const std::uint32_t usual = default_polynomial(static_cast<unsigned>(*width));
+    return usual != 0 ? usual : polynomial_;
   }
 
  private:
@@ -174,7 +186,9 @@ class FormatMaker {
     const bool high = get("status_high") == 1;
     if (after >= 1) items.emplace_back(high ? "E" : "nE");
     if (after >= 2) items.emplace_back(high ? "W" : "nW");
-    if (polynomial != 0) {
+    if (const auto crc = get("crc_width"); polynomial == 0 && crc && *crc != 0) {
+      items.push_back(fmt::format("crc{}", *crc));  // an error
+    } else if (polynomial != 0) {
       items.push_back(fmt::format("crc{}:0x{:X}:0x{:X}{}", width, polynomial,
                                   get("crc_start").value_or(0),
                                   get("crc_inverted").value_or(1) == 1 ? "" : ":plain"));
@@ -194,16 +208,9 @@ class FormatMaker {
     return count ? std::countr_zero(static_cast<std::uint64_t>(*count)) : get(term);
   }
 
-  std::uint32_t crc_polynomial() const {
-    if (const auto full = get("polynomial")) return static_cast<std::uint32_t>(*full);
-    const auto half = get("crc_usual") == 1 ? get("crc_field") : get("polynomial_half");
-    if (half) return *half == 0 ? 0U : static_cast<std::uint32_t>(*half) << 1U | 1U;
-    const auto width = get("crc_field") ? get("crc_field") : get("crc_width");
-    return width ? default_polynomial(static_cast<unsigned>(*width)) : 0x43U;
-  }
-
   const Master& master_;
   const Values& values_;
+  std::uint32_t polynomial_;
 };
 
 // The singleturn and multiturn bits are settings of their own.
@@ -215,44 +222,56 @@ std::string crc_text(const CrcSpec& crc) {
   return crc.present() ? fmt::format("crc{}:0x{:X}", crc.width_bits, crc.polynomial) : "no CRC";
 }
 
+std::string has_only(const Master& master, std::string_view what, bool assumed = false) {
+  return assumed               ? fmt::format("{} is assumed for this master: no source", what)
+         : master.open("more") ? fmt::format("not in this table, which has only {}", what)
+                               : fmt::format("the master has only {}", what);
+}
+
+std::string_view no_parameter(const Master& master) {
+  return master.open("more") ? "not in this table" : "no parameter for it is known";
+}
+
 // Why the master cannot read the format: the first thing that it reads otherwise. Empty if it can.
 std::string misread(const Master& master, const FrameFormat& format, const FrameFormat& read) {
   const BitLayout sent(format.channel_list[0]);
   const BitLayout seen(read.channel_list[0]);
   const CrcSpec& crc = sent.channel.crc;
   const CrcSpec& crc_seen = seen.channel.crc;
-  if (!master.any_crc) {
-    if (crc.polynomial != crc_seen.polynomial) {
-      return fmt::format("crc_polynomial: {}; the master has only {}", crc_text(crc),
-                         crc_text(crc_seen));
-    }
-    if (crc.inverted != crc_seen.inverted && crc.present()) {
-      return "crc_plain: the CRC is not inverted; the master has no setting for it";
-    }
-    if (crc.start != crc_seen.start) {
-      return fmt::format("crc_start: the start value is 0x{:X}; the master has only 0", crc.start);
-    }
+  const bool assumed = master.assumes("crc");
+  const bool any = master.any_polynomial();
+  if (crc.present() ? !any && crc.polynomial != crc_seen.polynomial : crc_seen.present()) {
+    return fmt::format("crc_polynomial: {}; {}", crc_text(crc),
+                       has_only(master, any ? "frames with one" : crc_text(crc_seen), assumed));
   }
-  if (sent.channel.coded() && (!seen.channel.coded() || sent.multiturn > 0)) {
-    return "coding: the master has no setting for Gray code, or only for a position in one part";
+  if (!any && crc.inverted != crc_seen.inverted && crc.present()) {
+    return "crc_plain: the CRC is not inverted; " + (assumed
+                                                         ? has_only(master, "an inverted one", true)
+                                                         : "the master has no setting for it");
   }
-  if (master.any_arrangement) return {};
+  if (!master.open("crc") && crc.start != crc_seen.start) {
+    return fmt::format("crc_start: the start value is 0x{:X}; {}", crc.start,
+                       has_only(master, "0", assumed));
+  }
+  if (sent.channel.coded() && !seen.channel.coded()) {
+    return fmt::format("coding: Gray code; {}", no_parameter(master));
+  }
+  if (sent.channel.coded() && sent.multiturn > 0) {
+    return "coding: Gray code of multiturn and singleturn bits; the setting is for one number";
+  }
+  if (master.open("arrangement")) return {};
   if (sent.lead != seen.lead || sent.gap != seen.gap || sent.tail() != seen.tail()) {
-    return fmt::format(
-        "padding: {}, {} and {} bits before, within and after the position; the master has {}, {}, "
-        "{}",
-        sent.lead, sent.gap, sent.tail(), seen.lead, seen.gap, seen.tail());
+    return fmt::format("padding: {}, {} and {} bits before, within and after the position; {}",
+                       sent.lead, sent.gap, sent.tail(), no_parameter(master));
   }
-  const bool any = master.find("after_bits") != nullptr || master.find("status_off") != nullptr;
-  for (const std::size_t i : {0U, 1U}) {
-    const bool evaluated = (i == 0 ? master.error_evaluated : master.warning_evaluated) && !any;
-    const bool same_size = sent.status.size() == seen.status.size();
-    if (same_size &&
-        (!evaluated || (sent.status.size() == 2 && sent.status[i] == seen.status[i]))) {
-      continue;
-    }
-    return fmt::format("status: the master needs the two bits nE and nW before the CRC{}",
-                       evaluated ? i == 0 ? ", and evaluates nE" : ", and evaluates nW" : "");
+  const std::size_t needed = master.open("more") ? 2 : master.status_needed();
+  if (sent.status.size() != seen.status.size() ||
+      sent.status.substr(0, needed) != seen.status.substr(0, needed)) {
+    const char* const what = needed == 0                             ? "two bits"
+                             : needed == 1                           ? "nE and one more bit"
+                             : master.find("status_high") != nullptr ? "nE,nW or E,W"
+                                                                     : "nE,nW";
+    return "status: before the CRC, " + has_only(master, what, master.assumes("status"));
   }
   return {};
 }
@@ -292,6 +311,27 @@ tl::expected<std::uint64_t, std::string> clock_value(const Parameter& row, Hertz
                  : "the next lower one is " + text_of(hertz(static_cast<std::uint32_t>(lower)))));
 }
 
+std::string range_text(const Parameter& row) {
+  return row.low == row.high ? fmt::format("only {}", row.low)
+                             : fmt::format("{} to {}", row.low, row.high);
+}
+
+// Why a number of a format is outside the limits of the row.
+std::string limit_text(const Master& master, const Parameter& row, std::uint64_t value) {
+  const bool no_crc = value == 0 && row.term.starts_with("crc_");
+  if (no_crc || row.term.starts_with("polynomial") || row.term == "crc_usual") {
+    return fmt::format("crc_polynomial: {}{}", value == 0 ? "no CRC; " : "",
+                       has_only(master, value == 0        ? "frames with one"
+                                        : row.key.empty() ? row.name
+                                                          : range_text(row)));
+  }
+  const auto cause = row.term.starts_with("after_") ? "status" : row.term;
+  return fmt::format("{}: {} is {}; {} {}", cause.substr(0, cause.find("_minus")),
+                     row.key.empty() ? row.name : row.key, value,
+                     master.open("more") ? "not in this table, which has" : "the master has",
+                     range_text(row));
+}
+
 tl::expected<Values, std::string> values_of(const Master& master, const FrameFormat& format,
                                             const LineTimes& times) {
   if (format.channel_count > 1) {
@@ -306,12 +346,14 @@ tl::expected<Values, std::string> values_of(const Master& master, const FrameFor
   if (channel.position_lsb || channel.multiturn_lsb || channel.singleturn_lsb) {
     return tl::unexpected(std::string("coding: no master reads the lowest bit first"));
   }
-  if (!frame.in_order && !master.any_arrangement) {
+  if (!frame.in_order && !master.open("arrangement")) {
     return tl::unexpected(std::string(
         "arrangement: the master needs multiturn, singleturn, status bits and CRC in this order"));
   }
-  const auto whole_microseconds = [](Picoseconds time) {
-    return static_cast<std::uint64_t>((time.count + 999'999) / 1'000'000);
+  const auto steps = [](const Parameter& row, Picoseconds time) {
+    const auto step = std::uint64_t{1'000'000'000'000} / row.steps;
+    return std::max(row.fallback.value_or(0),
+                    (static_cast<std::uint64_t>(time.count) + step - 1) / step);
   };
   Values values;
   for (const Parameter& row : master.parameters) {
@@ -322,18 +364,20 @@ tl::expected<Values, std::string> values_of(const Master& master, const FrameFor
       if (!found) return tl::unexpected(found.error());
       value = *found;
     } else if (row.term == "busy" && times.ack_max) {
-      value = std::max(row.fallback.value_or(0), whole_microseconds(*times.ack_max));
+      value = steps(row, *times.ack_max);
     } else if (row.term == "timeout" && times.timeout) {
-      value = whole_microseconds(*times.timeout);
+      value = steps(row, *times.timeout);
     }
     values.push_back(value ? value : row.fallback);
     if (values.back() && (*values.back() < row.low || *values.back() > row.high)) {
-      return tl::unexpected(fmt::format("{}: {} is {}; the master has {} to {}", row.term,
-                                        row.key.empty() ? row.name : row.key, *values.back(),
-                                        row.low, row.high));
+      return tl::unexpected(limit_text(master, row, *values.back()));
     }
   }
-  const auto read = FormatMaker(master, values).make();
+  const auto read = FormatMaker(master, values, channel.crc.polynomial).make();
+  if (!read && !channel.crc.present()) {
+    return tl::unexpected("crc_polynomial: no CRC; " +
+                          has_only(master, "crc6:0x43", master.assumes("crc")));
+  }
   std::string why = misread(master, format, read ? *read : FrameFormat());
   if (!why.empty()) return tl::unexpected(std::move(why));
   return values;
@@ -368,7 +412,9 @@ Number value_in(const Parameter& row, std::string text) {
     const auto time = parse_duration(text + "us");
     return time.ok() ? Number(time->count) : std::nullopt;
   }
-  if (row.high == 1 && (text == "TRUE" || text == "FALSE")) return text == "TRUE" ? 1 : 0;
+  if (row.high == 1 && (same_text(text, "true") || same_text(text, "false"))) {
+    return text.size() == 4 ? 1 : 0;
+  }
   if (text.starts_with('$')) text.replace(0, 1, "0x");
   const auto count = parse_count(text);
   return count.ok() ? Number(*count) : std::nullopt;
@@ -383,12 +429,14 @@ std::string allowed_values(const Parameter& row) {
   if (row.form == Form::microseconds) {
     return fmt::format("{} to {} us", text_of_value(row, row.low), text_of_value(row, row.high));
   }
-  return fmt::format("a number from {} to {}", row.low, row.high);
+  return (row.low == row.high ? "" : "a number from ") + range_text(row);
 }
 
 bool is_allowed(const Parameter& row, std::uint64_t value) {
   if (row.term.starts_with("counts_") && !std::has_single_bit(value)) return false;
-  const bool is_code = row.codes.empty() || hertz_of(row, value) != 0;
+  const bool is_code =
+      row.codes.empty() || std::any_of(row.codes.begin(), row.codes.end(),
+                                       [value](const auto& each) { return each.first == value; });
   return value >= row.low && value <= row.high && is_code;
 }
 
@@ -398,19 +446,25 @@ bool is_allowed(const Parameter& row, std::uint64_t value) {
 class SettingsReader {
  public:
   explicit SettingsReader(const Master& master)
-      : rows_(master.parameters), name_(master.name), values_(rows_.size()) {}
+      : rows_(master.parameters), master_(master), values_(rows_.size()) {}
 
   void read(const std::string& setting) {
     const std::size_t equals = setting.find('=');
     if (equals == std::string::npos)
       fail("no_value", fmt::format("'{}': write KEY=VALUE", setting));
-    const std::string key = setting.substr(0, equals);
+    std::string key = setting.substr(0, equals);
+    for (const std::string_view channel : master_.channels) {
+      if (!same_text(std::string_view(key).substr(0, channel.size()), channel)) continue;
+      key.replace(0, channel.size(), master_.channels.front());
+    }
     const auto row = std::find_if(rows_.begin(), rows_.end(),
                                   [&](const Parameter& each) { return is_key(each.key, key); });
     if (row == rows_.end()) {
       std::vector<std::string> keys;
       for (const Parameter& each : rows_) {
-        if (keys.empty() || keys.back() != each.key) keys.emplace_back(each.key);
+        if (!each.key.empty() && (keys.empty() || keys.back() != each.key)) {
+          keys.emplace_back(each.key);
+        }
       }
       const std::string near = nearest(key, keys);
       fail("unknown_key",
@@ -423,6 +477,9 @@ class SettingsReader {
     read_value(first, setting.substr(equals + 1));
   }
 
+  /// The values that were given.
+  Values given() const { return values_; }
+
   /// The values of all rows; `assumed` gets the parameters that were left out.
   Values finish(std::vector<std::string>& assumed) {
     std::vector<std::string_view> missing;
@@ -430,12 +487,11 @@ class SettingsReader {
       const Parameter& row = rows_[i];
       if (values_[i] || row.key.empty() || row.term == "clock") continue;
       values_[i] = row.fallback;
-      if (!is_format(row)) continue;
-      if (row.fallback) {
+      if (row.fallback && (row.bits == 0 || is_format(row))) {
         assumed.push_back(fmt::format("{}={}", row.key, text_of_value(row, *row.fallback)));
-      } else if (missing.empty() || missing.back() != row.key) {
-        missing.push_back(row.key);
       }
+      if (row.fallback || !is_format(row)) continue;
+      if (missing.empty() || missing.back() != row.key) missing.push_back(row.key);
     }
     if (!missing.empty()) fail("missing_key", fmt::format("give {}", fmt::join(missing, ", ")));
     return values_;
@@ -443,16 +499,14 @@ class SettingsReader {
 
  private:
   [[noreturn]] void fail(std::string_view cause, const std::string& why) const {
-    throw wrong_usage("{}: {}: {}", name_, cause, why);
+    throw wrong_usage("{}: {}: {}", master_.name, cause, why);
   }
 
   // The whole key, or its last part with its colon or point.
   static bool is_key(std::string_view key, std::string_view given) {
     const bool part = given.starts_with(':') || given.starts_with('.');
     if (part && key.size() > given.size()) key.remove_prefix(key.size() - given.size());
-    const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
-    return !given.empty() && std::equal(key.begin(), key.end(), given.begin(), given.end(),
-                                        [&](char a, char b) { return lower(a) == lower(b); });
+    return !given.empty() && same_text(key, given);
   }
 
   // All rows with the key of row `first`.
@@ -461,63 +515,101 @@ class SettingsReader {
     const bool alone = first + 1 == rows_.size() || rows_[first + 1].key != rows_[first].key;
     const Number word = is_word ? value_in(rows_[first], text) : std::nullopt;
     std::string_view rest = text;
+    std::uint64_t unknown = word.value_or(0);
+    const auto wrong = [&](const std::string& why) {
+      fail("wrong_value", fmt::format("{}={}: {}", rows_[first].key, text, why));
+    };
+    // Digits that are another number on a screen with hexadecimal numbers.
+    if (const Form form = rows_[first].form;
+        form != Form::decimal && form != Form::microseconds && text.size() > 1 &&
+        text.find_first_not_of("0123456789") == std::string::npos && parse_count(text).ok()) {
+      wrong(
+          fmt::format("write 0x{} or, if it is decimal, 0x{:X}", text, parse_count(text).value()));
+    }
     for (std::size_t i = first; i < rows_.size() && rows_[i].key == rows_[first].key; ++i) {
       const Parameter& row = rows_[i];
       Number value;
       if (is_word) {
         if (word && *word <= UINT32_MAX) value = (*word >> row.shift) & low_mask(row.bits);
+        unknown &= ~(low_mask(row.bits) << row.shift);
       } else if (rest.starts_with(row.before)) {
         rest.remove_prefix(row.before.size());
+        if (row.may_be_negative && rest.starts_with('-')) rest.remove_prefix(1);
         const std::size_t digits = rest.find_first_not_of("0123456789");
         const auto part = rest.substr(0, alone || !row.names.empty() ? rest.size() : digits);
         value = value_in(row, std::string(part));
         rest.remove_prefix(part.size());
       }
       if (!value || !is_allowed(row, *value)) {
-        fail("wrong_value",
-             fmt::format("{}={}: {}: {}", row.key, text, row.name, allowed_values(row)));
+        wrong(fmt::format("{}: {}", row.name, allowed_values(row)));
       }
       values_[i] = value;
     }
-    if (!is_word && !rest.empty()) {
-      fail("wrong_value", fmt::format("{}={}: '{}' is too much", rows_[first].key, text, rest));
+    if (!is_word && !rest.empty()) wrong(fmt::format("'{}' is too much", rest));
+    if (unknown != 0) {
+      wrong(fmt::format("the bits 0x{:X} have no meaning in this table", unknown));
     }
   }
 
   const std::vector<Parameter>& rows_;
-  std::string_view name_;
+  const Master& master_;
   Values values_;
 };
 
+// Why the value is not certain; empty if it is.
+std::string_view doubt_of(const Parameter& row, const Number& value) {
+  return value && value == row.sure ? "" : row.doubt;
+}
+
 // Why these are not the settings of the format; empty if they are.
-std::string contradiction(const Master& master, const FrameFormat& format, const Values& values) {
+std::string contradiction(const Master& master, const FrameFormat& format, const Values& values,
+                          const Values& given) {
   const auto needed = values_of(master, format, {});
   if (!needed) return needed.error();
+  // A polynomial has two forms.
+  const bool same_crc =
+      FormatMaker(master, values).crc_polynomial() == format.channel_list[0].crc.polynomial;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const Parameter& row = master.parameters[i];
     if (!is_format(row) || row.key.empty() || values[i] == (*needed)[i]) continue;
     if (row.term == "status_off" && values[i] == 1) continue;
-    return fmt::format("{} ({}) is {} and must be {}", row.key, row.name,
-                       text_of_value(row, *values[i]), text_of_value(row, *(*needed)[i]));
+    if (same_crc && (row.term == "crc_usual" || row.term == "crc_field")) continue;
+    // Nor is it certain which form of a polynomial this is.
+    if (row.sure && row.term == "polynomial" && values[i] == *(*needed)[i] >> 1U) continue;
+    const std::string_view doubt = doubt_of(row, values[i]);
+    return fmt::format(
+        "{} ({}) is {}{} and must be {}{}{}", row.key, row.name, text_of_value(row, *values[i]),
+        given[i] ? "" : ", the default, as it was left out,", text_of_value(row, *(*needed)[i]),
+        doubt.empty() ? "" : "; not certain: ", doubt);
   }
   return {};
 }
 
 std::vector<std::string> open_facts(const Master& master, const ChannelFormat& channel) {
   std::vector<std::string> open;
-  if (master.any_arrangement) {
+  if (master.open("arrangement")) {
     open.push_back(
         fmt::format("arrangement: {} bits before the CRC in any order", channel.data_bits));
   } else if (!has_parts(master) && !channel.multiturn.present()) {
     open.push_back(
         fmt::format("turns: pos{0}, or mtA,stB with A + B = {0}", channel.position_bits()));
   }
-  if (!master.error_evaluated || !master.warning_evaluated ||
-      master.find("status_off") != nullptr || master.find("after_bits") != nullptr) {
+  if (master.assumes("status")) {
+    open.emplace_back("status: nE,nW is assumed: no source");
+  } else if (master.status_needed() < 2) {
     open.emplace_back("status: nE,nW, or other bits, such as nE,pad1 or E,W");
   }
-  if (master.any_crc) {
-    open.emplace_back("crc: polynomial, start value or inversion are not in the settings");
+  if (master.assumes("crc")) {
+    open.emplace_back("crc: 0x43, start 0, inverted is assumed: no source");
+  } else if (master.any_polynomial()) {
+    open.push_back(fmt::format("crc: {} are not in the settings",
+                               master.open("crc") ? "polynomial, start value and inversion"
+                                                  : "polynomial and start value"));
+  }
+  if (const CrcSpec& crc = channel.crc; crc.polynomial != default_polynomial(crc.width_bits)) {
+    open.push_back(
+        fmt::format("polynomial: {} is not usual: was a form with or without its last bit meant?",
+                    crc_text(crc)));
   }
   open.emplace_back("cds: add ;cds0 if the encoder is unidirectional");
   return open;
@@ -537,11 +629,12 @@ tl::expected<std::vector<Setting>, std::string> settings_for(const Master& maste
     const Number& value = (*values)[i];
     if (row.key.empty()) continue;
     if (settings.empty() || settings.back().rows.front()->key != row.key) {
-      settings.push_back({{}, {}});
+      settings.emplace_back();
       word = 0;
     }
     Setting& setting = settings.back();
     setting.rows.push_back(&row);
+    if (!doubt_of(row, value).empty()) setting.doubts.push_back(row.doubt);
     setting.complete = setting.complete && (value || row.term == "unknown");
     if (!value) {
       setting.value = "?";
@@ -561,27 +654,36 @@ Found format_of(const Master& master, const std::vector<std::string>& settings,
   Found found;
   SettingsReader reader(master);
   for (const std::string& setting : settings) reader.read(setting);
+  const Values given = reader.given();
   const Values values = reader.finish(found.assumed);
   if (expected) {
     found.format = *expected;
+    for (const std::string& fact : open_facts(master, expected->channel_list[0])) {
+      found.not_compared.push_back(fact.substr(0, fact.find(':')) + ": as in -f");
+    }
   } else {
     const auto format = FormatMaker(master, values).make();
     if (!format) throw wrong_usage("{}: not_a_format: {}", master.name, format.error());
     found.format = *format;
     found.open = open_facts(master, found.format.channel_list[0]);
   }
-  if (const auto why = contradiction(master, found.format, values); !why.empty()) {
+  if (const auto why = contradiction(master, found.format, values, given); !why.empty()) {
     throw wrong_usage("{}: contradiction: for {}: {}", master.name,
                       format_text(found.format).view(), why);
   }
   for (std::size_t i = 0; i < values.size(); ++i) {
     const Parameter& row = master.parameters[i];
-    if (!values[i]) continue;
+    if (!doubt_of(row, values[i]).empty() && (given[i] || is_format(row)) && !row.key.empty()) {
+      found.doubts.push_back(fmt::format("{}: {}", row.key, row.doubt));
+    }
+    if (!given[i]) continue;
     if (row.term == "clock") {
       found.times.clock = hertz(static_cast<std::uint32_t>(hertz_of(row, *values[i])));
     } else if (row.term == "busy" || row.term == "timeout") {
       (row.term == "busy" ? found.times.ack_max : found.times.timeout) =
-          microseconds(static_cast<std::int64_t>(*values[i]));
+          static_cast<std::int64_t>(*values[i]) * (milliseconds(1'000) / std::int64_t{row.steps});
+    } else if (expected && !is_format(row) && row.low != row.high) {
+      found.not_compared.push_back(fmt::format("{}: {}", row.key, row.name));
     }
   }
   return found;

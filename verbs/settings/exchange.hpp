@@ -24,7 +24,9 @@ struct Setting {
   /// Its rows in the table; the key is the same.
   std::vector<const Parameter*> rows;
   /// `?` if no source has the value.
-  std::string value;
+  std::string value{};
+  /// The reasons why it is not certain.
+  std::vector<std::string_view> doubts{};
   bool complete = true;
 };
 
@@ -37,11 +39,16 @@ tl::expected<std::vector<Setting>, std::string> settings_for(const Master& maste
 /// The format of settings.
 struct Found {
   FrameFormat format;
+  /// Those that were given. The drive's own: it may wait longer than the encoder needs.
   LineTimes times;
   /// Facts that the settings leave open, and the choices: `turns: …`.
   std::vector<std::string> open;
   /// Parameters that were left out, with their value.
   std::vector<std::string> assumed;
+  /// Doubts of the parameters: `80p8:11: …`.
+  std::vector<std::string> doubts;
+  /// With `expected`: facts that come from it, and parameters without a fact of the format.
+  std::vector<std::string> not_compared;
 };
 
 /// Throws a VerbError (wrong usage) if the settings are wrong.

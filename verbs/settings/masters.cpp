@@ -1,6 +1,7 @@
 #include "verbs/settings/masters.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <stdexcept>
 #include <string>
 
@@ -33,7 +34,7 @@ void read_table_option(std::string_view option, Parameter& row) {
   const std::string_view name = take_part(value, "=");
   if (option.find(':') != std::string_view::npos) {
     const std::string_view code = take_part(option, ":");
-    row.codes.emplace_back(count_of(code), rate_of(option));
+    row.codes.emplace_back(count_of(code), option.empty() ? 0 : rate_of(option));
   } else if (option.starts_with('=')) {
     row.fallback = count_of(value);
   } else if (name == "at") {
@@ -43,6 +44,12 @@ void read_table_option(std::string_view option, Parameter& row) {
     row.before = value;
   } else if (name == "base") {
     row.base = rate_of(value);
+  } else if (name == "sure") {
+    row.sure = count_of(value);
+  } else if (name == "steps") {
+    row.steps = rate_of(value);
+  } else if (name == "negative") {
+    row.may_be_negative = true;
   } else if (name == "unit") {
     row.unit = rate_of(value);
   } else {
@@ -84,19 +91,18 @@ void read_table_line(std::string_view line, MastersTable& table) {
     for (std::string_view names = take_part(rest, " : "); !names.empty();) {
       table.none.emplace_back(take_part(names, " "), rest);
     }
-  } else if (Master& master = table.masters.back(); word == "place") {
-    master.place = rest;
-  } else if (word == "source") {
-    master.source = rest;
-  } else if (word == "note") {
-    master.note = rest;
-  } else if (word == "status") {
-    master.error_evaluated = take_part(rest, " ") == "evaluated";
-    master.warning_evaluated = rest == "evaluated";
-  } else if (word == "free") {
-    master.any_crc = rest.find("crc") != std::string_view::npos;
-    master.any_arrangement = rest.find("arrangement") != std::string_view::npos;
+  } else if (Master& master = table.masters.back(); word == "channels") {
+    while (!rest.empty()) master.channels.push_back(take_part(rest, " "));
   } else {
+    constexpr std::pair<std::string_view, std::string_view Master::*> lines[] = {
+        {"place", &Master::place},   {"source", &Master::source}, {"note", &Master::note},
+        {"status", &Master::status}, {"free", &Master::free},     {"assumed", &Master::assumed}};
+    for (const auto& [name, text] : lines) {
+      if (name == word) {
+        master.*text = rest;
+        return;
+      }
+    }
     master.parameters.push_back(read_table_row(line));
   }
 }
@@ -121,12 +127,23 @@ const Parameter* Master::find(std::string_view term) const {
   return row == parameters.end() ? nullptr : &*row;
 }
 
+std::size_t Master::status_needed() const {
+  if (find("status_off") != nullptr || find("after_bits") != nullptr) return 0;
+  return status.starts_with("carried") ? 0 : status.ends_with("carried") ? 1 : 2;
+}
+
+bool same_text(std::string_view a, std::string_view b) {
+  const auto lower = [](char c) { return std::tolower(static_cast<unsigned char>(c)); };
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [&](char x, char y) { return lower(x) == lower(y); });
+}
+
 const std::vector<Master>& masters() { return read_masters().masters; }
 
 const Master& master_of(std::string_view name) {
   std::vector<std::string> names;
   for (const Master& master : masters()) {
-    if (master.name == name) return master;
+    if (same_text(name, master.name)) return master;
     names.emplace_back(master.name);
   }
   for (const auto& [none, why] : read_masters().none) {

@@ -2,6 +2,7 @@
 // in masters.txt, which describes it; exchange.hpp converts a format to settings and back with it.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -24,10 +25,14 @@ struct Parameter {
   Form form = Form::decimal;
   std::string_view before{};
   unsigned shift = 0;
-  unsigned bits = 0;                                             ///< 0: not a part of a word
-  std::vector<std::pair<std::uint64_t, std::uint32_t>> codes{};  ///< of clocks, in hertz
+  unsigned bits = 0;  ///< 0: not a part of a word
+  std::vector<std::pair<std::uint64_t, std::uint32_t>>
+      codes{};  ///< all values; of clocks, in hertz
   std::uint32_t base = 0;
   std::uint32_t unit = 0;
+  std::uint32_t steps = 1'000'000;  ///< of a time, in a second
+  bool may_be_negative = false;
+  std::optional<std::uint64_t> sure{};  ///< the value for which there is no doubt
   std::vector<std::string_view> names{};
   std::string_view doubt{};
 
@@ -41,14 +46,21 @@ struct Master {
   std::string_view source{};
   std::string_view note{};
   std::vector<Parameter> parameters{};
-  /// Whether it evaluates error and warning; else these bits may have any meaning.
-  bool error_evaluated = true;
-  bool warning_evaluated = true;
-  /// Only the number of bits is set, in any arrangement.
-  bool any_arrangement = false;
-  /// The form of the polynomial is not known, or the CRC is not checked.
-  bool any_crc = false;
+  /// The beginning of its keys, and of the same keys of other channels.
+  std::vector<std::string_view> channels{};
+  /// The lines of the table with these words.
+  std::string_view status{};
+  std::string_view free{};
+  std::string_view assumed{};
 
+  /// The settings leave the fact open: `arrangement`, `polynomial` (its form is not known), `crc`
+  /// (it is not checked), or the master can do `more` than its rows.
+  bool open(std::string_view fact) const { return free.find(fact) != std::string_view::npos; }
+  bool any_polynomial() const { return open("crc") || open("polynomial"); }
+  /// No source has its `crc`, or what it does with the `status` bits.
+  bool assumes(std::string_view fact) const { return assumed.find(fact) != std::string_view::npos; }
+  /// How many of the two bits before the CRC it evaluates; the rest may have any meaning.
+  std::size_t status_needed() const;
   /// The first row with this term. Null if there is none.
   const Parameter* find(std::string_view term) const;
 };
@@ -58,7 +70,10 @@ extern const char* const masters_table;
 
 const std::vector<Master>& masters();
 
-/// The master of this name; a VerbError (wrong usage) with the reason if there is none.
+/// Equal but for the case of letters.
+bool same_text(std::string_view a, std::string_view b);
+
+/// The master of this name, in any letter case; a VerbError (wrong usage) with the reason if there is none.
 const Master& master_of(std::string_view name);
 
 }  // namespace biss::verbs

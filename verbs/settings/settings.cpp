@@ -60,10 +60,18 @@ ExitStatus list_masters(const SettingsOptions& options, Host& host) {
 
 // ---- Settings for a format
 
+// The longest ACK, if it is known.
+std::optional<Picoseconds> ack_of(const SettingsOptions& options, const Device& device,
+                                  std::optional<Hertz> clock) {
+  if (const std::uint16_t clocks = device.timing.ack_clocks; clocks != 0) {
+    return clock ? std::optional(clocks * period_of(*clock)) : std::nullopt;
+  }
+  const bool known = device.timing_known() || !options.arguments.ack_max.empty();
+  return known ? std::optional(device.timing.ack_max) : std::nullopt;
+}
+
 LineTimes times_of(const SettingsOptions& options, const Device& device) {
-  LineTimes times{.clock = options.clock};
-  const bool known = device.timing_known();
-  if (known || !options.arguments.ack_max.empty()) times.ack_max = device.timing.ack_max;
+  LineTimes times{.clock = options.clock, .ack_max = ack_of(options, device, options.clock)};
   const Timeout& timeout = device.timing.timeout;
   if (!options.arguments.timeout.empty() && timeout.rule == TimeoutRule::fixed) {
     times.timeout = timeout.time;
@@ -74,12 +82,10 @@ LineTimes times_of(const SettingsOptions& options, const Device& device) {
 FieldRow setting_fields(const Master& master, const Setting& setting, bool as_table) {
   std::vector<std::string_view> names;
   std::vector<std::string_view> known;
-  std::vector<std::string> doubts;
   for (const Parameter* row : setting.rows) {
     names.push_back(row->name);
     if (std::find(known.begin(), known.end(), row->known) == known.end())
       known.push_back(row->known);
-    if (!row->doubt.empty()) doubts.emplace_back(row->doubt);
   }
   FieldRow fields{{"parameter", setting.rows.front()->key},
                   {"value", setting.value},
@@ -87,36 +93,58 @@ FieldRow setting_fields(const Master& master, const Setting& setting, bool as_ta
                   {"known", fmt::format("{}", fmt::join(known, ", ")), {.heading = "known from"}}};
   if (as_table) return fields;
   fields.insert(fields.begin(), {"master", master.name});
-  fields.insert(fields.end(), {{"doubt", fmt::format("{}", fmt::join(doubts, "; "))},
+  fields.insert(fields.end(), {{"doubt", fmt::format("{}", fmt::join(setting.doubts, "; "))},
                                {"place", master.place},
+                               {"note", master.note},
                                {"source", master.source}});
   return fields;
 }
 
-std::string remarks(const Master& master, const std::vector<Setting>& settings, bool clock_given) {
+using Remarks = std::vector<std::pair<std::string_view, std::string>>;
+
+// A line for each, with its heading.
+std::string lines_of(const Remarks& remarks) {
   report::Summary out;
-  out.entry("type it in", master.place);
-  std::string_view heading = "not certain";
+  std::string_view last;
+  for (const auto& [heading, text] : remarks) {
+    out.entry(heading == last ? "" : heading, text);
+    last = heading;
+  }
+  return out.text();
+}
+
+// Doubts, facts that the user must give, and facts that no source has.
+Remarks remarks_of(const Master& master, const std::vector<Setting>& settings, bool clock_given) {
+  Remarks remarks;
   for (const Setting& setting : settings) {
-    for (const Parameter* row : setting.rows) {
-      if (row->doubt.empty()) continue;
-      out.entry(heading, row->key, row->doubt);
-      heading = "";
+    for (const std::string_view doubt : setting.doubts) {
+      remarks.emplace_back("not certain", fmt::format("{}: {}", setting.rows.front()->key, doubt));
     }
   }
+  const auto give = [&](std::string_view heading, const Parameter& row, std::string_view what) {
+    remarks.emplace_back(heading, fmt::format("{}: give {}", row.key, what));
+  };
   for (const Parameter& row : master.parameters) {
     const bool given = std::any_of(settings.begin(), settings.end(), [&](const Setting& setting) {
       return setting.rows.front()->key == row.key;
     });
     if (!clock_given && row.term == "clock") {
-      out.entry("clock", row.key, given ? "the default is printed: give --clock" : "give --clock");
+      give("clock", row, given ? "--clock, this is the default" : "--clock");
     }
-    if (!given && row.term == "busy") out.entry("ACK", row.key, "give --ack-max");
-    if (!given && row.term == "timeout") out.entry("timeout", row.key, "give --timeout static:…");
+    if (!given && row.term == "busy") give("ACK", row, "--ack-max");
+    if (!given && row.term == "timeout") give("timeout", row, "--timeout static:…");
   }
-  if (!master.note.empty()) out.entry("note", master.note);
-  out.entry("source", master.source);
-  return out.text();
+  if (clock_given && master.find("clock") == nullptr) {
+    remarks.emplace_back("clock", "no setting for it is known");
+  }
+  if (master.assumes("crc")) {
+    remarks.emplace_back("assumed", "crc6:0x43, start 0, inverted: no source");
+  }
+  if (master.assumes("status")) {
+    remarks.emplace_back("assumed", "nE,nW are evaluated: no source");
+  }
+  if (!master.note.empty()) remarks.emplace_back("note", master.note);
+  return remarks;
 }
 
 // Settings, or the reason why the master cannot read the format, of every master.
@@ -125,13 +153,19 @@ ExitStatus show_all(const SettingsOptions& options, const Device& device, Host& 
   for (const Master& master : masters()) {
     const auto settings = settings_for(master, device.format, times_of(options, device));
     std::vector<std::string> texts;
-    for (const Setting& each : settings ? *settings : std::vector<Setting>()) {
-      texts.push_back(fmt::format("{}={}", each.rows.front()->key, each.value));
+    std::vector<std::string> remarks;
+    if (settings) {
+      for (const Setting& each : *settings) {
+        texts.push_back(fmt::format("{}={}", each.rows.front()->key, each.value));
+      }
+      for (const auto& [heading, text] : remarks_of(master, *settings, options.clock.has_value())) {
+        remarks.push_back(fmt::format("{}: {}", heading, text));
+      }
     }
-    const std::string text = fmt::format("{}", fmt::join(texts, " "));
     rows.push_back({{"master", master.name},
-                    {"settings", unless_empty(text)},
-                    {"refused", unless_empty(settings ? "" : settings.error())}});
+                    {"settings", unless_empty(fmt::format("{}", fmt::join(texts, " ")))},
+                    {"refused", unless_empty(settings ? "" : settings.error())},
+                    {"remarks", unless_empty(fmt::format("{}", fmt::join(remarks, "; ")))}});
   }
   return write_output(host, options.output,
                       [&](Output& output) { return write_rows(rows, options.to, output); });
@@ -153,38 +187,92 @@ ExitStatus show_settings(const SettingsOptions& options, Host& host) {
   for (const Setting& each : *settings) {
     rows.push_back(setting_fields(master, each, options.as_table()));
   }
+  Remarks remarks = remarks_of(master, *settings, options.clock.has_value());
+  remarks.emplace(remarks.begin(), "type it in", master.place);
+  remarks.emplace_back("source", master.source);
   return write_output(host, options.output, [&](Output& output) {
     return write_rows(rows, options.to, output) &&
-           (!options.as_table() ||
-            output.write("\n" + remarks(master, *settings, options.clock.has_value())));
+           (!options.as_table() || output.write("\n" + lines_of(remarks)));
   });
 }
 
 // ---- The format of settings
 
 std::string page_of(const Found& found) {
-  report::Summary out;
-  const auto list = [&out](std::string_view heading, const std::vector<std::string>& texts) {
-    for (const std::string& text : texts) {
-      out.entry(&text == texts.data() ? heading : "", text);
+  Remarks lines{{"format", std::string(format_text(found.format).view())}};
+  const auto list = [&](std::string_view heading, const std::vector<std::string>& texts) {
+    for (const std::string& text : texts) lines.emplace_back(heading, text);
+  };
+  const auto& [clock, ack, timeout] = found.times;
+  if (clock) lines.emplace_back("clock", text_of(*clock, 3));
+  if (ack) lines.emplace_back("ACK", "at most " + text_of(*ack));
+  if (timeout) lines.emplace_back("timeout", text_of(*timeout) + ", of the drive");
+  list("left out", found.assumed);
+  list("not certain", found.doubts);
+  list("open", found.open);
+  list("not compared", found.not_compared);
+  return lines_of(lines);
+}
+
+// Refuses options that are not compared with the settings.
+void refuse_options(const SettingsOptions& options, const Master& master) {
+  const FormatArguments& given = options.arguments;
+  const auto refuse = [&](const std::string& value, std::string_view option, const char* term) {
+    const bool compared = !given.format.empty() && master.find(term) != nullptr;
+    if (!value.empty() && !compared) {
+      throw wrong_usage("{}: is not compared with these settings", option);
     }
   };
-  out.entry("format", format_text(found.format).view());
-  if (found.times.clock) out.entry("clock", text_of(*found.times.clock, 3));
-  if (found.times.ack_max) out.entry("ACK", "at most " + text_of(*found.times.ack_max));
-  if (found.times.timeout) out.entry("timeout", text_of(*found.times.timeout));
-  list("left out", found.assumed);
-  list("open", found.open);
-  return out.text();
+  refuse(options.clock ? "given" : "", "--clock", "");
+  refuse(given.timeout, "--timeout", "");
+  refuse(given.release, "--release", "");
+  refuse(given.cycle_min, "--cycle-min", "");
+  refuse(given.clock_max, "--clock-max", "clock");
+  refuse(given.ack_max, "--ack-max", "busy");
+  refuse(given.ack_clocks, "--ack-clocks", "busy");
+}
+
+// Compares clock and ACK of the drive with the encoder.
+void compare_times(const SettingsOptions& options, const Device& device, Found& found) {
+  const auto fail = [&](const std::string& why) {
+    throw wrong_usage("{}: contradiction: {}{}{}", options.from, why,
+                      found.doubts.empty() ? "" : "; not certain: ", fmt::join(found.doubts, "; "));
+  };
+  const auto skip = [&found](std::string_view why) { found.not_compared.emplace_back(why); };
+  const std::optional<Hertz> clock = found.times.clock;
+  const bool limits_known = device.timing_known() || !options.arguments.clock_max.empty();
+  if (!clock) {
+    skip("clock: not in the settings");
+  } else if (!accepts_clock(device.timing, *clock)) {
+    fail(fmt::format("the encoder does not accept the clock {}", text_of(*clock, 3)));
+  } else if (!limits_known) {
+    skip("clock: -f has only the limits of BiSS C");
+  }
+  const std::optional<Picoseconds> ack = ack_of(options, device, clock);
+  if (!found.times.ack_max) {
+    skip("ACK: not in the settings");
+  } else if (!ack) {
+    skip("ACK: not known from -f");
+  } else if (*found.times.ack_max < *ack) {
+    fail(fmt::format("the drive waits {} for START, the ACK of the encoder takes up to {}",
+                     text_of(*found.times.ack_max), text_of(*ack)));
+  }
+  skip("timeout");
 }
 
 ExitStatus show_format(const SettingsOptions& options, Host& host) {
+  if (options.settings.empty()) throw wrong_usage("--from: needs KEY=VALUE");
+  if (options.from == "all") throw wrong_usage("--from: 'all' is for --for; give the name of one");
   const Master& master = master_of(options.from);
+  refuse_options(options, master);
+  std::optional<Device> device;
   std::optional<FrameFormat> expected;
   if (!options.arguments.format.empty()) {
-    expected = value_or_fail(choose_device(options.arguments)).format;
+    device = value_or_fail(choose_device(options.arguments));
+    expected = device->format;
   }
-  const Found found = format_of(master, options.settings, expected);
+  Found found = format_of(master, options.settings, expected);
+  if (device) compare_times(options, *device, found);
   return write_output(host, options.output, [&](Output& output) {
     if (options.as_table()) return output.write(page_of(found));
     return write_rows({{{"master", master.name},
@@ -193,7 +281,9 @@ ExitStatus show_format(const SettingsOptions& options, Host& host) {
                         {"ack_max_ns", found.times.ack_max},
                         {"timeout_ns", found.times.timeout},
                         {"left_out", fmt::format("{}", fmt::join(found.assumed, " "))},
-                        {"open", fmt::format("{}", fmt::join(found.open, "; "))}}},
+                        {"doubt", fmt::format("{}", fmt::join(found.doubts, "; "))},
+                        {"open", fmt::format("{}", fmt::join(found.open, "; "))},
+                        {"not_compared", fmt::format("{}", fmt::join(found.not_compared, "; "))}}},
                       options.to, output);
   });
 }
