@@ -261,9 +261,9 @@ void compare_times(const SettingsOptions& options, const Device& device, Found& 
 }
 
 ExitStatus show_format(const SettingsOptions& options, Host& host) {
-  if (options.settings.empty()) throw wrong_usage("--from: needs KEY=VALUE");
   if (options.from == "all") throw wrong_usage("--from: 'all' is for --for; give the name of one");
   const Master& master = master_of(options.from);
+  if (options.settings.empty()) throw wrong_usage("--from: needs KEY=VALUE");
   refuse_options(options, master);
   std::optional<Device> device;
   std::optional<FrameFormat> expected;

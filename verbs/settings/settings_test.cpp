@@ -697,6 +697,9 @@ TEST(Settings, TimesOfADrive_AreComparedWithTheEncoder) {
               HasSubstr("el5042: contradiction: the encoder does not accept the clock 10 MHz"));
   EXPECT_THAT(clock(":13=1", {"--clock-max", "5MHz"}).out, testing::Not(HasSubstr("clock: ")));
   EXPECT_THAT(clock(":13=0", {}).out, HasSubstr("clock: -f has only the limits of BiSS C"));
+  const auto crc8 =
+      format_of(master_of("el5042"), {":15=0", ":16=26", ":11=0x97"}, format("pos26,nE,nW,crc8"));
+  EXPECT_THAT(crc8.not_compared, testing::Contains("80p8:11: CRC Polynomial"));
   EXPECT_THAT(clock(":01=1", {}).out, HasSubstr("80p8:01: Invert feedback direction"));
   for (const std::vector<std::string>& refused : std::vector<std::vector<std::string>>{
            {"--clock", "5MHz"}, {"--timeout", "static:20us"}, {"--ack-max", "5us"}}) {
