@@ -676,6 +676,7 @@ Found format_of(const Master& master, const std::vector<std::string>& settings,
     if (!doubt_of(row, values[i]).empty() && (given[i] || is_format(row)) && !row.key.empty()) {
       found.doubts.push_back(fmt::format("{}: {}", row.key, row.doubt));
     }
+    if (expected && row.key.empty() && row.uncertain()) found.not_compared.emplace_back(row.name);
     if (!given[i]) continue;
     if (row.term == "clock") {
       found.times.clock = hertz(static_cast<std::uint32_t>(hertz_of(row, *values[i])));

@@ -699,6 +699,8 @@ TEST(Settings, TimesOfADrive_AreComparedWithTheEncoder) {
   EXPECT_THAT(clock(":13=0", {}).out, HasSubstr("clock: -f has only the limits of BiSS C"));
   const auto crc8 =
       format_of(master_of("el5042"), {":15=0", ":16=26", ":11=0x97"}, format("pos26,nE,nW,crc8"));
+  const auto rotary = format_of(master_of("akd2g-rotary"), {"FB1.MULTITURNBITS=12"}, format(f31));
+  EXPECT_THAT(rotary.not_compared, testing::Contains("singleturn bits"));
   EXPECT_THAT(crc8.not_compared, testing::Contains("80p8:11: CRC Polynomial"));
   EXPECT_THAT(clock(":01=1", {}).out, HasSubstr("80p8:01: Invert feedback direction"));
   for (const std::vector<std::string>& refused : std::vector<std::vector<std::string>>{
