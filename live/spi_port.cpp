@@ -163,7 +163,7 @@ std::optional<ReachedClock> SpiPort::measure_clock(const std::function<bool()>& 
   for (auto& each : times) std::sort(each.begin(), each.end());
   const auto scatter = [](const auto& sorted) { return sorted[sorted.size() / 4] - sorted[0]; };
   const std::int64_t apart = times[1][0] - times[0][0];
-  // What a transfer takes in addition to its clocks may depend on its length.
+  // The time of a transfer without its clocks may depend on its length.
   const std::int64_t asked =
       8 * static_cast<std::int64_t>(lengths[0]) * 1'000'000'000 / std::int64_t{setup_.clock.count};
   const std::int64_t other = std::max<std::int64_t>(times[0][0] - asked, 0);

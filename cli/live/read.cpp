@@ -79,7 +79,7 @@ class EndBySignal {
       {{SIGINT, &before_[0]}, {SIGTERM, &before_[1]}, {SIGHUP, &before_[2]}}};
 };
 
-// Of an encoder that is not known.
+// The longest timeout of BiSS C, for an encoder that is not known.
 constexpr Picoseconds biss_timeout_longest = microseconds(40);
 
 /// The line at the port, as options describe it.
