@@ -71,10 +71,10 @@ static int make_mistakes(const char* path) {
   show("too long", exchange(device, NULL, NULL, 0xFFFFFFFF, 0));
   show("null argument", ioctl(device, SPI_IOC_MESSAGE(1), NULL));
   show("another request", ioctl(device, _IO('k', 77)));
-  show("long read", read(device, calloc(1, 4097), 4097));
-  show("long write", write(device, calloc(1, 4097), 4097));
-  show("many",
-       ioctl(device, _IOC(_IOC_WRITE, SPI_IOC_MAGIC, 0, 16352), memset(malloc(16352), 0, 16352)));
+  static uint8_t many[16352];
+  show("long read", read(device, many, 4097));
+  show("long write", write(device, many, 4097));
+  show("many", ioctl(device, _IOC(_IOC_WRITE, SPI_IOC_MAGIC, 0, sizeof many), many));
   show("good", exchange(device, buffer, buffer, 16, 0));
   return 0;
 }
