@@ -41,7 +41,6 @@ class Axes final : public LiveAxis {
     if (received.empty()) return axis_.transfer_failed();
     static_cast<void>(axis_.transfer_complete());
   }
-  void reset() override { axis_.reset(); }
   std::size_t axes() const override { return channels; }
   AxisPosition position(std::size_t k) const override { return axis_.position(k); }
   std::uint32_t count(std::size_t k, AxisCause cause) const override {

@@ -33,8 +33,6 @@ class LiveAxis {
   virtual std::size_t bytes() const = 0;
   /// A transfer that began at `now`; no bytes: it failed.
   virtual void take(Picoseconds now, std::span<const std::uint8_t> received) = 0;
-  /// Starts again after a trip.
-  virtual void reset() = 0;
   virtual std::size_t axes() const = 0;
   virtual AxisPosition position(std::size_t k) const = 0;
   virtual std::uint32_t count(std::size_t k, AxisCause cause) const = 0;

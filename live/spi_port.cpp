@@ -30,11 +30,13 @@ std::string problem_of(const std::string& path, int error) {
     case EPERM:
       return fmt::format("{}: no permission; add your user to the group of the device", path);
     case EWOULDBLOCK:
-      return fmt::format("{}: another `biss read` uses it", path);
+      return fmt::format("{}: another `biss read` uses it; end it first", path);
     case ENOTTY:
-      return fmt::format("{}: is not an SPI device (spidev)", path);
+      return fmt::format(
+          "{}: is not an SPI device; name a device of spidev, such as /dev/spidev0.0", path);
     case EINVAL:
-      return fmt::format("{}: the controller does not accept this mode or clock", path);
+      return fmt::format("{}: the controller does not accept this mode or clock; try --ma-pin mosi",
+                         path);
     default:
       return fmt::format("{}: {}", path, std::strerror(error));
   }

@@ -114,6 +114,7 @@ LinePlan with_rate(LinePlan plan, const ReadOptions& options) {
 
 LinePlan plan_line(const ReadOptions& options) {
   constexpr std::size_t usual_bytes = 32;
+  if (options.record == "-") throw wrong_usage("--record: name a file");
   const FormatArguments& arguments = options.decode.capture.device;
   LinePlan plan{.device = {}, .spi = spi_setup_of(options, {}), .bytes = options.bytes};
   if (arguments.format.empty() || arguments.format == "none") {
@@ -180,7 +181,6 @@ class ReadRun {
     const EndBySignal signals;
     measure_clock();
     reader_.set_bytes(plan_.bytes);
-    if (options_.record == "-") throw wrong_usage("--record: name a file");
     if (!options_.record.empty()) record_.emplace(options_.record, host_);
     DecodeOptions decode = options_.decode;
     decode.capture.words.file = options_.port;
@@ -254,7 +254,7 @@ class ReadRun {
     if (const auto delay = axis_ ? axis_->line_delay_seen() : std::nullopt) {
       summary.entry("line delay",
                     delay->first == delay->second
-                        ? fmt::format("{} clocks of MA", delay->first)
+                        ? report::counted(delay->first, "clock") + " of MA"
                         : fmt::format("{} to {} clocks of MA", delay->first, delay->second));
     }
     return summary.text();
@@ -324,13 +324,7 @@ void add_read(Command& command) {
                     "biss read --port spi:/dev/spidev0.0 --cycles 1000",
                     "biss read --port spi:/dev/spidev0.0 -f resolute-26 --rate 5kHz --cycles 2000 "
                     "--record line.log -o rows.csv"}},
-      [options](Host& host) {
-        try {
-          return ReadRun(*options, host).run();
-        } catch (const VerbError& error) {
-          return host.fail(error);
-        }
-      });
+      [options](Host& host) { return ReadRun(*options, host).run(); });
   options->decode.capture.identify = true;
   add_line_options(verb, *options);
   add_safety_options(verb, options->decode.safety);
