@@ -390,7 +390,7 @@ void add_emulate(Command& command) {
       "COMMAND", options->command,
       "Command after --, for which --as is the device; the exit status is the command's");
   add_device_options(verb.section("Device").scope(Scope::command), *options);
-  add_line_options(verb, options->line, Master::foreign);
+  add_line_options(verb, options->line, MasterKind::foreign);
   add_register_options(verb.section("Registers"), options->registers, options->line);
   add_run_options(verb.section("Run").scope(Scope::command), *options);
 

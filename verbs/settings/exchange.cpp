@@ -386,7 +386,7 @@ tl::expected<Values, std::string> values_of(const Master& master, const FrameFor
 // ---- Values as text
 
 std::string text_of_value(const Parameter& row, std::uint64_t value) {
-  if (!row.names.empty()) return std::string(row.names[value - row.low]);
+  if (!row.names.empty()) return std::string(row.names[static_cast<std::size_t>(value - row.low)]);
   switch (row.form) {
     case Form::hexadecimal:
       return fmt::format("0x{:X}", value);

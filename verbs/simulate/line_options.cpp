@@ -24,8 +24,8 @@ void take_described(const FormatArguments& described, FormatArguments& device) {
 
 }  // namespace
 
-void add_line_options(Verb all, LineOptions& line, Master master) {
-  const bool simulated = master == Master::simulated;
+void add_line_options(Verb all, LineOptions& line, MasterKind master) {
+  const bool simulated = master == MasterKind::simulated;
   Verb verb = all.section("Line");
   add_format_option(verb, line.device, false);
   add_rate_option(verb, "--clock", into(line.setup.clock),

@@ -231,7 +231,7 @@ void add_simulate(Command& command) {
             "biss simulate -f pos26,nE,nW,crc6 --ma-from master.vcd --rerun 'vvp bench.vvp' "
             "--positions positions.txt -o answered.csv"}},
       [options](Host& host) { return SimulateRun(*options, host).run(); });
-  add_line_options(verb, options->line, Master::simulated);
+  add_line_options(verb, options->line, MasterKind::simulated);
   add_control_options(verb.section("Registers"), *options);
   add_output_options(verb.section("Output"), options->write, options->line);
   add_replay_options(verb.section("Replay"), options->replay);
