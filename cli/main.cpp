@@ -4,6 +4,7 @@
 #include "cli/command_line.hpp"
 #include "cli/live/emulate.hpp"
 #include "cli/live/read.hpp"
+#include "cli/live/watch.hpp"
 #include "cli/view/view.hpp"
 #include "verbs/common/host.hpp"
 #include "verbs/common/output.hpp"
@@ -20,6 +21,7 @@ int main(int argc, char** argv) {
     cli::add_view(command);
     cli::add_read(command);
     cli::add_emulate(command);
+    cli::add_watch(command);
     return static_cast<int>(cli::run_command_line(command, argc, argv));
   } catch (const std::bad_alloc&) {
     return static_cast<int>(host.fail(verbs::ExitStatus::io, "out of memory"));

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
-#include <csignal>
 #include <cstring>
 #include <memory>
 #include <optional>
@@ -16,6 +15,7 @@
 #include "biss/master/spi_read.hpp"
 #include "biss/timing/cable.hpp"
 #include "biss/timing/cycle.hpp"
+#include "cli/live/end_by_signal.hpp"
 #include "cli/live/record.hpp"
 #include "live/line_reader.hpp"
 #include "live/live_axis.hpp"
@@ -41,42 +41,6 @@ struct ReadOptions {
   std::optional<Picoseconds> duration;
   std::uint64_t bytes = 0;
   std::string record;
-};
-
-// The first SIGINT, SIGTERM or SIGHUP ends the reading, and the rows so far are written. The second
-// one does what it did before.
-class EndBySignal {
- public:
-  EndBySignal() {
-    wanted_ = 0;
-    struct sigaction action {};
-    action.sa_handler = end;
-    for (const auto& [number, before] : signals_) {
-      ::sigaction(number, nullptr, before);
-      if (before->sa_handler != SIG_IGN) ::sigaction(number, &action, nullptr);
-    }
-  }
-  ~EndBySignal() {
-    for (const auto& [number, before] : signals_) ::sigaction(number, before, nullptr);
-  }
-  EndBySignal(const EndBySignal&) = delete;
-  EndBySignal& operator=(const EndBySignal&) = delete;
-
-  static bool wanted() { return wanted_ != 0; }
-
- private:
-  static void end(int number) {
-    if (wanted_ != 0) {
-      for (const auto& [each, before] : signals_) ::sigaction(each, before, nullptr);
-      ::raise(number);
-    }
-    wanted_ = 1;
-  }
-
-  static inline volatile std::sig_atomic_t wanted_ = 0;
-  static inline std::array<struct sigaction, 3> before_{};
-  static constexpr std::array<std::pair<int, struct sigaction*>, 3> signals_{
-      {{SIGINT, &before_[0]}, {SIGTERM, &before_[1]}, {SIGHUP, &before_[2]}}};
 };
 
 // The longest timeout of BiSS C, for an encoder that is not known.

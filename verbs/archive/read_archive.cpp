@@ -1,20 +1,12 @@
 // Reads the captures of an archive into its journal, with progress and interruption.
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/file.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <cstdint>
-#include <fstream>
-#include <functional>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
-#include <system_error>
 #include <thread>
 #include <unordered_map>
 #include <utility>
@@ -25,6 +17,7 @@
 #include "lab/experiment.hpp"
 #include "verbs/archive/archive.hpp"
 #include "verbs/common/host.hpp"
+#include "verbs/common/journal.hpp"
 #include "verbs/common/output.hpp"
 #include "verbs/common/terminal.hpp"
 
@@ -45,125 +38,6 @@ struct ArchiveProgress {
 std::string volume_text(std::uint64_t bytes) {
   return fmt::format("{:.2f}", static_cast<double>(bytes) * 1e-9);
 }
-
-// The journal of an archive: the entry of each file that was read, as soon as it was read. A file of
-// lines that only grows, so that a run that is killed at any time loses the line at its end at
-// most. One process at a time.
-class Journal {
- public:
-  // True: the entry is used. Any other entry is no longer of use.
-  using OnEntry = std::function<bool(archive::StampedEntry entry)>;
-
-  explicit Journal(Host& host) : host_(host) {}
-  ~Journal() { close(); }
-  Journal(const Journal&) = delete;
-  Journal& operator=(const Journal&) = delete;
-
-  // Opens or makes the file and reads its content. Entries under another header are dropped, and
-  // if most lines are useless, the file is written again. Throws a VerbError if it cannot: another
-  // process has it open, the file is not a journal, it cannot be written.
-  void open(const std::string& path, const std::string& header, const OnEntry& on_entry) {
-    path_ = path;
-    open_and_lock();
-    read_lines(header, on_entry);
-    if (unused_ > used_.size()) rewrite(header);
-  }
-
-  // Adds an entry. Throws a VerbError if it cannot.
-  void append(const archive::StampedEntry& entry) { write(archive::journal_line(entry) + '\n'); }
-
- private:
-  struct Line {
-    std::uint64_t begin = 0;
-    std::uint64_t bytes = 0;
-  };
-
-  void open_and_lock() {
-    struct stat opened {};
-    struct stat named {};
-    do {
-      close();
-      file_ = ::open(path_.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC | O_NOCTTY, 0666);
-      if (file_ < 0) fail_with(errno);
-      // A file system without locks is used without them.
-      if (::flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-        fail("another run is writing it; wait for its end, or give another output");
-      }
-      if (::fstat(file_, &opened) != 0) fail_with(errno);
-      if (!S_ISREG(opened.st_mode)) fail("not a regular file");
-      // Again if the process that had the lock before has replaced the file.
-    } while (::stat(path_.c_str(), &named) != 0 || named.st_ino != opened.st_ino ||
-             named.st_dev != opened.st_dev);
-  }
-
-  void read_lines(const std::string& header, const OnEntry& on_entry) {
-    std::ifstream file(path_, std::ios::binary);
-    std::string line;
-    const auto next_whole_line = [&] { return std::getline(file, line) && !file.eof(); };
-    const bool any = next_whole_line();
-    if (!file.is_open() || file.bad()) fail_with(EIO);
-    // A run that was killed may have left the beginning of a header.
-    const bool begun = !any && archive::own_files_begin.starts_with(line);
-    if (!begun && !line.starts_with(archive::own_files_begin)) {
-      fail("not a journal of biss archive; give another output");
-    }
-    if (!any || line != header) return begin(header);
-    std::uint64_t place = line.size() + 1;
-    for (; next_whole_line(); place += line.size() + 1) {
-      auto entry = archive::read_journal_line(line);
-      if (entry && on_entry(std::move(*entry))) {
-        used_.push_back({place, line.size() + 1});
-      } else {
-        ++unused_;
-      }
-    }
-    if (file.bad()) fail_with(EIO);
-    // The piece of a line at the end is of a run that was killed.
-    if (::ftruncate(file_, static_cast<off_t>(place)) != 0) fail_with(errno);
-  }
-
-  // An empty journal: its entries mean nothing here.
-  void begin(const std::string& header) {
-    if (::ftruncate(file_, 0) != 0) fail_with(errno);
-    write(header + '\n');
-  }
-
-  void rewrite(const std::string& header) {
-    Output file(host_);
-    bool good = file.open(path_) && file.write(header + '\n');
-    std::string line;
-    for (auto used = used_.begin(); good && used != used_.end(); ++used) {
-      line.resize(used->bytes);
-      const ssize_t got = ::pread(file_, line.data(), line.size(), static_cast<off_t>(used->begin));
-      if (got != static_cast<ssize_t>(line.size())) fail_with(got < 0 ? errno : EIO);
-      good = file.write(line);
-    }
-    if (!good || !file.finish()) throw VerbError{ExitStatus::io, file.error()};
-    open_and_lock();
-  }
-
-  void write(std::string_view text) {
-    while (!text.empty()) {
-      const ssize_t taken = ::write(file_, text.data(), text.size());
-      if (taken < 0 && errno == EINTR) continue;
-      if (taken < 0) fail_with(errno);
-      text.remove_prefix(static_cast<std::size_t>(taken));
-    }
-  }
-
-  [[noreturn]] void fail(const std::string& why) const { throw wrong_file("{}: {}", path_, why); }
-  [[noreturn]] void fail_with(int cause) const { fail(std::generic_category().message(cause)); }
-
-  void close() {
-    if (file_ >= 0) ::close(std::exchange(file_, -1));
-  }
-
-  Host& host_;
-  std::string path_;
-  int file_ = -1;
-  std::vector<Line> used_;
-  std::uint64_t unused_ = 0;
-};
 
 class ArchiveRun {
  public:
@@ -200,14 +74,20 @@ class ArchiveRun {
   }
 
   void open_journal() {
-    const auto use = [this](archive::StampedEntry stamped) {
-      const auto at = waiting_.find(stamped.entry.path);
-      if (at == waiting_.end() || at->second->stamp != stamped.stamp) return false;
-      take(std::move(stamped.entry), *at->second);
+    const auto use = [this](std::string_view line) {
+      auto stamped = archive::read_journal_line(line);
+      if (!stamped) return false;
+      const auto at = waiting_.find(stamped->entry.path);
+      if (at == waiting_.end() || at->second->stamp != stamped->stamp) return false;
+      take(std::move(stamped->entry), *at->second);
       waiting_.erase(at);
       return true;
     };
-    journal_.open(task_.journal, archive::journal_header(task_.setup), use);
+    journal_.open(task_.journal,
+                  {.owner = "biss archive",
+                   .begins = std::string(archive::own_files_begin),
+                   .header = archive::journal_header(task_.setup)},
+                  use);
   }
 
   // The largest first: no thread is left with a large one when the others are done.
@@ -254,7 +134,8 @@ class ArchiveRun {
     archive::StampedEntry stamped{file.stamp,
                                   read_listed_file(file, task_.capture, threads, host_)};
     const std::lock_guard lock(mutex_);
-    if (!task_.journal.empty() && is_lasting(stamped.entry)) journal_.append(stamped);
+    if (!task_.journal.empty() && is_lasting(stamped.entry))
+      journal_.append(archive::journal_line(stamped));
     take(std::move(stamped.entry), file);
     if (progress_->due()) progress_->show(text_of_progress());
   }

@@ -1,0 +1,260 @@
+#include "cli/live/watch.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <ctime>
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <utility>
+
+#include "archive/hash.hpp"
+#include "archive/listing.hpp"
+#include "capture/bytes.hpp"
+#include "capture/open.hpp"
+#include "cli/live/end_by_signal.hpp"
+#include "cli/live/health_log.hpp"
+#include "verbs/common/decoded_capture.hpp"
+
+namespace biss::cli {
+
+using namespace verbs;
+
+namespace {
+
+struct WatchOptions {
+  CaptureArguments capture;
+  HealthLogOptions log;
+  bool follow = false;
+  std::string state;  // of `show`
+};
+
+void pause() { ::usleep(100'000); }
+
+std::int64_t seconds_now() { return static_cast<std::int64_t>(std::time(nullptr)); }
+
+live::HealthSample sample_of(const decode::Cycle& cycle) {
+  live::HealthSample sample{.status = cycle.status, .period = cycle.period};
+  if (cycle.frame) {
+    const auto channels = cycle.frame->channels();
+    const auto any = [&](auto is) { return std::any_of(channels.begin(), channels.end(), is); };
+    sample.error = any([](const auto& channel) { return !channel.nE; });
+    sample.warning = any([](const auto& channel) { return !channel.nW; });
+  }
+  sample.noisy = cycle.marginal.value_or(false);
+  if (cycle.line_delay) sample.delay = cycle.line_delay->count;
+  if (cycle.ack) sample.ack = cycle.ack->count;
+  if (!cycle.signal || !cycle.period) return sample;
+  if (cycle.signal->ma_pulses + cycle.signal->slo_pulses != 0) sample.noisy = true;
+  if (const auto& changes = cycle.signal->changes) {
+    const Picoseconds half{cycle.period->count / 2};
+    const Picoseconds nearest = std::min(changes->sampled + half - changes->latest,
+                                         changes->earliest + half - changes->sampled);
+    sample.margin = 1000 * nearest.count / cycle.period->count;
+  }
+  return sample;
+}
+
+// A file that another program writes: at its end, waits for more until this program is to end.
+class GrowingFile final : public capture::ByteSource {
+ public:
+  explicit GrowingFile(int descriptor) : descriptor_(descriptor) {}
+  ~GrowingFile() override { ::close(descriptor_); }
+  GrowingFile(const GrowingFile&) = delete;
+  GrowingFile& operator=(const GrowingFile&) = delete;
+
+  Result<std::size_t, capture::CaptureError> read(std::span<char> into) override {
+    for (;;) {
+      const ssize_t got = ::read(descriptor_, into.data(), into.size());
+      if (got > 0) return static_cast<std::size_t>(got);
+      if (got < 0 && errno != EINTR) {
+        return failure(capture::CaptureError{.cause = capture::CaptureCause::read_failed});
+      }
+      if (EndBySignal::wanted()) return std::size_t{0};
+      pause();
+    }
+  }
+
+ private:
+  int descriptor_;
+};
+
+// The host of the command with one capture that grows.
+class GrowingHost final : public Host {
+ public:
+  GrowingHost(Host& outer, std::string path) : outer_(outer), path_(std::move(path)) {
+    given_.again = false;
+    given_.open = [this](const InputArguments& arguments) -> capture::Opened {
+      const int descriptor = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
+      if (descriptor < 0) {
+        return tl::unexpected(capture::CaptureError{.cause = capture::CaptureCause::cannot_open});
+      }
+      return capture::open_capture(std::make_unique<GrowingFile>(descriptor), path_,
+                                   {.analog = arguments.raw.analog});
+    };
+  }
+
+  void warn(std::string_view text) override { outer_.warn(text); }
+  void print_summary(std::string_view text) override { outer_.print_summary(text); }
+  const GivenCapture* capture(const std::string& name) const override {
+    return name == path_ ? &given_ : nullptr;
+  }
+
+ private:
+  Host& outer_;
+  std::string path_;
+  GivenCapture given_;
+};
+
+class WatchRun {
+ public:
+  WatchRun(const WatchOptions& options, Host& host)
+      : options_(options), host_(host), log_(options.log, host) {}
+
+  ExitStatus run() {
+    const EndBySignal signals;
+    const std::vector<std::string>& paths = options_.capture.files;
+    struct stat about {};
+    const bool grows = options_.follow && paths.size() == 1 &&
+                       ::stat(paths.front().c_str(), &about) == 0 && S_ISREG(about.st_mode);
+    do {
+      bool is_new = false;
+      for (const auto& file : value_or_fail(archive::list_files(paths), ExitStatus::io)) {
+        if (EndBySignal::wanted()) break;
+        if (file.cause.empty()) is_new |= read(file, grows);
+      }
+      for (int k = 0; k < 10 && options_.follow && !is_new && !EndBySignal::wanted(); ++k) pause();
+    } while (options_.follow && !EndBySignal::wanted());
+    return std::max(log_.finish(), status_);
+  }
+
+ private:
+  // False if nothing of the file is new.
+  bool read(const archive::ListedFile& file, bool grows) {
+    struct stat about {};
+    if (::stat(file.path.c_str(), &about) != 0) return false;
+    FileMark& mark =
+        log_.begin_file(archive::hash_of(fmt::format("{}:{}", about.st_ino, file.path)));
+    if (mark.bytes == file.stamp.bytes && mark.time == file.stamp.time) return false;
+    // A shorter file is another one.
+    if (file.stamp.bytes < mark.bytes) mark = {};
+    mark.bytes = file.stamp.bytes;
+    mark.time = file.stamp.time;
+    GrowingHost growing(host_, file.path);
+    CaptureArguments arguments = options_.capture;
+    arguments.files = {file.path};
+    DecodedCapture capture(grows ? static_cast<Host&>(growing) : host_);
+    if (capture.open(arguments) != ExitStatus::done || !capture.next()) {
+      if (!EndBySignal::wanted()) status_ = std::max(status_, capture.status());
+      return true;
+    }
+    const std::uint64_t known = mark.cycles;
+    std::uint64_t cycles = 0;
+    const bool whole = capture.read([&](std::uint64_t, const decode::Cycle& cycle) {
+      // The cycle at the end of the file may be complete in the next reading.
+      if (is_cut(cycle.status) || cycles++ < known) return !EndBySignal::wanted();
+      log_.add(sample_of(cycle), cycle.time,
+               grows ? seconds_now() : file.stamp.time / 1'000'000'000);
+      return !EndBySignal::wanted();
+    });
+    if (EndBySignal::wanted()) {
+      // The rest is read in the next run.
+      mark.bytes = 0;
+    } else if (!whole) {
+      status_ = std::max(status_, host_.fail(ExitStatus::io, capture.input().error()));
+    }
+    log_.end_capture();
+    log_.save();
+    return true;
+  }
+
+  const WatchOptions& options_;
+  Host& host_;
+  HealthLog log_;
+  ExitStatus status_ = ExitStatus::done;
+};
+
+ExitStatus run_watch(WatchOptions& options, Host& host) {
+  if (options.capture.files.empty()) {
+    throw wrong_usage("give a capture, or a folder with captures");
+  }
+  // The options are wrong for each file, or for none.
+  CaptureArguments checked = options.capture;
+  checked.files = {"any"};
+  if (const ExitStatus status = DecodedCapture(host).open(checked); status != ExitStatus::done) {
+    return status;
+  }
+  return WatchRun(options, host).run();
+}
+
+}  // namespace
+
+void add_watch(Command& command) {
+  const auto options = std::make_shared<WatchOptions>();
+  const auto given = std::make_shared<std::optional<Verb>>();
+  Verb verb = command.add_verb(
+      {.name = "watch",
+       .purpose = "Watch the health of a link over hours and days, and give alarms",
+       .examples = {"biss watch captures --state axis1.health",
+                    "biss watch line.csv -f resolute-26 --follow --listen 127.0.0.1:9464"}},
+      [options, given](Host& host) {
+        std::string& settings = options->log.settings;
+        settings.clear();
+        for (const Option* option : (*given)->given_options()) {
+          if (option->scope != Scope::reading) continue;
+          settings += fmt::format("{} {} ", option->name(), fmt::join(option->given, " "));
+        }
+        return run_watch(*options, host);
+      });
+  *given = verb;
+  verb.add_option("FILE", options->capture.files,
+                  "Captures, and folders with captures of any format")
+      .file(FileUse::read);
+  options->capture.identify = true;
+  options->capture.signal = true;
+  options->capture.threads = 1;
+  options->capture.one_of_many = true;
+  add_reading_options(verb, options->capture);
+  const Verb own = verb.scope(Scope::command);
+  own.add_flag("--follow", options->follow,
+               "Wait for more: for new files in folders, or for the rest of a file that grows");
+  own.add_option("--state", options->log.state,
+                 "Keep all figures in this file; the next run goes on with them")
+      .file(FileUse::write);
+  add_duration_option(own, "--interval", into(options->log.interval),
+                      "The time for which a row has figures; 10 s by default");
+  add_count_option(own, "--baseline", into(options->log.health.baseline),
+                   "The first N intervals are the baseline, with which all others are compared; 30 "
+                   "by default");
+  own.add_option("--listen", options->log.publish.listen,
+                 "Give figures to Prometheus at http://127.0.0.1:PORT/metrics")
+      .type_name("127.0.0.1:PORT");
+  const Option& mqtt = own.add_option("--mqtt", options->log.publish.mqtt,
+                                      "Send each row and each alarm to this MQTT broker")
+                           .type_name("HOST[:PORT]");
+  own.add_option("--topic", options->log.publish.topic,
+                 "The beginning of the topics: TOPIC/interval, TOPIC/alarm/NAME; biss by default")
+      .type_name("TOPIC")
+      .needs(mqtt);
+  add_output_option(verb.scope(Scope::rows), options->log.output);
+  add_to_option(verb.scope(Scope::rows), options->log.to);
+  Verb show = verb.add_verb({.name = "show",
+                             .purpose = "Show a state file: the history, and the alarms",
+                             .examples = {"biss watch show axis1.health"}},
+                            [options](Host& host) {
+                              return show_health(options->state, options->log.output,
+                                                 options->log.to, host);
+                            });
+  show.add_option("STATE", options->state, "The file of --state").required().file(FileUse::read);
+  add_output_option(show, options->log.output);
+  add_to_option(show, options->log.to);
+}
+
+}  // namespace biss::cli
