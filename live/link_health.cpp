@@ -28,7 +28,7 @@ double share_of(std::uint64_t count, std::uint64_t cycles) {
   return cycles == 0 ? 0 : static_cast<double>(count) / static_cast<double>(cycles);
 }
 
-// Whether `count` events are so many that chance gives them in one interval of 10^9 at most, if
+// Whether `count` events are more than chance gives in one interval of 10^9 at most, if
 // `expected` is their mean: Chernoff's bound of the Poisson distribution.
 bool is_no_chance(double count, double expected) {
   constexpr double log_of_chance = -20.7;
@@ -186,8 +186,8 @@ std::string LinkHealth::reason_of(Alarm alarm) const {
     case Alarm::noise: {
       std::string reason = more_often(Event::damaged, "frames are damaged");
       if (reason.empty())
-        reason =
-            more_often(Event::noisy, "pulses, or changes of SLO where it is sampled, are seen");
+        reason = more_often(Event::noisy,
+                            "pulses, or changes of SLO close to a sampling point, are seen");
       if (!reason.empty()) return reason;
       return moved(Level::delay, other_delay).empty() ? less_margin() : "";
     }
@@ -241,7 +241,7 @@ std::string LinkHealth::more_often(Event event, std::string_view what) const {
 std::string LinkHealth::moved(Level level, std::int64_t least) const {
   const auto& range = state_.baseline.ranges[static_cast<std::size_t>(level)];
   const HealthPoint& now = state_.recent.back();
-  // Few frames of many are no sample of the line.
+  // A few frames of many are a wrong sample of the line.
   if (!range || state_.intervals < 2 || 2 * now.good < now.cycles) return "";
   const auto beyond = [&](const HealthPoint& point) -> std::int64_t {
     const auto value = point.level(level);

@@ -21,7 +21,7 @@ enum class LinkUnit : std::uint8_t {
   clock,       ///< a port: whole clocks of MA
 };
 
-/// What a request cycle shows. Absent if it cannot be measured.
+/// A request cycle. A value is absent if it cannot be measured.
 struct HealthSample {
   CycleStatus status = CycleStatus::ok;
   bool error = false;    ///< nE is active
@@ -151,7 +151,7 @@ class LinkHealth {
   const std::vector<AlarmChange>& changes() const { return changes_; }
 
   const HealthState& state() const { return state_; }
-  /// Goes on where another run ended.
+  /// Goes on from the end of another run.
   void restore(HealthState state) { state_ = std::move(state); }
   void restore(const HealthPoint& interval, const decode::Counts& counts) {
     now_.point = interval;

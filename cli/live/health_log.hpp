@@ -32,7 +32,7 @@ struct HealthLogOptions {
 /// Every function throws a VerbError if the state or the rows cannot be written.
 class HealthLog {
  public:
-  /// Goes on where the state file ends.
+  /// Goes on from the end of the state file.
   HealthLog(HealthLogOptions options, verbs::Host& host);
 
   /// \param time since the first cycle of its capture or line

@@ -24,7 +24,7 @@ inline constexpr std::string_view state_begins = R"({"biss_watch":1,)";
 struct SavedHealth {
   SavedHealth(live::HealthSetup of, std::string options)
       : setup(of), settings(std::move(options)), health(of) {}
-  /// Reads a header. Throws a std::exception if it is none.
+  /// Reads a header. Throws a std::exception if the line is not a header.
   static SavedHealth from_header(std::string_view line);
 
   std::string header() const;

@@ -18,7 +18,7 @@ struct JournalKind {
   std::string owner;   ///< `biss archive`
   std::string begins;  ///< the beginning of each header
   std::string header;  ///< the first line
-  /// A journal with another header is refused with this text; empty: it begins anew.
+  /// A journal with another header is refused with this text; empty: it begins again.
   std::string refusal{};
 };
 
