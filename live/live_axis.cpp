@@ -18,12 +18,30 @@ struct EndedTransfer {
   }
 };
 
+/// Keeps the last good frame.
+template <class Codec>
+struct KeepingReader : SpiReader<Codec> {
+  using SpiReader<Codec>::SpiReader;
+
+  auto read(std::span<const std::uint8_t> received) const {
+    const auto frame = SpiReader<Codec>::read(received);
+    if (!frame.ok()) return frame;
+    last.emplace();
+    std::copy(frame->channel_list.begin(), frame->channel_list.end(), last->channel_list.begin());
+    last->lead_clocks = frame->lead_clocks;
+    last->ack_clocks = frame->ack_clocks;
+    return frame;
+  }
+
+  mutable std::optional<Frame> last;
+};
+
 template <std::size_t channels>
 class Axes final : public LiveAxis {
  public:
   Axes(const FrameFormat& format, const DeviceTiming& timing, const SpiSetup& spi,
-       const AxisSetup& setup)
-      : reader_(Codec(format), spi, timing), setup_(setup), axis_(transfer_, reader_, setup_) {}
+       std::span<const AxisSetup> setups)
+      : reader_(Codec(format), spi, timing), axis_(transfer_, reader_, keep(setups)) {}
 
   std::string error() const {
     if (reader_.error()) return std::string(text_of(*reader_.error()));
@@ -36,6 +54,11 @@ class Axes final : public LiveAxis {
 
   std::size_t bytes() const override { return reader_.bytes(); }
   void take(Picoseconds now, std::span<const std::uint8_t> received) override {
+    for (std::size_t k = 0; k < channels; ++k) {
+      const AxisPosition last = axis_.position(k);
+      const bool lost = last.state == AxisState::tripped || last.cause == AxisCause::turns;
+      if (lost) axis_.axis(k).reset();
+    }
     transfer_.received = received;
     axis_.request(now);
     if (received.empty()) return axis_.transfer_failed();
@@ -43,6 +66,7 @@ class Axes final : public LiveAxis {
   }
   std::size_t axes() const override { return channels; }
   AxisPosition position(std::size_t k) const override { return axis_.position(k); }
+  const std::optional<Frame>& frame() const override { return reader_.last; }
   std::uint32_t count(std::size_t k, AxisCause cause) const override {
     return axis_.axis(k).counts()[cause];
   }
@@ -53,25 +77,31 @@ class Axes final : public LiveAxis {
  private:
   using Codec = FrameCodec<CrcFast, channels>;
 
+  std::array<const AxisSetup*, channels> keep(std::span<const AxisSetup> setups) {
+    std::array<const AxisSetup*, channels> kept{};
+    for (std::size_t k = 0; k < channels; ++k) kept[k] = &(setups_[k] = setups[k]);
+    return kept;
+  }
+
   EndedTransfer transfer_;
-  SpiReader<Codec> reader_;
-  AxisSetup setup_;
-  EncoderAxis<EndedTransfer, SpiReader<Codec>, transfer_bytes_max, channels> axis_;
+  KeepingReader<Codec> reader_;
+  std::array<AxisSetup, channels> setups_{};
+  EncoderAxis<EndedTransfer, KeepingReader<Codec>, transfer_bytes_max, channels> axis_;
 };
 
 template <std::size_t channels>
 tl::expected<std::unique_ptr<LiveAxis>, std::string> make_axes(const FrameFormat& format,
                                                                const DeviceTiming& timing,
                                                                const SpiSetup& spi,
-                                                               const AxisSetup& setup) {
+                                                               std::span<const AxisSetup> setups) {
   if (format.channel_count == channels) {
-    auto axes = std::make_unique<Axes<channels>>(format, timing, spi, setup);
+    auto axes = std::make_unique<Axes<channels>>(format, timing, spi, setups);
     std::string error = axes->error();
     if (!error.empty()) return tl::unexpected(std::move(error));
     return axes;
   }
   if constexpr (channels < max_channels) {
-    return make_axes<channels + 1>(format, timing, spi, setup);
+    return make_axes<channels + 1>(format, timing, spi, setups);
   } else {
     return tl::unexpected(std::string("the format has no channel"));
   }
@@ -79,11 +109,10 @@ tl::expected<std::unique_ptr<LiveAxis>, std::string> make_axes(const FrameFormat
 
 }  // namespace
 
-tl::expected<std::unique_ptr<LiveAxis>, std::string> LiveAxis::make(const FrameFormat& format,
-                                                                    const DeviceTiming& timing,
-                                                                    const SpiSetup& spi,
-                                                                    const AxisSetup& setup) {
-  return make_axes<1>(format, timing, spi, setup);
+tl::expected<std::unique_ptr<LiveAxis>, std::string> LiveAxis::make(
+    const FrameFormat& format, const DeviceTiming& timing, const SpiSetup& spi,
+    std::span<const AxisSetup> setups) {
+  return make_axes<1>(format, timing, spi, setups);
 }
 
 }  // namespace biss::live

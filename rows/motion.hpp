@@ -53,6 +53,7 @@ class Motion {
   std::uint64_t uncertain() const { return uncertain_; }
   /// The largest step from one row to the next that is certain.
   std::uint64_t max_step() const { return max_step_; }
+  const std::optional<Scale>& scale() const { return scale_; }
 
  private:
   std::optional<double> velocity(Picoseconds time, std::uint64_t position);

@@ -26,10 +26,13 @@ class EndBySignal {
   EndBySignal& operator=(const EndBySignal&) = delete;
 
   static bool wanted() { return wanted_ != 0; }
+  /// Called before the second signal; a signal handler may call it.
+  static inline void (*before_end)() = [] {};
 
  private:
   static void end(int number) {
     if (wanted_ != 0) {
+      before_end();
       for (const auto& [each, before] : signals_) ::sigaction(each, before, nullptr);
       ::raise(number);
     }

@@ -1,21 +1,27 @@
 #include "cli/live/read.hpp"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
 #include <tuple>
 #include <utility>
+#include <vector>
 
+#include "biss/frame/format_text.hpp"
 #include "biss/master/spi_read.hpp"
 #include "biss/timing/cable.hpp"
 #include "biss/timing/cycle.hpp"
 #include "cli/live/end_by_signal.hpp"
+#include "cli/live/live_view.hpp"
 #include "cli/live/record.hpp"
 #include "live/line_reader.hpp"
 #include "live/live_axis.hpp"
@@ -41,6 +47,7 @@ struct ReadOptions {
   std::optional<Picoseconds> duration;
   std::uint64_t bytes = 0;
   std::string record;
+  bool live = false;
 };
 
 // The longest timeout of BiSS C, for an encoder that is not known.
@@ -79,6 +86,9 @@ LinePlan with_rate(LinePlan plan, const ReadOptions& options) {
 LinePlan plan_line(const ReadOptions& options) {
   constexpr std::size_t usual_bytes = 32;
   if (options.record == "-") throw wrong_usage("--record: name a file");
+  if (options.live && ::isatty(STDOUT_FILENO) != 1) {
+    throw wrong_usage("--live: standard output is not a terminal");
+  }
   const FormatArguments& arguments = options.decode.capture.device;
   LinePlan plan{.device = {}, .spi = spi_setup_of(options, {}), .bytes = options.bytes};
   if (arguments.format.empty() || arguments.format == "none") {
@@ -127,35 +137,99 @@ class ReadRun {
  public:
   ReadRun(const ReadOptions& options, Host& host)
       : options_(options),
-        host_(host),
+        live_(options.live ? std::make_unique<LiveView>(host, [this] { return begin_live(); })
+                           : nullptr),
+        host_(live_ ? *live_ : host),
         plan_(plan_line(options)),
         reader_(open_port(options), period_of(options.rate), plan_.least, plan_.rest) {
-    if (!plan_.device) return;
-    auto axis =
-        live::LiveAxis::make(plan_.device->format, plan_.device->timing, plan_.spi,
-                             {.cycle = period_of(options.rate),
-                              .to_sampling = sampling_delay(plan_.spi, plan_.device->timing),
-                              .max_step = no_step_limit,
-                              .bad_cycles = BadCycleRule::hold,
-                              .trip_after = 65535});
-    if (axis) axis_ = std::move(*axis);
+    // Without an axis the rows are read too.
+    if (plan_.device) static_cast<void>(make_axis(*plan_.device));
   }
 
   ExitStatus run() {
     const EndBySignal signals;
+    EndBySignal::before_end = Screen::restore;
     measure_clock();
     reader_.set_bytes(plan_.bytes);
     if (!options_.record.empty()) record_.emplace(options_.record, host_);
     DecodeOptions decode = options_.decode;
     decode.capture.words.file = options_.port;
     decode.capture.words.next = [this] { return next(); };
-    const ExitStatus status = DecodeRun(decode, host_).run();
-    const bool recorded = !record_ || record_->finish();
+    DecodeRun run(decode, host_);
+    run_ = &run;
+    const ExitStatus status = run.run();
+    end_record();
     host_.print_summary(summary());
-    return recorded ? status : std::max(status, ExitStatus::io);
+    return recorded_ ? status : std::max(status, ExitStatus::io);
   }
 
  private:
+  // Makes the axes. \return how their positions are shown
+  tl::expected<std::vector<LiveSetup::Channel>, std::string> make_axis(const Device& device) {
+    std::vector<LiveSetup::Channel> shown;
+    std::vector<AxisSetup> setups;
+    for (const ChannelFormat& channel : device.format.channels()) {
+      const CatalogueEntry* const entry = shown.empty() ? device.entry : nullptr;
+      MotionArguments asked = shown.empty() ? options_.decode.motion : MotionArguments{};
+      asked.unwrap = true;
+      const auto motion = make_motion(asked, channel, entry);
+      if (!motion) return tl::unexpected(motion.error());
+      auto scale = motion->scale();
+      if (!scale && entry != nullptr) scale = scale_of(*entry);
+      std::vector<rows::Scale> units{{1, "counts"}};
+      if (scale) units.push_back(*scale);
+      if (channel.singleturn.present()) {
+        units.push_back({std::exp2(-int{channel.singleturn.bits}), "turns"});
+      } else if (scale && scale->unit == "deg") {
+        units.push_back({scale->per_count / 360, "turns"});
+      }
+      shown.push_back({channel.position_bits(), std::move(units)});
+      setups.push_back({.cycle = period_of(options_.rate),
+                        .to_sampling = sampling_delay(plan_.spi, device.timing),
+                        .max_step = static_cast<std::int64_t>(motion->max_step()),
+                        .bad_cycles = BadCycleRule::hold,
+                        .trip_after = 65535});
+    }
+    auto axis = live::LiveAxis::make(device.format, device.timing, plan_.spi, setups);
+    if (!axis) return tl::unexpected(axis.error());
+    axis_ = *std::move(axis);
+    return shown;
+  }
+
+  LiveSetup begin_live() {
+    const auto& format = run_->capture().format();
+    if (!format) throw wrong_usage("--live: the format of the frame is not known; give -f");
+    const std::string clock = reached_ ? with_doubt(*reached_) : text_of(options_.clock);
+    return {fmt::format("{}: {}, MA {}", options_.port, format_text(*format).view(), clock),
+            options_.rate, value_or_fail(make_axis(plan_.device.value_or(Device{*format, {}})))};
+  }
+
+  void end_record() {
+    recorded_ = (!record_ || record_->finish()) && recorded_;
+    record_.reset();
+  }
+  // In a file that is not there yet.
+  void start_record() try {
+    int number = 1;
+    const auto path = [&number] { return fmt::format("biss-read-{}.log", number); };
+    while (std::filesystem::exists(path())) ++number;
+    record_.emplace(path(), host_);
+  } catch (const VerbError& error) {
+    host_.warn(error.text);
+  }
+
+  bool go_on(Picoseconds due) {
+    if (EndBySignal::wanted() || words_ >= options_.cycles.value_or(~std::uint64_t{}) ||
+        (options_.duration && due >= *options_.duration)) {
+      return false;
+    }
+    if (!live_) return true;
+    const char key =
+        live_->tick(axis_.get(), reader_.counts(), record_ ? record_->path() : std::string());
+    if (key == 'r') record_ ? end_record() : start_record();
+    return key != 'q';
+  }
+
   void measure_clock() {
     reached_ = reader_.port().measure_clock([] { return !EndBySignal::wanted(); });
     if (!reached_ && reader_.port().error() == EINVAL) {
@@ -174,17 +248,13 @@ class ReadRun {
   }
 
   std::optional<LoggedWord> next() {
-    const auto go_on = [this](Picoseconds due) {
-      return !EndBySignal::wanted() && (!options_.cycles || words_ < *options_.cycles) &&
-             (!options_.duration || due < *options_.duration);
-    };
     const auto on_fault = [this](live::PortFault fault, Picoseconds time) {
       if (axis_) axis_->take(time, {});
       if (reader_.counts().faults[static_cast<std::size_t>(fault)] > 1) return;
       host_.warn(fmt::format("{}: a transfer failed: {}{}; reading goes on", options_.port,
                              name_of(fault), error_text()));
     };
-    const auto transfer = reader_.next(on_fault, go_on);
+    const auto transfer = reader_.next(on_fault, [this](Picoseconds due) { return go_on(due); });
     if (!transfer) return std::nullopt;
     ++words_;
     if (axis_) axis_->take(transfer->time, transfer->bytes);
@@ -204,12 +274,9 @@ class ReadRun {
     summary.title(options_.port + ": " + report::counted(counts.requests, "request"));
     summary.entry("MA", reached_ ? with_doubt(*reached_) : "not measured",
                   fmt::format("{} asked", text_of(options_.clock)));
-    std::string faults;
-    for (std::size_t k = 0; k < live::port_fault_count; ++k) {
-      report::append_count(faults, counts.faults[k], name_of(static_cast<live::PortFault>(k)));
-    }
-    summary.entry("failed", faults.empty() ? "none" : faults,
-                  faults.empty() ? "" : "transfers without bytes; they have no row");
+    const std::string failed = failed_transfers(counts);
+    summary.entry("failed", failed,
+                  failed == "none" ? "" : "transfers without bytes; they have no row");
     summary.entry("late", fmt::format("{} not made", counts.late),
                   counts.late == 0 ? ""
                                    : "this program did not run in time, or a transfer took longer "
@@ -248,12 +315,15 @@ class ReadRun {
   }
 
   const ReadOptions& options_;
+  std::unique_ptr<LiveView> live_;
   Host& host_;
   LinePlan plan_;
   live::LineReader reader_;
   std::unique_ptr<live::LiveAxis> axis_;
   std::optional<live::ReachedClock> reached_;
+  DecodeRun* run_ = nullptr;
   std::optional<Record> record_;
+  bool recorded_ = true;
   std::uint64_t words_ = 0;
 };
 
@@ -301,6 +371,12 @@ void add_read(Command& command) {
          "rows of them")
       .file(FileUse::write);
   add_judged_row_options(verb, options->decode);
+  Option& live = own.add_flag("--live", options->live,
+                              "Show position, causes and line delay in this terminal instead of "
+                              "rows; keys: z zero, u unit, r record, q end");
+  for (const char* const name : {"--output", "--to", "--columns", "--only-errors", "--every"}) {
+    live.excludes(verb.get_option(name));
+  }
 }
 
 }  // namespace biss::cli

@@ -21,6 +21,7 @@ class Record {
   Record(const Record&) = delete;
   Record& operator=(const Record&) = delete;
 
+  const std::string& path() const { return path_; }
   void add(Picoseconds time, std::span<const std::uint8_t> bytes);
   /// Writes the rest. False if a line is missing; the reason was printed.
   bool finish();

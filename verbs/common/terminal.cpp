@@ -34,6 +34,17 @@ std::size_t terminal_columns(int descriptor) {
   return ::ioctl(descriptor, TIOCGWINSZ, &size) == 0 ? size.ws_col : 0;
 }
 
+std::string cut_off(std::string_view text, std::size_t columns) {
+  std::string printable;
+  report::append_printable(printable, text);
+  while (report::display_width(printable) > columns) {
+    // All bytes of a character.
+    while ((static_cast<unsigned char>(printable.back()) & 0xC0U) == 0x80U) printable.pop_back();
+    printable.pop_back();
+  }
+  return printable;
+}
+
 Progress::Progress(Host& host)
     : host_(host),
       began_(std::chrono::steady_clock::now()),
@@ -54,12 +65,9 @@ bool Progress::due() {
 }
 
 void Progress::show(std::string_view text) {
-  std::string printable;
-  report::append_printable(printable, text);
   // A line that wraps cannot be replaced.
   const std::size_t columns = terminal_columns(STDERR_FILENO);
-  while (columns != 0 && report::display_width(printable) >= columns) printable.pop_back();
-  write_stderr("\r" + printable + "\x1b[K");
+  write_stderr("\r" + cut_off(text, columns == 0 ? std::string::npos : columns - 1) + "\x1b[K");
   line_shown = true;
 }
 

@@ -15,6 +15,9 @@ class Host;
 /// unknown.
 std::size_t terminal_columns(int descriptor);
 
+/// Printable text, cut off at this many columns of a terminal.
+std::string cut_off(std::string_view text, std::size_t columns);
+
 /// One line on stderr that a long run replaces while it runs:
 ///
 ///     Progress progress(host);
