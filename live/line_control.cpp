@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "biss/configure/configure_link.hpp"
+
 namespace biss::live {
 
 LineControl::LineControl(SpiPort port, Hertz clock, std::function<bool()> go_on)
@@ -13,38 +15,21 @@ LineControl::LineControl(SpiPort port, Hertz clock, std::function<bool()> go_on)
   reader_.set_bytes(bytes_up_to_cds(bounds_));
 }
 
-bool LineControl::run(Configurator& configurator) {
-  while (!configurator.done()) {
-    const auto answer = request(configurator.cdm_ahead());
-    if (!answer) return false;
-    configurator.answer_ahead(answer->time, answer->cds);
-  }
-  return true;
-}
-
-bool LineControl::run(ControlSession& session) {
-  while (!session.done()) {
-    const auto answer = request(session.cdm_ahead());
-    if (!answer) return false;
-    session.step_ahead(answer->time, answer->cds);
-  }
-  return true;
-}
-
+// A transfer that failed may have been made in part: its CDS is missing.
 std::optional<LineControl::Answer> LineControl::request(bool cdm) {
   reader_.port().end_with(cdm);
   std::optional<Answer> failed;
   const auto transfer = reader_.next(
       [&](PortFault fault, Picoseconds time) {
+        fault_ = fault;
         failed = Answer{.time = time};
-        // Perhaps a part of the transfer was made.
-        if (++faults_in_a_row_ == most_faults || fault == PortFault::gone) fault_ = fault;
       },
       [&](Picoseconds) { return !failed && go_on_(); });
-  if (!transfer) return fault_ ? std::nullopt : failed;
+  if (!transfer)
+    return fault_ == PortFault::gone || ++faults_in_a_row_ == 10 ? std::nullopt : failed;
   faults_in_a_row_ = 0;
-  const BitView bits(transfer->bytes);
-  return Answer{transfer->time, cds_of(bits, bounds_)};
+  fault_.reset();
+  return Answer{transfer->time, cds_of(BitView(transfer->bytes), bounds_)};
 }
 
 }  // namespace biss::live

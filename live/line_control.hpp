@@ -1,12 +1,11 @@
-// The control communication of a real line whose MA is the data output of the port: CDM is part of
-// each transfer, so it is chosen before CDS is known.
+// The control communication over a port whose MA is the data output: CDM is a part of the transfer.
 #pragma once
 
 #include <functional>
 #include <optional>
 
 #include "biss/base/units.hpp"
-#include "biss/configure/configure_link.hpp"
+#include "biss/control/session.hpp"
 #include "live/line_reader.hpp"
 #include "live/spi_port.hpp"
 
@@ -14,21 +13,23 @@ namespace biss::live {
 
 class LineControl {
  public:
-  /// This many transfers that fail one after the other end the communication.
-  static constexpr unsigned most_faults = 10;
-
   /// \param port with MaPin::mosi
   /// \param clock of the port, 250 kHz to 1 MHz, which every slave accepts
   /// \param go_on asked before each request
   LineControl(SpiPort port, Hertz clock, std::function<bool()> go_on);
 
-  /// Makes the requests until the configuration is done. \pre as for Configurator::cdm_ahead()
-  /// \return false: go_on() was false, or the port failed
-  bool run(Configurator& configurator);
-  /// The same for an access to registers.
-  bool run(ControlSession& session);
-
-  /// The fault of the port that ended run().
+  /// Makes requests until a Configurator or a ControlSession is done.
+  /// \return false: go_on() was false, the port was gone, or ten transfers in a row failed
+  template <class Master>
+  bool run(Master& master) {
+    while (!master.done()) {
+      const auto answer = request(master.cdm_ahead());
+      if (!answer) return false;
+      master.take_cds(answer->time, answer->cds);
+    }
+    return true;
+  }
+  /// The last fault of the port since a transfer succeeded.
   std::optional<PortFault> fault() const { return fault_; }
 
  private:

@@ -12,7 +12,7 @@
 // the CDM that ends the same request. With the kind `reduced`, that is request.cdm. CDM must be
 // held from one request to the next, and the clock must be 250 kHz to 1 MHz. configure_cycle.hpp
 // does all of this with a RequestCycle. A master that must choose CDM before it receives CDS ends
-// the request with cdm_ahead(), holds CDM for biss_static_timeout_max, and calls answer_ahead().
+// the request with cdm_ahead(), holds CDM for biss_static_timeout_max, and calls take_cds().
 //
 // After the protocol description D2, "start-up for an unknown slave": channels off, rest, INIT,
 // rest, register 0x41, the EDS in the bank it names, or the profile identifier.
@@ -507,8 +507,8 @@ class Configurator {
     return request_.kind == RequestKind::reduced ? request_.cdm : session_.cdm_ahead();
   }
   /// Like answer(), for a request that ended with cdm_ahead().
-  constexpr void answer_ahead(Picoseconds now, CdsBit cds) {
-    if (request_.kind != RequestKind::reduced) session_.step_ahead(now, cds);
+  constexpr void take_cds(Picoseconds now, CdsBit cds) {
+    if (request_.kind != RequestKind::reduced) session_.take_cds(now, cds);
     end_request(now, cds);
   }
 

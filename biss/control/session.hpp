@@ -12,10 +12,10 @@
 // counts.
 //
 // A master that composes a whole request in advance must choose CDM before it receives the CDS of
-// the same frame. It ends the frame with cdm_ahead() and calls step_ahead() for step():
+// the same frame. It ends the frame with cdm_ahead() and calls take_cds() for step():
 //
 //   transfer(session.cdm_ahead());
-//   session.step_ahead(now, cds);
+//   session.take_cds(now, cds);
 //
 // cdm_ahead() is the bit of an access that succeeds. Only the start bit of a byte depends on CDS
 // even then: a read repeats S for one frame, because the next CDM bit of a read is "don't care"
@@ -306,7 +306,7 @@ class ControlSession {
   }
   /// Like step(), for a frame that ended with cdm_ahead(). A slave that delays a further byte of a
   /// write causes busy_too_long; a retry continues with this byte.
-  constexpr void step_ahead(Picoseconds now, CdsBit cds) {
+  constexpr void take_cds(Picoseconds now, CdsBit cds) {
     const bool sent = cdm_ahead();
     static_cast<void>(step(now, cds));
     if (sent) zeros_ = 0;

@@ -22,10 +22,8 @@ struct ConfigureArguments {
 /// Declares --configure, --registers and --access.
 void add_configure_options(verbs::Verb verb, ConfigureArguments& arguments);
 
-/// Finds the device at the port and makes the accesses, and prints both.
-/// \param setup its clock is reduced to one that every encoder accepts
+/// Does what the arguments ask, at a clock that every encoder accepts, and prints it.
 /// \param device with --configure, gets the format and the timing that were found
-/// \param go_on false: the user ended it
 /// \return done: the encoder can be read. Throws a VerbError
 verbs::ExitStatus configure_line(const ConfigureArguments& arguments, live::SpiPortSetup setup,
                                  FormatArguments& device, const std::function<bool()>& go_on,

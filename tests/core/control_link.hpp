@@ -59,7 +59,7 @@ class ControlLink {
     if (cut) heard = CdsBit::missing;
     bool cdm = session.cdm_ahead();
     if (ahead) {
-      session.step_ahead(now, heard);
+      session.take_cds(now, heard);
     } else {
       cdm = session.step(now, heard);
     }

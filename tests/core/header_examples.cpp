@@ -66,7 +66,7 @@ void read_profile(Picoseconds now, CdsBit cds) {
   use(cdm);
   const auto transfer = [](bool ahead) { use(ahead); };
   transfer(session.cdm_ahead());
-  session.step_ahead(now, cds);
+  session.take_cds(now, cds);
 }
 
 // ---- biss/eds/check.hpp
