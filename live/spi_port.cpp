@@ -14,6 +14,8 @@
 #include <cstring>
 #include <utility>
 
+#include "biss/timing/device_timing.hpp"
+
 namespace biss::live {
 namespace {
 
@@ -21,6 +23,12 @@ namespace {
 constexpr std::size_t rest_bytes = 1;
 // A low and a high half of four clocks.
 constexpr std::uint8_t four_clocks = 0x55;
+
+// For the longest timeout, and an eighth of it.
+std::size_t bytes_of_cdm(Hertz clock) {
+  const Picoseconds time = biss_static_timeout_max + biss_static_timeout_max / 8;
+  return static_cast<std::size_t>(clocks_to_cover(time, period_of(clock)) / 4 + 1);
+}
 
 std::string problem_of(const std::string& path, int error) {
   switch (error) {
@@ -111,13 +119,11 @@ std::optional<PortFault> SpiPort::transfer(std::span<std::uint8_t> receive) {
   spi_ioc_transfer message{};
   std::span<std::uint8_t> into = receive;
   if (setup_.ma == MaPin::mosi) {
-    const std::size_t bytes = 2 * receive.size() + 2 * rest_bytes;
-    if (sent_.size() != bytes) {
-      sent_.assign(bytes, four_clocks);
-      std::fill_n(sent_.begin(), rest_bytes, std::uint8_t{0xFF});
-      std::fill_n(sent_.rbegin(), rest_bytes, std::uint8_t{0xFF});
-      sampled_.resize(bytes);
-    }
+    sent_.assign(rest_bytes, 0xFF);
+    sent_.insert(sent_.end(), 2 * receive.size(), four_clocks);
+    if (cdm_) sent_.insert(sent_.end(), bytes_of_cdm(setup_.clock), *cdm_ ? 0x00 : 0xFF);
+    sent_.insert(sent_.end(), rest_bytes, 0xFF);
+    sampled_.resize(sent_.size());
     message.tx_buf = reinterpret_cast<std::uintptr_t>(sent_.data());
     into = sampled_;
   }

@@ -58,6 +58,9 @@ class SpiPort {
   SpiPort& operator=(SpiPort&&) = delete;
   ~SpiPort();
 
+  /// The next transfers hold MA at the level of this CDM until the longest timeout is over, and
+  /// return it to high. \pre MaPin::mosi
+  void end_with(bool cdm) { cdm_ = cdm; }
   /// Clocks MA, and receives a bit for each clock, the first one in the highest bit.
   std::optional<PortFault> transfer(std::span<std::uint8_t> receive);
   /// The errno of the last fault; 0 if it has none.
@@ -77,6 +80,7 @@ class SpiPort {
   SpiPortSetup setup_;
   int descriptor_ = -1;
   int error_ = 0;
+  std::optional<bool> cdm_;
   // With MaPin::mosi: what is sent, and what came back.
   std::vector<std::uint8_t> sent_;
   std::vector<std::uint8_t> sampled_;

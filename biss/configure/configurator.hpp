@@ -11,7 +11,8 @@
 // answer() is called as soon as the CDS of the request is known, or known to be missing; it returns
 // the CDM that ends the same request. With the kind `reduced`, that is request.cdm. CDM must be
 // held from one request to the next, and the clock must be 250 kHz to 1 MHz. configure_cycle.hpp
-// does all of this with a RequestCycle.
+// does all of this with a RequestCycle. A master that must choose CDM before it receives CDS ends
+// the request with cdm_ahead(), holds CDM for biss_static_timeout_max, and calls take_cds().
 //
 // After the protocol description D2, "start-up for an unknown slave": channels off, rest, INIT,
 // rest, register 0x41, the EDS in the bank it names, or the profile identifier.
@@ -495,21 +496,20 @@ class Configurator {
   /// \param cds `missing` for the kind `reduced`, and if no valid CDS came
   /// \return the CDM that ends this request
   constexpr bool answer(Picoseconds now, CdsBit cds) {
-    ++requests_;
-    bool cdm = request_.cdm;
-    if (request_.kind != RequestKind::reduced) {
-      received_cds_ = received_cds_ || cds != CdsBit::missing;
-      cdm = session_.step(now, cds);
-    }
-    request_ = {.kind = request_.kind, .at = now + options_.cycle};
-    if (requests_ < options_.max_requests) {
-      advance(now);
-    } else {
-      end_with({.cause = ConfigureError::too_many_requests, .step = step(), .slave = slave_});
-      note_bank();
-      step_ = ConfigureStep::done;
-    }
+    const bool cdm = request_.kind == RequestKind::reduced ? request_.cdm : session_.step(now, cds);
+    end_request(now, cds);
     return cdm;
+  }
+
+  /// The CDM that ends the request, before its CDS is known. \pre !done(), and without
+  /// ConfigureOptions::switch_channels
+  constexpr bool cdm_ahead() const {
+    return request_.kind == RequestKind::reduced ? request_.cdm : session_.cdm_ahead();
+  }
+  /// Like answer(), for a request that ended with cdm_ahead().
+  constexpr void take_cds(Picoseconds now, CdsBit cds) {
+    if (request_.kind != RequestKind::reduced) session_.take_cds(now, cds);
+    end_request(now, cds);
   }
 
   /// \pre done()
@@ -531,6 +531,21 @@ class Configurator {
   constexpr std::uint32_t requests() const { return requests_; }
 
  private:
+  constexpr void end_request(Picoseconds now, CdsBit cds) {
+    ++requests_;
+    if (request_.kind != RequestKind::reduced) {
+      received_cds_ = received_cds_ || cds != CdsBit::missing;
+    }
+    request_ = {.kind = request_.kind, .at = now + options_.cycle};
+    if (requests_ < options_.max_requests) {
+      advance(now);
+    } else {
+      end_with({.cause = ConfigureError::too_many_requests, .step = step(), .slave = slave_});
+      note_bank();
+      step_ = ConfigureStep::done;
+    }
+  }
+
   constexpr void advance(Picoseconds now) {
     switch (step_) {
       case ConfigureStep::channels_off:

@@ -24,6 +24,23 @@
 
 namespace biss {
 
+/// The bounds of the bits up to CDS, for any device or chain.
+constexpr FrameBounds bounds_up_to_cds(Picoseconds period, const LineDelayRange& line_delay) {
+  FrameBounds bounds = spi_bounds({.period = period, .line_delay = line_delay}, {});
+  bounds.ack_max_clocks = static_cast<std::uint16_t>(
+      bounds.ack_max_clocks + biss_busy_s_max_clocks + control_max_slaves - 1U);
+  return bounds;
+}
+/// The bytes of a transfer up to CDS.
+constexpr std::size_t bytes_up_to_cds(const FrameBounds& bounds) {
+  return (std::size_t{bounds.lead_max_clocks} + bounds.ack_max_clocks + 9U) / 8U;
+}
+constexpr CdsBit cds_of(const BitView& bits, const FrameBounds& bounds) {
+  const auto start = find_start(bits, bounds);
+  if (!start.ok() || start->start_bit + 1U >= bits.size_bits()) return CdsBit::missing;
+  return bits[start->start_bit + 1U] ? CdsBit::one : CdsBit::zero;
+}
+
 /// Done when configurator().done(), if every transfer ends. A cycle of any length will do: a request
 /// waits until it is due.
 template <EncoderPort Port>
@@ -35,18 +52,17 @@ class ConfigureLink {
                           const ConfigureOptions& options = {})
       : port_(port),
         period_(period),
-        bounds_(spi_bounds({.period = period, .line_delay = line_delay}, {})),
-        configurator_(options) {
-    bounds_.ack_max_clocks = static_cast<std::uint16_t>(
-        bounds_.ack_max_clocks + biss_busy_s_max_clocks + control_max_slaves - 1U);
-  }
+        bounds_(bounds_up_to_cds(period, line_delay)),
+        configurator_(options) {}
 
   /// Requests a CDS if the Configurator's next request is due.
   constexpr void request(Picoseconds now) {
     if (configurator_.done() || now < configurator_.request().at) return;
     const bool unanswered = buffer_.waits();
-    const std::size_t bytes = (bounds_.lead_max_clocks + bounds_.ack_max_clocks + 9U) / 8U;
-    if (!buffer_.begin(bytes, [this](auto receive) { return port_.start(receive); })) return;
+    if (!buffer_.begin(bytes_up_to_cds(bounds_),
+                       [this](auto receive) { return port_.start(receive); })) {
+      return;
+    }
     // MA was high after it.
     if (unanswered) configurator_.answer(asked_at_, CdsBit::missing);
     asked_at_ = now;
@@ -64,11 +80,7 @@ class ConfigureLink {
     const auto bytes = buffer_.end();
     if (!bytes || configurator_.done()) return;
     const BitView bits(*bytes);
-    const auto start = find_start(bits, bounds_);
-    CdsBit cds = CdsBit::missing;
-    if (received && start.ok() && start->start_bit + 1U < bits.size_bits()) {
-      cds = bits[start->start_bit + 1U] ? CdsBit::one : CdsBit::zero;
-    }
+    const CdsBit cds = received ? cds_of(bits, bounds_) : CdsBit::missing;
     const Picoseconds end = asked_at_ + static_cast<std::int64_t>(bits.size_bits()) * period_;
     if (configurator_.answer(end, cds)) port_.hold_ma_low();
   }

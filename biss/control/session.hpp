@@ -10,6 +10,18 @@
 //
 // A frame without an access ends with CDM = 0. step() is called for it, too, because its zero
 // counts.
+//
+// A master that composes a whole request in advance must choose CDM before it receives the CDS of
+// the same frame. It ends the frame with cdm_ahead() and calls take_cds() for step():
+//
+//   transfer(session.cdm_ahead());
+//   session.take_cds(now, cds);
+//
+// cdm_ahead() is the bit of an access that succeeds. Only the start bit of a byte depends on CDS
+// even then: a read repeats S for one frame, because the next CDM bit of a read is "don't care"
+// (D2), and a write expects a slave that is ready. With any other CDS the access ends as with
+// step(), but that bit has been sent. 14 zeros follow; a slave writes no byte from them, because
+// their CRC is wrong.
 #pragma once
 
 #include <algorithm>
@@ -273,6 +285,34 @@ class ControlSession {
       ++zeros_;
     }
     return bit;
+  }
+
+  /// The CDM bit of the next frame, before its CDS is known.
+  /// \pre no command to addressed slaves: EX would not wait for their answers
+  constexpr bool cdm_ahead() const {
+    switch (phase_) {
+      case Phase::idle:
+        return false;
+      case Phase::lead:
+        return zeros_ >= control_reset_zeros;
+      case Phase::frame:
+      case Phase::byte:
+        return (word_ << k_ >> 31U) != 0;
+      case Phase::next:
+        return outcome_.bytes_done != request_.size;
+      default:
+        return request_.kind == ControlKind::read || request_.from[outcome_.bytes_done] >> 7U != 0;
+    }
+  }
+  /// Like step(), for a frame that ended with cdm_ahead(). A slave that delays a further byte of a
+  /// write causes busy_too_long; a retry continues with this byte.
+  constexpr void take_cds(Picoseconds now, CdsBit cds) {
+    const bool sent = cdm_ahead();
+    static_cast<void>(step(now, cds));
+    if (sent) zeros_ = 0;
+    if (phase_ == Phase::busy && request_.kind == ControlKind::write) {
+      fail(ControlError::busy_too_long);
+    }
   }
 
   constexpr bool done() const { return phase_ == Phase::idle; }

@@ -20,6 +20,7 @@
 #include "biss/master/spi_read.hpp"
 #include "biss/timing/cable.hpp"
 #include "biss/timing/cycle.hpp"
+#include "cli/live/configure.hpp"
 #include "cli/live/end_by_signal.hpp"
 #include "cli/live/live_view.hpp"
 #include "cli/live/record.hpp"
@@ -38,6 +39,7 @@ namespace {
 
 struct ReadOptions {
   DecodeOptions decode;
+  ConfigureArguments configure;
   std::string port;
   std::string ma_pin = "sck";
   Hertz clock = megahertz(1);
@@ -116,16 +118,14 @@ LinePlan plan_line(const ReadOptions& options) {
   return with_rate(std::move(plan), options);
 }
 
-live::SpiPort open_port(const ReadOptions& options) {
+live::SpiPortSetup port_setup_of(const ReadOptions& options) {
   const std::size_t colon = options.port.find(':');
   if (options.port.substr(0, colon) != "spi" || colon == std::string::npos) {
     throw wrong_usage("--port '{}': write spi:DEVICE, such as spi:/dev/spidev0.0", options.port);
   }
-  return value_or_fail(
-      live::SpiPort::open({.path = options.port.substr(colon + 1),
-                           .clock = options.clock,
-                           .ma = options.ma_pin == "mosi" ? live::MaPin::mosi : live::MaPin::sck}),
-      ExitStatus::io);
+  return {.path = options.port.substr(colon + 1),
+          .clock = options.clock,
+          .ma = options.ma_pin == "mosi" ? live::MaPin::mosi : live::MaPin::sck};
 }
 
 std::string with_doubt(const live::ReachedClock& reached) {
@@ -141,7 +141,8 @@ class ReadRun {
                            : nullptr),
         host_(live_ ? *live_ : host),
         plan_(plan_line(options)),
-        reader_(open_port(options), period_of(options.rate), plan_.least, plan_.rest) {
+        reader_(value_or_fail(live::SpiPort::open(port_setup_of(options)), ExitStatus::io),
+                period_of(options.rate), plan_.least, plan_.rest) {
     // Without an axis the rows are read too.
     if (plan_.device) static_cast<void>(make_axis(*plan_.device));
   }
@@ -358,11 +359,22 @@ void add_read(Command& command) {
                     "biss read --port spi:/dev/spidev0.0 --cycles 1000",
                     "biss read --port spi:/dev/spidev0.0 -f resolute-26 --rate 5kHz --cycles 2000 "
                     "--record line.log -o rows.csv"}},
-      [options](Host& host) { return ReadRun(*options, host).run(); });
+      [options](Host& host) {
+        ReadOptions chosen = *options;
+        if (chosen.configure.given()) {
+          const EndBySignal signals;
+          const ExitStatus status = configure_line(
+              chosen.configure, port_setup_of(chosen), chosen.decode.capture.device,
+              [] { return !EndBySignal::wanted(); }, host);
+          if (status != ExitStatus::done || chosen.cycles == 0) return status;
+        }
+        return ReadRun(chosen, host).run();
+      });
   options->decode.capture.identify = true;
   add_line_options(verb, *options);
   add_safety_options(verb, options->decode.safety);
   const Verb own = verb.scope(Scope::command);
+  add_configure_options(own, options->configure);
   add_count_option(own, "--cycles", into(options->cycles), "Ends after this many rows");
   add_duration_option(own, "--duration", into(options->duration), "Ends after this time");
   own.add_option(

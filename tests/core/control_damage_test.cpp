@@ -111,6 +111,8 @@ void for_accesses_in_a_chain(unsigned step, const Check& check) {
   for (unsigned slave = 0; slave < Count; slave += Count == 1 ? 1 : Count - 1) {
     for (unsigned address = 0; address < register_count; address += step) {
       ControlLink<Count> link;
+      // Each second address by a master that chooses CDM before it has CDS.
+      link.ahead = address % 2 != 0;
       check(Damaged<Count>{link, RegisterAccess::read, slave, address});
       check(Damaged<Count>{link, RegisterAccess::write, slave, address});
     }

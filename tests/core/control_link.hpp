@@ -57,7 +57,13 @@ class ControlLink {
     }
     CdsBit heard = cds != (frame_ == damage_.flip_cds) ? CdsBit::one : CdsBit::zero;
     if (cut) heard = CdsBit::missing;
-    const bool cdm = session.step(now, heard) != (frame_ == damage_.flip_cdm);
+    bool cdm = session.cdm_ahead();
+    if (ahead) {
+      session.take_cds(now, heard);
+    } else {
+      cdm = session.step(now, heard);
+    }
+    cdm = cdm != (frame_ == damage_.flip_cdm);
     if (arrives) {
       for (Server& server : servers_) server.cdm(cdm);
     }
@@ -90,6 +96,8 @@ class ControlLink {
   std::array<TestRegisters, Count> registers{};
   ControlSession session;
   Picoseconds now{};
+  /// The master chooses CDM before it has CDS.
+  bool ahead = false;
 
  private:
   template <std::size_t... K>

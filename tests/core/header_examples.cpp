@@ -64,6 +64,9 @@ void read_profile(Picoseconds now, CdsBit cds) {
   const bool cdm = session.step(now, cds);  // the CDM bit that ends this frame
   if (session.done() && !session.outcome().error) use(profile);
   use(cdm);
+  const auto transfer = [](bool ahead) { use(ahead); };
+  transfer(session.cdm_ahead());
+  session.take_cds(now, cds);
 }
 
 // ---- biss/eds/check.hpp

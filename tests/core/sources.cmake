@@ -2,7 +2,7 @@
 set(BISS_CORE_TESTS ../../firmware/boards_run/encoder_start_test.cpp axis_dma_test.cpp
                     axis_position_test.cpp axis_test.cpp banked_registers_test.cpp base_test.cpp catalogue_test.cpp
                     channel_test.cpp configure_eds_test.cpp configure_hostile_test.cpp
-                    configure_test.cpp control_chain_test.cpp control_damage_test.cpp
+                    configure_test.cpp control_ahead_test.cpp control_chain_test.cpp control_damage_test.cpp
                     control_failure_test.cpp control_hostile_test.cpp control_link_test.cpp
                     control_sequence_test.cpp control_session_test.cpp crc_test.cpp
                     eds_advise_test.cpp eds_check_test.cpp eds_device_test.cpp eds_image_test.cpp
