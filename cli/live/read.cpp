@@ -37,21 +37,6 @@ using namespace verbs;
 
 namespace {
 
-struct ReadOptions {
-  DecodeOptions decode;
-  ConfigureArguments configure;
-  std::string port;
-  std::string ma_pin = "sck";
-  Hertz clock = megahertz(1);
-  Hertz rate = kilohertz(1);
-  std::optional<Millimetres> cable;
-  std::optional<std::uint64_t> cycles;
-  std::optional<Picoseconds> duration;
-  std::uint64_t bytes = 0;
-  std::string record;
-  bool live = false;
-};
-
 // The longest timeout of BiSS C, for an encoder that is not known.
 constexpr Picoseconds biss_timeout_longest = microseconds(40);
 
@@ -147,7 +132,7 @@ class ReadRun {
     if (plan_.device) static_cast<void>(make_axis(*plan_.device));
   }
 
-  ExitStatus run() {
+  ExitStatus run(const std::function<void(const decode::Cycle&)>& on_cycle) {
     const EndBySignal signals;
     EndBySignal::before_end = Screen::restore;
     measure_clock();
@@ -158,13 +143,25 @@ class ReadRun {
     decode.capture.words.next = [this] { return next(); };
     DecodeRun run(decode, host_);
     run_ = &run;
-    const ExitStatus status = run.run();
+    const ExitStatus status = on_cycle ? take_cycles(run.capture(), decode, on_cycle) : run.run();
     end_record();
     host_.print_summary(summary());
     return recorded_ ? status : std::max(status, ExitStatus::io);
   }
 
  private:
+  static ExitStatus take_cycles(DecodedCapture& capture, const DecodeOptions& decode,
+                                const std::function<void(const decode::Cycle&)>& on_cycle) {
+    const ExitStatus opened = capture.open(decode.capture);
+    if (opened != ExitStatus::done) return opened;
+    if (!capture.next()) return capture.status();
+    capture.read([&on_cycle](std::uint64_t, const decode::Cycle& cycle) {
+      on_cycle(cycle);
+      return true;
+    });
+    return ExitStatus::done;
+  }
+
   // Makes the axes. \return how their positions are shown
   tl::expected<std::vector<LiveSetup::Channel>, std::string> make_axis(const Device& device) {
     std::vector<LiveSetup::Channel> shown;
@@ -328,13 +325,12 @@ class ReadRun {
   std::uint64_t words_ = 0;
 };
 
-void add_line_options(Verb verb, ReadOptions& options) {
-  verb.add_option("--port", options.port,
-                  "The port of the encoder: spi:DEVICE, such as spi:/dev/spidev0.0")
-      .type_name("PORT")
-      .required();
-  add_format_option(verb, options.decode.capture.device, false);
-  add_timing_options(verb, options.decode.capture.device);
+}  // namespace
+
+Option& add_port_options(Verb verb, ReadOptions& options) {
+  Option& port = verb.add_option("--port", options.port,
+                                 "The port of the encoder: spi:DEVICE, such as spi:/dev/spidev0.0")
+                     .type_name("PORT");
   add_rate_option(verb, "--clock", into(options.clock), "Frequency of MA; 1 MHz by default");
   add_rate_option(verb, "--rate", into(options.rate), "Requests per second; 1 kHz by default");
   add_length_option(verb, "--cable", into(options.cable),
@@ -346,9 +342,21 @@ void add_line_options(Verb verb, ReadOptions& options) {
                    "Bytes of each transfer; by default as many as the format needs, without a "
                    "format 32",
                    live::transfer_bytes_max);
+  return port;
 }
 
-}  // namespace
+ExitStatus read_port(const ReadOptions& options, Host& host,
+                     const std::function<void(const decode::Cycle&)>& on_cycle) {
+  ReadOptions chosen = options;
+  if (chosen.configure.given()) {
+    const EndBySignal signals;
+    const ExitStatus status = configure_line(
+        chosen.configure, port_setup_of(chosen), chosen.decode.capture.device,
+        [] { return !EndBySignal::wanted(); }, host);
+    if (status != ExitStatus::done || chosen.cycles == 0) return status;
+  }
+  return ReadRun(chosen, host).run(on_cycle);
+}
 
 void add_read(Command& command) {
   const auto options = std::make_shared<ReadOptions>();
@@ -359,19 +367,11 @@ void add_read(Command& command) {
                     "biss read --port spi:/dev/spidev0.0 --cycles 1000",
                     "biss read --port spi:/dev/spidev0.0 -f resolute-26 --rate 5kHz --cycles 2000 "
                     "--record line.log -o rows.csv"}},
-      [options](Host& host) {
-        ReadOptions chosen = *options;
-        if (chosen.configure.given()) {
-          const EndBySignal signals;
-          const ExitStatus status = configure_line(
-              chosen.configure, port_setup_of(chosen), chosen.decode.capture.device,
-              [] { return !EndBySignal::wanted(); }, host);
-          if (status != ExitStatus::done || chosen.cycles == 0) return status;
-        }
-        return ReadRun(chosen, host).run();
-      });
+      [options](Host& host) { return read_port(*options, host); });
   options->decode.capture.identify = true;
-  add_line_options(verb, *options);
+  add_port_options(verb, *options).required();
+  add_format_option(verb, options->decode.capture.device, false);
+  add_timing_options(verb, options->decode.capture.device);
   add_safety_options(verb, options->decode.safety);
   const Verb own = verb.scope(Scope::command);
   add_configure_options(own, options->configure);

@@ -1,9 +1,38 @@
-// `biss read`: the positions of a real line.
+// `biss read`: the positions of a real line. `biss watch` reads its cycles in the same way.
 #pragma once
 
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "cli/live/configure.hpp"
 #include "verbs/common/verb.hpp"
+#include "verbs/decode/decode_run.hpp"
 
 namespace biss::cli {
+
+struct ReadOptions {
+  verbs::DecodeOptions decode;
+  ConfigureArguments configure;
+  std::string port;
+  std::string ma_pin = "sck";
+  Hertz clock = megahertz(1);
+  Hertz rate = kilohertz(1);
+  std::optional<Millimetres> cable;
+  std::optional<std::uint64_t> cycles;
+  std::optional<Picoseconds> duration;
+  std::uint64_t bytes = 0;
+  std::string record;
+  bool live = false;
+};
+
+/// Declares --port, and the options that describe the line at it, but not the format.
+verbs::Option& add_port_options(verbs::Verb verb, ReadOptions& options);
+/// Reads the line until a signal, --cycles or --duration end it, and prints what the port did.
+/// \param on_cycle gets the cycles; without it, their rows are written
+verbs::ExitStatus read_port(const ReadOptions& options, verbs::Host& host,
+                            const std::function<void(const decode::Cycle&)>& on_cycle = {});
 
 void add_read(verbs::Command& command);
 

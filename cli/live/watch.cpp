@@ -21,6 +21,7 @@
 #include "capture/open.hpp"
 #include "cli/live/end_by_signal.hpp"
 #include "cli/live/health_log.hpp"
+#include "cli/live/read.hpp"
 #include "verbs/common/decoded_capture.hpp"
 
 namespace biss::cli {
@@ -30,7 +31,8 @@ using namespace verbs;
 namespace {
 
 struct WatchOptions {
-  CaptureArguments capture;
+  /// The captures, or the port.
+  ReadOptions read;
   HealthLogOptions log;
   bool follow = false;
   std::string state;  // of `show`
@@ -40,7 +42,7 @@ void pause() { ::usleep(100'000); }
 
 std::int64_t seconds_now() { return static_cast<std::int64_t>(std::time(nullptr)); }
 
-live::HealthSample sample_of(const decode::Cycle& cycle) {
+live::HealthSample sample_of(const decode::Cycle& cycle, live::LinkUnit unit) {
   live::HealthSample sample{.status = cycle.status, .period = cycle.period};
   if (cycle.frame) {
     const auto channels = cycle.frame->channels();
@@ -49,6 +51,12 @@ live::HealthSample sample_of(const decode::Cycle& cycle) {
     sample.warning = any([](const auto& channel) { return !channel.nW; });
   }
   sample.noisy = cycle.marginal.value_or(false);
+  if (unit == live::LinkUnit::clock) {
+    if (!cycle.frame) return sample;
+    sample.delay = line_delay_clocks(*cycle.frame);
+    sample.ack = cycle.frame->ack_clocks;
+    return sample;
+  }
   if (cycle.line_delay) sample.delay = cycle.line_delay->count;
   if (cycle.ack) sample.ack = cycle.ack->count;
   if (!cycle.signal || !cycle.period) return sample;
@@ -120,7 +128,7 @@ class WatchRun {
 
   ExitStatus run() {
     const EndBySignal signals;
-    const std::vector<std::string>& paths = options_.capture.files;
+    const std::vector<std::string>& paths = options_.read.decode.capture.files;
     struct stat about {};
     const bool grows = options_.follow && paths.size() == 1 &&
                        ::stat(paths.front().c_str(), &about) == 0 && S_ISREG(about.st_mode);
@@ -148,7 +156,7 @@ class WatchRun {
     mark.bytes = file.stamp.bytes;
     mark.time = file.stamp.time;
     GrowingHost growing(host_, file.path);
-    CaptureArguments arguments = options_.capture;
+    CaptureArguments arguments = options_.read.decode.capture;
     arguments.files = {file.path};
     DecodedCapture capture(grows ? static_cast<Host&>(growing) : host_);
     if (capture.open(arguments) != ExitStatus::done || !capture.next()) {
@@ -160,7 +168,7 @@ class WatchRun {
     const bool whole = capture.read([&](std::uint64_t, const decode::Cycle& cycle) {
       // The cycle at the end of the file may be complete in the next reading.
       if (is_cut(cycle.status) || cycles++ < known) return !EndBySignal::wanted();
-      log_.add(sample_of(cycle), cycle.time,
+      log_.add(sample_of(cycle, live::LinkUnit::picosecond), cycle.time,
                grows ? seconds_now() : file.stamp.time / 1'000'000'000);
       return !EndBySignal::wanted();
     });
@@ -181,12 +189,23 @@ class WatchRun {
   ExitStatus status_ = ExitStatus::done;
 };
 
-ExitStatus run_watch(WatchOptions& options, Host& host) {
-  if (options.capture.files.empty()) {
-    throw wrong_usage("give a capture, or a folder with captures");
+ExitStatus watch_port(const WatchOptions& options, Host& host) {
+  HealthLogOptions chosen = options.log;
+  chosen.health.unit = live::LinkUnit::clock;
+  HealthLog log(chosen, host);
+  const ExitStatus status = read_port(options.read, host, [&log](const decode::Cycle& cycle) {
+    log.add(sample_of(cycle, live::LinkUnit::clock), cycle.time, seconds_now());
+  });
+  return std::max(log.finish(), status);
+}
+
+ExitStatus run_watch(const WatchOptions& options, Host& host) {
+  CaptureArguments checked = options.read.decode.capture;
+  if (checked.files.empty() == options.read.port.empty()) {
+    throw wrong_usage("give captures or folders with captures, or --port");
   }
+  if (!options.read.port.empty()) return watch_port(options, host);
   // The options are wrong for each file, or for none.
-  CaptureArguments checked = options.capture;
   checked.files = {"any"};
   if (const ExitStatus status = DecodedCapture(host).open(checked); status != ExitStatus::done) {
     return status;
@@ -202,8 +221,9 @@ void add_watch(Command& command) {
   Verb verb = command.add_verb(
       {.name = "watch",
        .purpose = "Watch the health of a link over hours and days, and give alarms",
-       .examples = {"biss watch captures --state axis1.health",
-                    "biss watch line.csv -f resolute-26 --follow --listen 127.0.0.1:9464"}},
+       .examples =
+           {"biss watch captures --state axis1.health",
+            "biss watch --port spi:/dev/spidev0.0 -f resolute-26 --clock 4MHz --duration 2s"}},
       [options, given](Host& host) {
         std::string& settings = options->log.settings;
         settings.clear();
@@ -214,15 +234,18 @@ void add_watch(Command& command) {
         return run_watch(*options, host);
       });
   *given = verb;
-  verb.add_option("FILE", options->capture.files,
+  verb.add_option("FILE", options->read.decode.capture.files,
                   "Captures, and folders with captures of any format")
       .file(FileUse::read);
-  options->capture.identify = true;
-  options->capture.signal = true;
-  options->capture.threads = 1;
-  options->capture.one_of_many = true;
-  add_reading_options(verb, options->capture);
+  options->read.decode.capture.identify = true;
+  options->read.decode.capture.signal = true;
+  options->read.decode.capture.threads = 1;
+  options->read.decode.capture.one_of_many = true;
+  add_reading_options(verb, options->read.decode.capture);
+  add_port_options(verb.section("Port"), options->read);
   const Verb own = verb.scope(Scope::command);
+  add_duration_option(own, "--duration", into(options->read.duration),
+                      "Ends the reading of a port after this time");
   own.add_flag("--follow", options->follow,
                "Wait for more: for new files in folders, or for the rest of a file that grows");
   own.add_option("--state", options->log.state,
