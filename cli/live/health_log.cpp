@@ -177,9 +177,10 @@ void HealthLog::end_interval() {
     throw VerbError{ExitStatus::io, output_.error()};
   }
   report::StringSink text;
-  write_row(
-      *report::make_table_writer(report::Format::jsonl, health_columns(options_.health.unit), text),
-      *point, options_.health.unit, alarms);
+  const auto message =
+      report::make_table_writer(report::Format::jsonl, health_columns(options_.health.unit), text);
+  write_row(*message, *point, options_.health.unit, alarms);
+  message->finish();
   publisher_.send("interval", text.text());
   for (const AlarmChange& change : saved_.health.changes()) {
     host_.warn(fmt::format("{}  {}", time_text(change.time), text_of(change)));

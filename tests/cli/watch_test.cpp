@@ -5,7 +5,7 @@
 
 #include <thread>
 
-#include "tests/cli/run_command.hpp"
+#include "tests/cli/emulator.hpp"
 #include "tests/cli/view_server.hpp"
 #include "tests/common/long_run.hpp"
 #include "tests/common/random.hpp"
@@ -15,7 +15,39 @@ namespace biss::verbs::watch_test {
 using testing::ContainsRegex;
 using testing::HasSubstr;
 using testing::Not;
-using Rows = std::vector<Row>;
+
+template <class Condition>
+bool wait_for(Condition condition) {
+  for (int k = 0; k < 2000 && !condition(); ++k) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return condition();
+}
+
+int end(pid_t process, int signal) {
+  ::kill(process, signal);
+  int status = 0;
+  ::waitpid(process, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+}
+
+// A port of this machine that nobody uses.
+std::uint16_t free_port() {
+  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
+  sockaddr_in place{};
+  place.sin_family = AF_INET;
+  place.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof place;
+  EXPECT_EQ(::bind(socket, reinterpret_cast<const sockaddr*>(&place), size), 0);
+  ::getsockname(socket, reinterpret_cast<sockaddr*>(&place), &size);
+  ::close(socket);
+  return ntohs(place.sin_port);
+}
+
+std::uint64_t cycles_in(const std::string& state) {
+  const Outcome shown = run("watch show {}", state);
+  return shown.status == 0 ? std::strtoull(shown.err.c_str(), nullptr, 10) : 0;
+}
 
 class Watch : public InFolder {
  protected:
@@ -34,24 +66,7 @@ class Watch : public InFolder {
   Outcome watch(const Words& more) const {
     return run(Words("watch {} -f resolute-26 --baseline 8", captures) + more);
   }
-  std::uint64_t cycles_in_state() const {
-    const Outcome shown = run("watch show {}", state);
-    EXPECT_EQ(shown.status, 0) << shown.err;
-    return std::strtoull(shown.err.c_str(), nullptr, 10);
-  }
-  template <class Condition>
-  static bool wait_for(Condition condition) {
-    for (int k = 0; k < 2000 && !condition(); ++k) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    }
-    return condition();
-  }
-  static int end(pid_t process, int signal) {
-    ::kill(process, signal);
-    int status = 0;
-    ::waitpid(process, &status, 0);
-    return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
-  }
+  std::uint64_t cycles_in_state() const { return cycles_in(state); }
 
   const std::string captures = folder.path("captures");
   const std::string state = folder.path("axis.health");
@@ -95,7 +110,7 @@ TEST_F(Watch, HealthyLink_HasARowForEachCapture_AndNoAlarm) {
   const Outcome outcome = watch(Words("--to csv"));
   EXPECT_EQ(outcome.status, 0) << outcome.err;
   EXPECT_THAT(outcome.err, HasSubstr("alarms      none"));
-  const Rows rows = rows_of(outcome.out);
+  const std::vector<Row> rows = rows_of(outcome.out);
   ASSERT_EQ(rows.size(), 12U);
   for (const Row& row : rows) {
     EXPECT_EQ(row.at("good"), "300");
@@ -203,16 +218,7 @@ TEST_F(Watch, StateOfOtherOptions_OrDamaged_OrOfAnotherVerb_IsRefused) {
 TEST_F(Watch, Prometheus) {
   healthy(3);
   capture(3, "--cable 80m --jitter 3ns --fault no_answer@100");
-  // A port that is free.
-  const int socket = ::socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in place{};
-  place.sin_family = AF_INET;
-  place.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof place;
-  ASSERT_EQ(::bind(socket, reinterpret_cast<const sockaddr*>(&place), size), 0);
-  ::getsockname(socket, reinterpret_cast<sockaddr*>(&place), &size);
-  ::close(socket);
-  const std::uint16_t port = ntohs(place.sin_port);
+  const std::uint16_t port = free_port();
   const pid_t process =
       start(Words{BISS_COMMAND} +
             Words("watch {} -f resolute-26 --follow --listen 127.0.0.1:{} --state {}", captures,
@@ -240,6 +246,60 @@ TEST_F(Watch, BrokerThatIsNotThere_IsNamed) {
   EXPECT_THAT(outcome, fails(0, "--mqtt 127.0.0.1:1: the broker has not taken 2 messages"));
   EXPECT_EQ(rows_of(outcome.out).size(), 2U);
   EXPECT_THAT(watch(Words("--mqtt 127.0.0.1:1 --topic axis/#")), refuses(2, "--topic"));
+}
+
+TEST_F(Watch, SubscriberOfABroker) {
+  if (std::system("command -v mosquitto mosquitto_sub >/dev/null") != 0) {
+    GTEST_SKIP() << "mosquitto is not installed";
+  }
+  healthy(8);
+  for (int k = 0; k < 3; ++k) capture(8 + k, "--cable 80m --jitter 3ns --fault nW:0.2");
+  const std::uint16_t port = free_port();
+  const pid_t broker = start(Words("mosquitto -p {}", port));
+  const std::string got = folder.path("got.txt");
+  ASSERT_TRUE(wait_for([port] { return view_test::Client(port).connected(); }));
+  const pid_t subscriber =
+      start(Words("mosquitto_sub -p {} -t axis/# -v -C 12", port), "/dev/null", got);
+  std::this_thread::sleep_for(std::chrono::milliseconds(300));
+  const Outcome outcome = watch(Words("--mqtt 127.0.0.1:{} --topic axis", port));
+  EXPECT_THAT(outcome.err, Not(HasSubstr("has not taken")));
+  int status = 0;
+  ::waitpid(subscriber, &status, 0);
+  end(broker, SIGTERM);
+  const std::string text = content_of(got);
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 12) << text;
+  EXPECT_THAT(text, ContainsRegex("axis/interval \\{\"time\":.*\"cycles\":300"));
+  EXPECT_THAT(text, ContainsRegex("axis/alarm/encoder nW is active"));
+}
+
+// An emulated encoder at a port.
+class WatchPort : public Emulate {};
+
+TEST_F(WatchPort, WarningAndUnpluggedCable_AreAlarms) {
+  Emulator encoder(folder, {});
+  const std::string state = folder.path("axis.health");
+  const std::string err = folder.path("watch.err");
+  const Words words =
+      Words{BISS_COMMAND, "watch", "--port", "spi:" + encoder.at} +
+      Words("-f resolute-26 --clock 4MHz --interval 250ms --baseline 4 --state {}", state);
+  pid_t process = start(words, "/dev/null", "/dev/null", err);
+  ASSERT_TRUE(wait_for([&] { return cycles_in(state) > 2'000; })) << content_of(err);
+  const auto says = [&](const char* text) {
+    return wait_for([&] { return content_of(err).find(text) != std::string::npos; });
+  };
+  encoder.ask("nW 0");
+  EXPECT_TRUE(says("alarm encoder: nW is active")) << content_of(err);
+  encoder.ask("unplug");
+  EXPECT_TRUE(says("alarm silent: no good frame")) << content_of(err);
+  encoder.ask("plug");
+  // The state is at most half a second old.
+  const std::uint64_t cycles = cycles_in(state);
+  EXPECT_EQ(end(process, SIGKILL), 128 + SIGKILL);
+  EXPECT_GE(cycles_in(state), cycles);
+  process = start(words, "/dev/null", "/dev/null", err);
+  EXPECT_TRUE(wait_for([&] { return cycles_in(state) > cycles + 1'000; })) << content_of(err);
+  EXPECT_EQ(end(process, SIGTERM), 1);
+  EXPECT_THAT(content_of(err), HasSubstr("alarm encoder"));
 }
 
 }  // namespace biss::verbs::watch_test
