@@ -181,7 +181,7 @@ void HealthLog::end_interval() {
       report::make_table_writer(report::Format::jsonl, health_columns(options_.health.unit), text);
   write_row(*message, *point, options_.health.unit, alarms);
   message->finish();
-  publisher_.send("interval", text.text());
+  publisher_.send("interval", text.text().substr(0, text.text().find('\n')));
   for (const AlarmChange& change : saved_.health.changes()) {
     host_.warn(fmt::format("{}  {}", time_text(change.time), text_of(change)));
     publisher_.send(fmt::format("alarm/{}", name_of(change.alarm)),
