@@ -22,7 +22,7 @@ using namespace verbs;
 namespace {
 
 // A bank takes 929 requests; each retry goes on with the byte that is not done.
-constexpr ControlOptions control_options{.retries = 20};
+constexpr ControlOptions control_options{.retries = 50};
 
 // The next step if the encoder cannot be read; without one its format is identified.
 std::string_view remedy_of(ConfigureError cause) {
