@@ -52,7 +52,7 @@ std::string_view meaning_of(ControlError error) {
   }
 }
 
-// What the configuration read of one slave.
+// The registers and banks that the configuration of one slave read.
 dump::RegisterDump dump_of(const SlaveDescription& slave, const EdsImage& image) {
   dump::RegisterDump dump;
   const auto put = [&dump](unsigned address, unsigned size, std::uint64_t value) {
