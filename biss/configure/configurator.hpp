@@ -11,8 +11,8 @@
 // answer() is called as soon as the CDS of the request is known, or known to be missing; it returns
 // the CDM that ends the same request. With the kind `reduced`, that is request.cdm. CDM must be
 // held from one request to the next, and the clock must be 250 kHz to 1 MHz. configure_cycle.hpp
-// does all of this with a RequestCycle. A master that must choose CDM before it receives CDS ends
-// the request with cdm_ahead(), holds CDM for biss_static_timeout_max, and calls take_cds().
+// does all of this with a RequestCycle. A master that must choose CDM before it receives CDS calls
+// cdm_ahead() and take_cds() instead of answer().
 //
 // After the protocol description D2, "start-up for an unknown slave": channels off, rest, INIT,
 // rest, register 0x41, the EDS in the bank it names, or the profile identifier.

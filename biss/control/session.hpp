@@ -11,17 +11,15 @@
 // A frame without an access ends with CDM = 0. step() is called for it, too, because its zero
 // counts.
 //
-// A master that composes a whole request in advance must choose CDM before it receives the CDS of
-// the same frame. It ends the frame with cdm_ahead() and calls take_cds() for step():
+// A master that must choose CDM before it receives the CDS of the same frame:
 //
 //   transfer(session.cdm_ahead());
 //   session.take_cds(now, cds);
 //
-// cdm_ahead() is the bit of an access that succeeds. Only the start bit of a byte depends on CDS
-// even then: a read repeats S for one frame, because the next CDM bit of a read is "don't care"
-// (D2), and a write expects a slave that is ready. With any other CDS the access ends as with
-// step(), but that bit has been sent. 14 zeros follow; a slave writes no byte from them, because
-// their CRC is wrong.
+// cdm_ahead() is the bit of an access that succeeds. Only after S of a byte does this bit depend on
+// CDS: a read repeats S, because the next CDM bit of a read is "don't care" (D2); a write expects a
+// slave that is ready. If CDS is different, the access ends as with step(), and 14 zeros follow the
+// bit; a slave writes no byte of zeros, because its CRC is wrong.
 #pragma once
 
 #include <algorithm>

@@ -13,13 +13,16 @@
 #include "dump/write.hpp"
 #include "live/line_control.hpp"
 #include "verbs/common/access_option.hpp"
-#include "verbs/common/configured.hpp"
+#include "verbs/simulate/write.hpp"
 
 namespace biss::cli {
 
 using namespace verbs;
 
 namespace {
+
+// A bank takes 929 requests; each retry goes on with the byte that is not done.
+constexpr ControlOptions control_options{.retries = 50};
 
 // The next step if the encoder cannot be read; without one its format is identified.
 std::string_view remedy_of(ConfigureError cause) {
@@ -44,15 +47,12 @@ std::string_view meaning_of(ControlError error) {
     case ControlError::no_answer:
     case ControlError::no_such_slave:
       return "no encoder with registers has this ID";
-    case ControlError::busy_too_long:
-    case ControlError::start_missing:
-      return "the encoder did not begin the byte in time; old devices refuse like this";
     default:
       return "the answer is missing or damaged; check the cable, or use a lower --clock";
   }
 }
 
-// What the configuration read of one slave.
+// The registers and banks that the configuration of one slave read.
 dump::RegisterDump dump_of(const SlaveDescription& slave, const EdsImage& image) {
   dump::RegisterDump dump;
   const auto put = [&dump](unsigned address, unsigned size, std::uint64_t value) {
@@ -83,7 +83,9 @@ class ConfigureRun {
   /// \return nothing if the format is not known
   std::optional<Configuration> configure(const std::string& file) {
     std::vector<std::string> findings;
-    Configurator configurator({.switch_channels = false, .findings = lines_of_findings(findings)});
+    Configurator configurator({.switch_channels = false,
+                               .control = control_options,
+                               .findings = lines_of_findings(findings)});
     run(configurator);
     const auto found = configurator.result();
     report::Summary out;
@@ -106,7 +108,7 @@ class ConfigureRun {
 
   /// \return the bytes, or `ok`, and the cause of a failure
   std::string access(const sim::ControlAccess& access, ExitStatus& status) {
-    ControlSession session({.retries = 3});
+    ControlSession session(control_options);
     std::vector<std::uint8_t> bytes(access.size);
     const bool reads = access.kind == sim::AccessKind::read;
     if (reads) session.read(access.slave, access.address, bytes);

@@ -365,6 +365,8 @@ void add_read(Command& command) {
        .purpose = "Read the positions of an encoder at an SPI port of this machine",
        .examples = {"biss read --port spi:/dev/spidev0.0 -f resolute-26 --clock 4MHz --duration 2s",
                     "biss read --port spi:/dev/spidev0.0 --cycles 1000",
+                    "biss read --port spi:/dev/spidev0.0 --ma-pin mosi --configure --registers "
+                    "seen.hex --cycles 1000",
                     "biss read --port spi:/dev/spidev0.0 -f resolute-26 --rate 5kHz --cycles 2000 "
                     "--record line.log -o rows.csv"}},
       [options](Host& host) { return read_port(*options, host); });

@@ -22,11 +22,10 @@ inline Words emulate(const Words& options, const Words& command) {
 /// `biss emulate --at` until the end of the test.
 class Emulator {
  public:
-  Emulator(const Folder& folder, const Words& more)
+  Emulator(const Folder& folder, const Words& more, const Words& line = Words(line26))
       : at(folder.path("spidev")), ctl(folder.path("ctl")) {
-    process_ =
-        start(Words{BISS_COMMAND, "emulate", "--at", at, "--ctl", ctl} + Words(line26) + more,
-              "/dev/null", folder.path("ready"), folder.path("err"));
+    process_ = start(Words{BISS_COMMAND, "emulate", "--at", at, "--ctl", ctl} + line + more,
+                     "/dev/null", folder.path("ready"), folder.path("err"));
     for (int i = 0; i < 500 && content_of(folder.path("ready")) != at + "\n"; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
     }

@@ -175,6 +175,9 @@ std::string with_device(const std::string& example) {
            "device=$!; " +
            wait + example + end;
   }
+  if (example.find("--ma-pin mosi") != std::string::npos) {
+    return "biss emulate --registers encoder.hex --ma mosi -- " + example;
+  }
   if (example.starts_with("biss read ")) return "biss emulate -f resolute-26 -- " + example;
   if (example.find(" --at ") == std::string::npos) {
     return std::regex_replace(example, std::regex(" -- python3 read.py"), " -- true");

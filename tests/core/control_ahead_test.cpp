@@ -2,6 +2,8 @@
 // slave that answers otherwise than expected never takes a wrong byte.
 #include <array>
 
+#include "biss/configure/configurator.hpp"
+#include "tests/core/configure_bench.hpp"
 #include "tests/core/control_link.hpp"
 #include "tests/core/random.hpp"
 #include "tests/core/test.hpp"
@@ -158,6 +160,57 @@ BISS_TEST(ControlAhead, RandomAccessesWithDamage_NeverGiveAWrongValue) {
     }
   }
   BISS_EXPECT(good > 300) << good;
+}
+
+// A configuration of a slave that is busy in most bytes, on lines with damaged and missing CDS.
+BISS_TEST(ControlAhead, ConfigurationWithDamage_IsTheDataSheetOrAnError) {
+  BISS_RANDOM(random, 0xC0F16);
+  unsigned complete = 0;
+  for (int round = 0; round < 1000; ++round) {
+    const auto profile = static_cast<std::uint16_t>(0x6200U + 16U + random.below(40));
+    configure::EncoderState state;
+    configure::EncoderSlave slave = configure::encoder(
+        configure::format_of_profile(profile), configure::usual_timing,
+        {.profile = profile,
+         .eds_bank = 1,
+         .options = {.busy_frames = static_cast<std::uint16_t>(random.below(3)),
+                     .sequence_bytes = static_cast<std::uint8_t>(1 + random.below(64))}},
+        state);
+    configure::Server& server = slave.source().server;
+    configure::put_eds(server.owner(), profile);
+    const auto first_bank = static_cast<std::uint8_t>(random.below(3));
+    server.owner().write(0, reg::bsel, first_bank);
+    Configurator configurator({.switch_channels = false, .control = {.retries = 20}});
+    Picoseconds now{};
+    std::uint32_t good_for = 100;
+    while (!configurator.done()) {
+      const bool cdm = configurator.cdm_ahead();
+      CdsBit cds = server.cds(false) ? CdsBit::one : CdsBit::zero;
+      // Not two damages in one byte, which four bits of CRC cannot detect.
+      if (good_for-- == 0) {
+        good_for = 60 + random.below(400);
+        cds = random.flip() ? CdsBit::missing : cds == CdsBit::one ? CdsBit::zero : CdsBit::one;
+      }
+      configurator.take_cds(now, cds);
+      server.cdm(cdm);
+      now += common_cycle;
+    }
+    const bool ok = configurator.result().ok();
+    if (!ok) continue;
+    const Configuration found = *configurator.result();
+    BISS_ASSERT(found.format == configure::format_of_profile(profile) ||
+                found.format.channel_list[0].position_bits() ==
+                    configure::format_of_profile(profile).channel_list[0].position_bits())
+        << round;
+    BISS_ASSERT(server.idle()) << round;
+    const EdsImage image = configurator.image();
+    if (image.common == nullptr || image.profiles[0] == nullptr) continue;
+    ++complete;
+    BISS_ASSERT(*image.common == configure::content_of(server.owner(), 1)) << round;
+    BISS_ASSERT(*image.profiles[0] == configure::content_of(server.owner(), 2)) << round;
+    BISS_ASSERT_EQ(server.owner().bsel(), first_bank) << round;
+  }
+  BISS_EXPECT(complete > 900) << complete;
 }
 
 }  // namespace biss::test::control_ahead_test

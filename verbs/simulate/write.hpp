@@ -4,8 +4,11 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "biss/base/units.hpp"
+#include "biss/configure/configuration.hpp"
+#include "report/summary.hpp"
 #include "sim/line_setup.hpp"
 #include "verbs/common/host.hpp"
 
@@ -37,5 +40,14 @@ struct WriteOptions {
 /// Returns data_failed if the master could not configure itself; the capture then contains its
 /// requests.
 ExitStatus write_line(const sim::LineSetup& setup, const WriteOptions& options, Host& host);
+
+// ---- The result of a configuration as text, also for a real line
+
+/// One line: the cause, the step, the slave, and how the access went.
+std::string fault_text(const ConfigureFault& fault);
+/// ConfigureOptions::findings that adds a line for each. \pre lines outlives it
+EdsFindingTaker lines_of_findings(std::vector<std::string>& lines);
+void add_configuration(report::Summary& out, const Result<Configuration, ConfigureFault>& found,
+                       const std::vector<std::string>& findings);
 
 }  // namespace biss::verbs
