@@ -36,20 +36,6 @@ using namespace verbs;
 
 namespace {
 
-struct ReadOptions {
-  DecodeOptions decode;
-  std::string port;
-  std::string ma_pin = "sck";
-  Hertz clock = megahertz(1);
-  Hertz rate = kilohertz(1);
-  std::optional<Millimetres> cable;
-  std::optional<std::uint64_t> cycles;
-  std::optional<Picoseconds> duration;
-  std::uint64_t bytes = 0;
-  std::string record;
-  bool live = false;
-};
-
 // The first SIGINT, SIGTERM or SIGHUP ends the reading, and the rows so far are written. The second
 // one does what it did before.
 class EndBySignal {
@@ -172,8 +158,9 @@ std::string with_doubt(const live::ReachedClock& reached) {
 /// One run of the verb: transfers of the port become the words of a DecodeRun.
 class ReadRun {
  public:
-  ReadRun(const ReadOptions& options, Host& host)
+  ReadRun(const ReadOptions& options, Host& host, std::function<bool()> goes_on)
       : options_(options),
+        goes_on_(std::move(goes_on)),
         live_(options.live ? std::make_unique<LiveView>(host, [this] { return begin_live(); })
                            : nullptr),
         host_(live_ ? *live_ : host),
@@ -184,7 +171,6 @@ class ReadRun {
   }
 
   ExitStatus run() {
-    const EndBySignal signals;
     measure_clock();
     reader_.set_bytes(plan_.bytes);
     if (!options_.record.empty()) record_.emplace(options_.record, host_);
@@ -255,7 +241,7 @@ class ReadRun {
   }
 
   bool go_on(Picoseconds due) {
-    if (EndBySignal::wanted() || words_ >= options_.cycles.value_or(~std::uint64_t{}) ||
+    if (!goes_on_() || words_ >= options_.cycles.value_or(~std::uint64_t{}) ||
         (options_.duration && due >= *options_.duration)) {
       return false;
     }
@@ -267,7 +253,7 @@ class ReadRun {
   }
 
   void measure_clock() {
-    reached_ = reader_.port().measure_clock([] { return !EndBySignal::wanted(); });
+    reached_ = reader_.port().measure_clock(goes_on_);
     if (!reached_ && reader_.port().error() == EINVAL) {
       throw wrong_file("{}: the controller does not accept this clock; give another --clock",
                        options_.port);
@@ -286,12 +272,16 @@ class ReadRun {
   std::optional<LoggedWord> next() {
     const auto on_fault = [this](live::PortFault fault, Picoseconds time) {
       if (axis_) axis_->take(time, {});
+      const bool is_first = !std::exchange(fails_, true);
+      if (record_ && is_first)
+        record_->comment(fmt::format("a transfer failed: {}", name_of(fault)));
       if (reader_.counts().faults[static_cast<std::size_t>(fault)] > 1) return;
       host_.warn(fmt::format("{}: a transfer failed: {}{}; reading goes on", options_.port,
                              name_of(fault), error_text()));
     };
     const auto transfer = reader_.next(on_fault, [this](Picoseconds due) { return go_on(due); });
     if (!transfer) return std::nullopt;
+    fails_ = false;
     ++words_;
     if (axis_) axis_->take(transfer->time, transfer->bytes);
     if (record_) record_->add(transfer->time, transfer->bytes);
@@ -351,6 +341,7 @@ class ReadRun {
   }
 
   const ReadOptions& options_;
+  std::function<bool()> goes_on_;
   std::unique_ptr<LiveView> live_;
   Host& host_;
   LinePlan plan_;
@@ -360,6 +351,7 @@ class ReadRun {
   DecodeRun* run_ = nullptr;
   std::optional<Record> record_;
   bool recorded_ = true;
+  bool fails_ = false;
   std::uint64_t words_ = 0;
 };
 
@@ -370,6 +362,12 @@ void add_line_options(Verb verb, ReadOptions& options) {
       .required();
   add_format_option(verb, options.decode.capture.device, false);
   add_timing_options(verb, options.decode.capture.device);
+  add_request_options(verb, options);
+}
+
+}  // namespace
+
+void add_request_options(Verb verb, ReadOptions& options) {
   add_rate_option(verb, "--clock", into(options.clock), "Frequency of MA; 1 MHz by default");
   add_rate_option(verb, "--rate", into(options.rate), "Requests per second; 1 kHz by default");
   add_length_option(verb, "--cable", into(options.cable),
@@ -383,7 +381,11 @@ void add_line_options(Verb verb, ReadOptions& options) {
                    live::transfer_bytes_max);
 }
 
-}  // namespace
+std::function<ExitStatus()> prepare_read(const ReadOptions& options, Host& host,
+                                         std::function<bool()> goes_on) {
+  const auto run = std::make_shared<ReadRun>(options, host, std::move(goes_on));
+  return [run] { return run->run(); };
+}
 
 void add_read(Command& command) {
   const auto options = std::make_shared<ReadOptions>();
@@ -394,7 +396,11 @@ void add_read(Command& command) {
                     "biss read --port spi:/dev/spidev0.0 --cycles 1000",
                     "biss read --port spi:/dev/spidev0.0 -f resolute-26 --rate 5kHz --cycles 2000 "
                     "--record line.log -o rows.csv"}},
-      [options](Host& host) { return ReadRun(*options, host).run(); });
+      [options](Host& host) {
+        const auto read = prepare_read(*options, host, [] { return !EndBySignal::wanted(); });
+        const EndBySignal signals;
+        return read();
+      });
   options->decode.capture.identify = true;
   add_line_options(verb, *options);
   add_safety_options(verb, options->decode.safety);
