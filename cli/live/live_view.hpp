@@ -58,10 +58,11 @@ class Screen {
     pollfd ready{terminal, POLLOUT, 0};
     // CAN ends a sequence that was cut off.
     std::string_view text = "\x18\x1b[?7h\x1b[?25h\x1b[?1049l";
-    while (terminal >= 0 && !text.empty() && ::poll(&ready, 1, 1'000) == 1) {
+    while (terminal >= 0 && !text.empty()) {
       const auto sent = ::write(terminal, text.data(), text.size());
-      if (sent <= 0) break;
-      text.remove_prefix(static_cast<std::size_t>(sent));
+      if (sent > 0) text.remove_prefix(static_cast<std::size_t>(sent));
+      const bool waits = sent > 0 || errno == EINTR || errno == EAGAIN;
+      if (!waits || ::poll(&ready, 1, 1'000) == 0) break;
     }
     if (terminal < 0) return;
     ::tcflush(terminal, TCIFLUSH);

@@ -120,8 +120,11 @@ std::string with_doubt(const live::ReachedClock& reached) {
 /// One run of the verb: transfers of the port become the words of a DecodeRun.
 class ReadRun {
  public:
-  ReadRun(const ReadOptions& options, Host& host)
+  ReadRun(const ReadOptions& options, Host& host, std::function<bool()> goes_on,
+          OnPortCycle on_cycle)
       : options_(options),
+        goes_on_(std::move(goes_on)),
+        on_cycle_(std::move(on_cycle)),
         live_(options.live ? std::make_unique<LiveView>(host, [this] { return begin_live(); })
                            : nullptr),
         host_(live_ ? *live_ : host),
@@ -132,9 +135,7 @@ class ReadRun {
     if (plan_.device) static_cast<void>(make_axis(*plan_.device));
   }
 
-  ExitStatus run(const std::function<void(const decode::Cycle&)>& on_cycle) {
-    const EndBySignal signals;
-    EndBySignal::before_end = Screen::restore;
+  ExitStatus run() {
     measure_clock();
     reader_.set_bytes(plan_.bytes);
     if (!options_.record.empty()) record_.emplace(options_.record, host_);
@@ -143,20 +144,19 @@ class ReadRun {
     decode.capture.words.next = [this] { return next(); };
     DecodeRun run(decode, host_);
     run_ = &run;
-    const ExitStatus status = on_cycle ? take_cycles(run.capture(), decode, on_cycle) : run.run();
+    const ExitStatus status = on_cycle_ ? take_cycles(run.capture(), decode) : run.run();
     end_record();
     host_.print_summary(summary());
     return recorded_ ? status : std::max(status, ExitStatus::io);
   }
 
  private:
-  static ExitStatus take_cycles(DecodedCapture& capture, const DecodeOptions& decode,
-                                const std::function<void(const decode::Cycle&)>& on_cycle) {
+  ExitStatus take_cycles(DecodedCapture& capture, const DecodeOptions& decode) const {
     const ExitStatus opened = capture.open(decode.capture);
     if (opened != ExitStatus::done) return opened;
     if (!capture.next()) return capture.status();
-    capture.read([&on_cycle](std::uint64_t, const decode::Cycle& cycle) {
-      on_cycle(cycle);
+    capture.read([this](std::uint64_t, const decode::Cycle& cycle) {
+      on_cycle_(cycle);
       return true;
     });
     return ExitStatus::done;
@@ -217,7 +217,7 @@ class ReadRun {
   }
 
   bool go_on(Picoseconds due) {
-    if (EndBySignal::wanted() || words_ >= options_.cycles.value_or(~std::uint64_t{}) ||
+    if (!goes_on_() || words_ >= options_.cycles.value_or(~std::uint64_t{}) ||
         (options_.duration && due >= *options_.duration)) {
       return false;
     }
@@ -229,7 +229,7 @@ class ReadRun {
   }
 
   void measure_clock() {
-    reached_ = reader_.port().measure_clock([] { return !EndBySignal::wanted(); });
+    reached_ = reader_.port().measure_clock(goes_on_);
     if (!reached_ && reader_.port().error() == EINVAL) {
       throw wrong_file("{}: the controller does not accept this clock; give another --clock",
                        options_.port);
@@ -248,12 +248,16 @@ class ReadRun {
   std::optional<LoggedWord> next() {
     const auto on_fault = [this](live::PortFault fault, Picoseconds time) {
       if (axis_) axis_->take(time, {});
+      const bool is_first = !std::exchange(fails_, true);
+      if (record_ && is_first)
+        record_->comment(fmt::format("a transfer failed: {}", name_of(fault)));
       if (reader_.counts().faults[static_cast<std::size_t>(fault)] > 1) return;
       host_.warn(fmt::format("{}: a transfer failed: {}{}; reading goes on", options_.port,
                              name_of(fault), error_text()));
     };
     const auto transfer = reader_.next(on_fault, [this](Picoseconds due) { return go_on(due); });
     if (!transfer) return std::nullopt;
+    fails_ = false;
     ++words_;
     if (axis_) axis_->take(transfer->time, transfer->bytes);
     if (record_) record_->add(transfer->time, transfer->bytes);
@@ -313,6 +317,8 @@ class ReadRun {
   }
 
   const ReadOptions& options_;
+  std::function<bool()> goes_on_;
+  OnPortCycle on_cycle_;
   std::unique_ptr<LiveView> live_;
   Host& host_;
   LinePlan plan_;
@@ -322,6 +328,7 @@ class ReadRun {
   DecodeRun* run_ = nullptr;
   std::optional<Record> record_;
   bool recorded_ = true;
+  bool fails_ = false;
   std::uint64_t words_ = 0;
 };
 
@@ -331,6 +338,11 @@ Option& add_port_options(Verb verb, ReadOptions& options) {
   Option& port = verb.add_option("--port", options.port,
                                  "The port of the encoder: spi:DEVICE, such as spi:/dev/spidev0.0")
                      .type_name("PORT");
+  add_request_options(verb, options);
+  return port;
+}
+
+void add_request_options(Verb verb, ReadOptions& options) {
   add_rate_option(verb, "--clock", into(options.clock), "Frequency of MA; 1 MHz by default");
   add_rate_option(verb, "--rate", into(options.rate), "Requests per second; 1 kHz by default");
   add_length_option(verb, "--cable", into(options.cable),
@@ -342,20 +354,26 @@ Option& add_port_options(Verb verb, ReadOptions& options) {
                    "Bytes of each transfer; by default as many as the format needs, without a "
                    "format 32",
                    live::transfer_bytes_max);
-  return port;
 }
 
-ExitStatus read_port(const ReadOptions& options, Host& host,
-                     const std::function<void(const decode::Cycle&)>& on_cycle) {
+std::function<ExitStatus()> prepare_read(const ReadOptions& options, Host& host,
+                                         std::function<bool()> goes_on, OnPortCycle on_cycle) {
+  const auto run =
+      std::make_shared<ReadRun>(options, host, std::move(goes_on), std::move(on_cycle));
+  return [run] { return run->run(); };
+}
+
+ExitStatus read_port(const ReadOptions& options, Host& host, const OnPortCycle& on_cycle) {
+  const auto goes_on = [] { return !EndBySignal::wanted(); };
+  const EndBySignal signals;
+  EndBySignal::before_end = Screen::restore;
   ReadOptions chosen = options;
   if (chosen.configure.given()) {
-    const EndBySignal signals;
-    const ExitStatus status = configure_line(
-        chosen.configure, port_setup_of(chosen), chosen.decode.capture.device,
-        [] { return !EndBySignal::wanted(); }, host);
+    const ExitStatus status = configure_line(chosen.configure, port_setup_of(chosen),
+                                             chosen.decode.capture.device, goes_on, host);
     if (status != ExitStatus::done || chosen.cycles == 0) return status;
   }
-  return ReadRun(chosen, host).run(on_cycle);
+  return prepare_read(chosen, host, goes_on, on_cycle)();
 }
 
 void add_read(Command& command) {

@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "biss/base/units.hpp"
 #include "cli/live/configure.hpp"
 #include "verbs/common/verb.hpp"
 #include "verbs/decode/decode_run.hpp"
@@ -27,13 +28,24 @@ struct ReadOptions {
   bool live = false;
 };
 
-/// Declares --port, and the options that describe the line at it, but not the format.
+using OnPortCycle = std::function<void(const decode::Cycle&)>;
+
+/// Declares --port, and the options of add_request_options().
 verbs::Option& add_port_options(verbs::Verb verb, ReadOptions& options);
 /// Reads the line until a signal, --cycles or --duration end it, and prints what the port did.
 /// \param on_cycle gets the cycles; without it, their rows are written
 verbs::ExitStatus read_port(const ReadOptions& options, verbs::Host& host,
-                            const std::function<void(const decode::Cycle&)>& on_cycle = {});
+                            const OnPortCycle& on_cycle = {});
 
 void add_read(verbs::Command& command);
+
+/// The options of a line without its port, format and timing. \pre options outlive the parsing
+void add_request_options(verbs::Verb verb, ReadOptions& options);
+
+/// Opens the port; throws a VerbError if that is not possible.
+/// \return the reading, until `goes_on` is false. Options and host outlive it
+std::function<verbs::ExitStatus()> prepare_read(const ReadOptions& options, verbs::Host& host,
+                                                std::function<bool()> goes_on,
+                                                OnPortCycle on_cycle = {});
 
 }  // namespace biss::cli

@@ -38,6 +38,12 @@ void Record::add(Picoseconds time, std::span<const std::uint8_t> bytes) {
   write();
 }
 
+void Record::comment(std::string_view text) {
+  if (ended_) return;
+  fmt::format_to(std::back_inserter(held_), "# {}\n", text);
+  write();
+}
+
 void Record::write() {
   std::size_t done = 0;
   while (done < held_.size()) {
@@ -57,9 +63,10 @@ void Record::end(std::size_t done) {
   const std::size_t whole = held_.rfind('\n', done == 0 ? 0 : done - 1);
   const std::size_t kept = done == 0 || whole == std::string::npos ? 0 : whole + 1;
   static_cast<void>(::ftruncate(descriptor_, static_cast<off_t>(size_ + kept)) == 0);
-  lost_ = static_cast<std::uint64_t>(
-      std::count(held_.begin() + static_cast<std::ptrdiff_t>(kept), held_.end(), '\n'));
-  if (kept == 0 && held_.starts_with('#')) --lost_;
+  // Comments are not transfers.
+  const auto lost = held_.begin() + static_cast<std::ptrdiff_t>(kept);
+  lost_ = static_cast<std::uint64_t>(std::count(lost, held_.end(), '\n') -
+                                     std::count(lost, held_.end(), '#'));
   held_.clear();
   ended_ = true;
 }

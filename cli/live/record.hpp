@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "biss/base/units.hpp"
 #include "verbs/common/host.hpp"
@@ -23,6 +24,8 @@ class Record {
 
   const std::string& path() const { return path_; }
   void add(Picoseconds time, std::span<const std::uint8_t> bytes);
+  /// A line that is not a transfer, written at once.
+  void comment(std::string_view text);
   /// Writes the rest. False if a line is missing; the reason was printed.
   bool finish();
 

@@ -3,14 +3,20 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <spawn.h>
+#include <sys/mman.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <atomic>
 #include <csignal>
 #include <cstring>
+#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 
+#include "cli/live/read.hpp"
 #include "cli/view/answer.hpp"
 #include "cli/view/server.hpp"
 #include "verbs/common/decoded_capture.hpp"
@@ -36,7 +42,46 @@ struct ViewOptions {
   bool no_open = false;
   std::uint16_t port = 0;
   std::string page;
+  /// A line that is read now, if it has a port.
+  ReadOptions line;
   std::optional<Verb> verb;
+};
+
+// Reads a line in a thread of its own. Its record is in memory, and gone with the process.
+class RecordedLine {
+ public:
+  /// Throws a VerbError if the port cannot be opened.
+  explicit RecordedLine(ReadOptions options)
+      : options_(std::move(options)), record_(::memfd_create("biss", MFD_CLOEXEC)) {
+    options_.record = path();
+    options_.decode.output = "/dev/null";
+    thread_ = std::thread([this, read = prepare_read(options_, host_, [this] { return !ended_; })] {
+      try {
+        read();
+      } catch (const VerbError& error) {
+        host_.fail(error);
+      }
+      const auto& lines = host_.lines();
+      std::ofstream(path(), std::ios::app)
+          << "# ended" << (lines.empty() ? "" : ": " + lines.back()) << '\n';
+    });
+  }
+  ~RecordedLine() {
+    ended_ = true;
+    thread_.join();
+    ::close(record_);
+  }
+  RecordedLine(const RecordedLine&) = delete;
+  RecordedLine& operator=(const RecordedLine&) = delete;
+
+  std::string path() const { return fmt::format("/proc/self/fd/{}", record_); }
+
+ private:
+  ReadOptions options_;
+  MemoryHost host_;
+  std::atomic<bool> ended_ = false;
+  int record_;
+  std::thread thread_;
 };
 
 std::string name_of_file(const std::string& path) { return path.substr(path.rfind('/') + 1); }
@@ -70,7 +115,14 @@ void open_browser(const std::string& address, Host& host) {
 }
 
 ExitStatus check_options(const ViewOptions& options, Host& host) {
-  if (options.capture.files.front() == "-") {
+  const bool is_live = !options.line.port.empty();
+  if (is_live != options.capture.files.empty()) {
+    return host.fail(ExitStatus::usage, "name a capture, or a line by --port spi:DEVICE");
+  }
+  if (is_live && options.capture.device.format.empty()) {
+    return host.fail(ExitStatus::usage, "--port: give the format of the line by -f");
+  }
+  if (!is_live && options.capture.files.front() == "-") {
     return host.fail(ExitStatus::usage, "-: the page asks for parts of the capture; name a file");
   }
   const FormatArguments& device = options.capture.device;
@@ -86,21 +138,33 @@ ExitStatus check_options(const ViewOptions& options, Host& host) {
 ExitStatus run_view(const ViewOptions& options, Host& host) {
   if (const ExitStatus wrong = check_options(options, host); wrong != ExitStatus::done)
     return wrong;
-  const std::string& path = options.capture.files.front();
+  std::optional<RecordedLine> line;
+  const bool is_live = !options.line.port.empty();
+  if (is_live) {
+    ReadOptions reading = options.line;
+    reading.decode.capture.device = options.capture.device;
+    line.emplace(std::move(reading));
+  }
+  const std::string path = is_live ? line->path() : options.capture.files.front();
   std::optional<std::uint64_t> sample_bytes;
   if (options.capture.raw.rate) sample_bytes = options.capture.raw.bytes;
   ServedCapture capture;
-  const auto opened = capture.open(path, options.follow, sample_bytes);
+  const auto opened = capture.open(path, options.follow || is_live, sample_bytes);
   if (!opened) return host.fail(opened.error());
   const std::string text = read_page(options.page);
 
-  const std::string view = page_settings(options.verb->given_options()).link_text();
+  PageSettings settings = page_settings(options.verb->given_options());
+  // The page reads words, which do not take the other options.
+  if (is_live) {
+    std::erase_if(settings.further, [](const auto& each) { return each.scope != Scope::rows; });
+  }
+  const std::string view = settings.link_text();
   ServedPage page(capture, [&](std::uint64_t size) {
     return page_with(text, "biss-capture",
-                     {{"name", name_of_file(path)},
+                     {{"name", is_live ? options.line.port : name_of_file(path)},
                       {"address", "capture"},
                       {"size", fmt::format("{}", size)},
-                      {"watch", "size"},
+                      {is_live ? "live" : "watch", "size"},
                       {"follow", options.follow ? "yes" : ""},
                       {"view", view}},
                      "");
@@ -123,7 +187,6 @@ void add_page_options(Verb verb, ViewOptions& options) {
           "The capture (VCD, FST, event CSV, oscilloscope CSV, .sr, .dsl, Saleae CSV and "
           "binary, raw samples; also compressed by gzip). Drop several files with one line each on "
           "the page")
-      .required()
       .file(FileUse::read);
   add_reading_options(verb, options.capture);
   add_safety_options(verb, options.safety);
@@ -149,10 +212,27 @@ void add_view(Command& command) {
                    "Go on while the file grows: VCD, CSV, and raw samples with --raw-rate");
   serving.add_flag("--no-open", options->no_open,
                    "Only print the address; by default xdg-open opens it");
-  add_count_option(serving, "--port", into(options->port),
-                   "Port of 127.0.0.1; any free one by default", 65535);
+  serving
+      .add_text_option(
+          "--port",
+          [options](const std::string& text) {
+            if (text.starts_with("spi:")) {
+              options->line.port = text;
+              return;
+            }
+            const auto port = parse_count(text, 65535);
+            if (!port) {
+              wrong_value("--port",
+                          quantity_error_text(Quantity::count, text, port.error(), 65535));
+            }
+            options->port = static_cast<std::uint16_t>(*port);
+          },
+          "Port of 127.0.0.1, any free one by default; or the port of an encoder, such as "
+          "spi:/dev/spidev0.0, whose line the page then shows live")
+      .type_name("N|PORT");
   add_page_option(serving, options->page);
   add_page_options(verb, *options);
+  add_request_options(verb.section("Live line").scope(Scope::command), options->line);
   options->verb = verb;
 }
 

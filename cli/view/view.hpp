@@ -1,4 +1,5 @@
-// `biss view`: the page with one capture, served to this machine alone. Only the command has it.
+// `biss view`: the page with one capture, or a line that is read now, served to this
+// machine alone. Only the command has it.
 #pragma once
 
 #include "verbs/common/verb.hpp"

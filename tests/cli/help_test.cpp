@@ -178,7 +178,8 @@ std::string with_device(const std::string& example) {
   if (example.find("--ma-pin mosi") != std::string::npos) {
     return "biss emulate --registers encoder.hex --ma mosi -- " + example;
   }
-  if (example.starts_with("biss read ")) return "biss emulate -f resolute-26 -- " + example;
+  if (example.starts_with("biss read ") || example.starts_with("biss watch --port "))
+    return "biss emulate -f resolute-26 -- " + example;
   if (example.find(" --at ") == std::string::npos) {
     return std::regex_replace(example, std::regex(" -- python3 read.py"), " -- true");
   }
@@ -217,7 +218,9 @@ TEST(Help, EveryExample_Works) {
   for (const Words& verb : all_verbs()) {
     for (const std::string& line : section(help_of(verb), std::regex("Examples?:"))) {
       ASSERT_TRUE(line.starts_with("  biss ")) << line;
-      const bool emulates = line.starts_with("  biss emulate ") || line.starts_with("  biss read ");
+      const bool emulates = line.starts_with("  biss emulate ") ||
+                            line.starts_with("  biss read ") ||
+                            line.starts_with("  biss watch --port ");
       if (emulates && !fuse) continue;
       const std::string example =
           emulates ? with_device(line.substr(2)) : with_page(shortened(line.substr(2)));

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "tests/cli/emulator.hpp"
+#include "tests/cli/view_server.hpp"
 
 namespace biss::verbs::live_test {
 
@@ -255,6 +256,32 @@ TEST_F(ReadLive, FormatThatIsNotKnown_IsRefused) {
   const pid_t reader = read(emulator, terminal, Words("-f none"));
   EXPECT_EQ(wait(reader), 2);
   EXPECT_THAT(content_of(err), HasSubstr("--live: the format of the frame is not known; give -f"));
+}
+
+// The page decodes the record: view/test/live.test.mjs.
+TEST_F(ReadLive, Server_GivesTheRecordAsItGrows) {
+  auto emulator = std::make_unique<Emulator>(folder, Words("--motion constant"));
+  emulator->ask("at 4711");
+  view_test::Server server(folder, Words("--port spi:{} -f resolute-26 --scale deg", emulator->at));
+  EXPECT_THAT(server.get(""), AllOf(HasSubstr("data-live=\"size\""), HasSubstr("units=deg")));
+  std::string record;
+  const auto wait_for_record = [&](const testing::Matcher<std::string>& wanted) {
+    for (int i = 0; i < 3000 && !wanted.Matches(record); ++i) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(10));
+      const std::string range = fmt::format("Range: bytes={}-\r\n", record.size());
+      const std::string answer = server.get("capture", range);
+      if (answer.starts_with("HTTP/1.1 206")) record += view_test::body_of(answer);
+    }
+    EXPECT_THAT(record, wanted);
+  };
+  wait_for_record(ContainsRegex("\n[0-9]+ns [0-9A-F]+\n"));
+  const Outcome rows =
+      run_ok("decode --words {} -f resolute-26 --to csv", folder.file("words.log", record));
+  EXPECT_THAT(rows.out, HasSubstr(",ok,4711,"));
+  emulator->end(SIGKILL);
+  emulator.reset();
+  wait_for_record(HasSubstr("# a transfer failed: gone\n"));
+  EXPECT_EQ(server.end(SIGTERM), 0);
 }
 
 TEST(ReadLiveUsage, MistakesAreNamed) {

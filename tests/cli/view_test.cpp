@@ -277,7 +277,11 @@ TEST_F(ViewVerb, WrongUsage_IsOneLineThatSaysWhy) {
   const auto expect = [&](const Words& words, int status, const std::string& why) {
     EXPECT_THAT(run(Words("view") + words), refuses(status, why));
   };
-  expect({}, 2, "FILE is required");
+  expect({}, 2, "name a capture, or a line by --port spi:DEVICE");
+  expect({path, "--port", "spi:/no/device"}, 2, "name a capture, or a line");
+  expect({"--port", "spi:/no/device"}, 2, "--port: give the format of the line by -f");
+  expect({"--port", "spi:/no/device", "-f", "resolute-26"}, 3, "not found; is SPI switched on");
+  expect({path, "--port", "usb:1"}, 2, "--port");
   expect({path, path}, 2, "unexpected argument");
   expect({"-"}, 2, "-: the page asks for parts of the capture; name a file");
   expect({path, "-f", "nothing"}, 2, "nothing");
@@ -288,9 +292,10 @@ TEST_F(ViewVerb, WrongUsage_IsOneLineThatSaysWhy) {
   expect({path, "--page", path}, 3, "is not the page of biss");
 }
 
-TEST_F(ViewVerb, Help_AsksForOneFile) {
+TEST_F(ViewVerb, Help_AsksForOneFileOrAPort) {
   const Outcome help = run("view --help");
-  EXPECT_THAT(help.out, HasSubstr("Usage: biss view [OPTION]... FILE\n"));
+  EXPECT_THAT(help.out, HasSubstr("Usage: biss view [OPTION]... [FILE]\n"));
+  EXPECT_THAT(help.out, HasSubstr("spi:/dev/spidev0.0"));
   EXPECT_THAT(help.out, Not(HasSubstr("--each")));
 }
 

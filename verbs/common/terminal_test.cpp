@@ -43,6 +43,15 @@ TEST(ProgressLine, OfACount_HasRateAndTimeLeft) {
   EXPECT_EQ(progress_text({.done = 0, .all = 10}, "faults", 2.0), "0 of 10 faults");
 }
 
+TEST(CutOff, TextEndsWithAWholeCharacter) {
+  EXPECT_EQ(cut_off("abc", 2), "ab");
+  EXPECT_EQ(cut_off("abc", 9), "abc");
+  EXPECT_EQ(cut_off("1 \xC2\xB1 2", 3), "1 \xC2\xB1");
+  EXPECT_EQ(cut_off("1 \xC2\xB1 2", 2), "1 ");
+  EXPECT_EQ(cut_off("a\x1B[2J", 2), "a\xEF\xBF\xBD");
+  EXPECT_EQ(cut_off("a", 0), "");
+}
+
 TEST(ReadAmount, OfAFileThatIsReadByAnotherDescriptor_IsFound) {
   const test::Folder folder;
   const std::string path = folder.file("file", std::string(1'000, 'x'));

@@ -31,5 +31,5 @@ addEventListener('unhandledrejection', (event) => {
   if (event.reason instanceof Superseded) event.preventDefault();
 });
 render(<App />, document.getElementById('page')!);
-if (document.getElementById('biss-capture') !== null) holdLoad();
+if (document.querySelector('#biss-capture:not([data-live])') !== null) holdLoad();
 void followLink();

@@ -6,6 +6,7 @@ import { isCarried } from './carried';
 import { chooseFiles, openUserFiles } from './files';
 import { Header } from './header';
 import { Help } from './help';
+import { LivePanel, liveName } from './live';
 import { Panels } from './panels';
 import { PrintPage } from './print';
 import { exampleActions, SimulatePanel } from './simulate';
@@ -41,7 +42,7 @@ export function App() {
       <ReportBar />
       <main>
         <SimulatePanel />
-        {state.file.value === undefined ? <Welcome /> : <Work />}
+        {state.file.value !== undefined ? <Work /> : liveName.value === '' ? <Welcome /> : <LivePanel />}
       </main>
       <StatusBar />
       <Help />

@@ -5,13 +5,15 @@
 // with the bytes as base64 of gzip; or empty, with data-address and data-size, if the server gives
 // them in pieces (Range). data-watch is an address that gives the size: with it the page continues
 // to read as the file grows; data-follow permits this. VIEW is the part of a link after #; a view
-// in the address of the page takes precedence. If the capture is a part of a larger one, an element
+// in the address of the page takes precedence. With data-live the address is the record of a line
+// that is read now: see live.tsx. If the capture is a part of a larger one, an element
 // `biss-report` has the object of core/report.ts, as JSON in base64 of gzip.
 import { isFollowing, watchServed } from '../core/following';
 import { openFiles } from '../core/reading';
 import type { Report } from '../core/report';
 import { decoded } from '../core/texts';
 import { unpack } from '../core/unpack';
+import { followLine } from './live';
 
 const element = document.getElementById('biss-capture');
 
@@ -31,13 +33,17 @@ async function carriedReport(): Promise<Report | undefined> {
 
 /** Opens the capture in the page. Returns false if the page has no capture. */
 export async function openCarried(): Promise<boolean> {
-  const { name, address, size, watch, follow } = element?.dataset ?? {};
+  const { name, address, size, watch, follow, live } = element?.dataset ?? {};
   if (element === null || name === undefined) return false;
   if (address === undefined) {
     await openFiles([{ name, content: await unpack(element.textContent ?? '') }], undefined, await carriedReport());
     return true;
   }
   const content = { address: new URL(address, location.href).href, size: Number(size) };
+  if (live !== undefined) {
+    void followLine(name, content);
+    return true;
+  }
   await openFiles([{ name, content }]);
   if (watch !== undefined) {
     isFollowing.value = (follow ?? '') !== '';

@@ -25,7 +25,7 @@ async function attempt(action: () => Promise<void>): Promise<void> {
 }
 
 // Gives the user a file to keep: its name is the name of the capture with this ending.
-function save(ending: string, parts: BlobPart[], type: string): void {
+export function save(ending: string, parts: BlobPart[], type: string): void {
   const capture = state.file.value?.name.split(', ')[0] ?? 'capture';
   const link = document.createElement('a');
   link.href = URL.createObjectURL(new Blob(parts, { type }));
