@@ -16,20 +16,23 @@ LineControl::LineControl(SpiPort port, Hertz clock, std::function<bool()> go_on)
 }
 
 // A transfer that failed may have been made in part: its CDS is missing.
-std::optional<LineControl::Answer> LineControl::request(bool cdm) {
+std::optional<CdsBit> LineControl::request(bool cdm) {
   reader_.port().end_with(cdm);
-  std::optional<Answer> failed;
-  const auto transfer = reader_.next(
-      [&](PortFault fault, Picoseconds time) {
-        fault_ = fault;
-        failed = Answer{.time = time};
-      },
-      [&](Picoseconds) { return !failed && go_on_(); });
-  if (!transfer)
-    return fault_ == PortFault::gone || ++faults_in_a_row_ == 10 ? std::nullopt : failed;
-  faults_in_a_row_ = 0;
-  fault_.reset();
-  return Answer{transfer->time, cds_of(BitView(transfer->bytes), bounds_)};
+  bool failed = false;
+  const auto on_fault = [&](PortFault fault, Picoseconds time) {
+    fault_ = fault;
+    time_ = time;
+    failed = true;
+  };
+  const auto transfer = reader_.next(on_fault, [&](Picoseconds) { return !failed && go_on_(); });
+  if (transfer) {
+    time_ = transfer->time;
+    faults_in_a_row_ = 0;
+    fault_.reset();
+    return cds_of(BitView(transfer->bytes), bounds_);
+  }
+  if (!failed || fault_ == PortFault::gone || ++faults_in_a_row_ == 10) return std::nullopt;
+  return CdsBit::missing;
 }
 
 }  // namespace biss::live

@@ -6,6 +6,7 @@
 
 #include "biss/base/units.hpp"
 #include "biss/control/session.hpp"
+#include "biss/frame/frame.hpp"
 #include "live/line_reader.hpp"
 #include "live/spi_port.hpp"
 
@@ -23,9 +24,9 @@ class LineControl {
   template <class Master>
   bool run(Master& master) {
     while (!master.done()) {
-      const auto answer = request(master.cdm_ahead());
-      if (!answer) return false;
-      master.take_cds(answer->time, answer->cds);
+      const auto cds = request(master.cdm_ahead());
+      if (!cds) return false;
+      master.take_cds(time_, *cds);
     }
     return true;
   }
@@ -33,15 +34,12 @@ class LineControl {
   std::optional<PortFault> fault() const { return fault_; }
 
  private:
-  struct Answer {
-    Picoseconds time{};
-    CdsBit cds = CdsBit::missing;
-  };
-  std::optional<Answer> request(bool cdm);
+  std::optional<CdsBit> request(bool cdm);
 
   FrameBounds bounds_;
   LineReader reader_;
   std::function<bool()> go_on_;
+  Picoseconds time_{};  // of the last request
   unsigned faults_in_a_row_ = 0;
   std::optional<PortFault> fault_;
 };

@@ -108,9 +108,10 @@ class ConfigureRun {
 
   /// \return the bytes, or `ok`, and the cause of a failure
   std::string access(const sim::ControlAccess& access, ExitStatus& status) {
-    ControlSession session(control_options);
-    std::vector<std::uint8_t> bytes(access.size);
     const bool reads = access.kind == sim::AccessKind::read;
+    // A byte that is written twice may matter.
+    ControlSession session(reads ? control_options : ControlOptions{});
+    std::vector<std::uint8_t> bytes(access.size);
     if (reads) session.read(access.slave, access.address, bytes);
     // Each register alone: only then the encoder may not delay the byte.
     for (unsigned k = 0; !reads && k < access.data.size() && !session.outcome().error; ++k) {
@@ -163,12 +164,13 @@ void take(const Configuration& found, Hertz clock, FormatArguments& device) {
   device.format = format_text(found.format).view();
   // D2: with the delay of START, 40 us at most.
   const Picoseconds ack = timing.ack_max + found.start_delay_clocks * period_of(clock);
-  if (device.ack_clocks.empty() && device.ack_max.empty()) {
-    device.ack_max = text_of(std::min(ack, biss_busy_max));
-  }
-  if (device.timeout.empty()) device.timeout = text_of(timing.timeout);
-  if (device.clock_max.empty()) device.clock_max = text_of(timing.clock_max);
-  if (device.cycle_min.empty()) device.cycle_min = text_of(timing.cycle_min);
+  const auto set = [](std::string& text, std::string found_text) {
+    if (text.empty()) text = std::move(found_text);
+  };
+  if (device.ack_clocks.empty()) set(device.ack_max, text_of(std::min(ack, biss_busy_max)));
+  set(device.timeout, text_of(timing.timeout));
+  set(device.clock_max, text_of(timing.clock_max));
+  set(device.cycle_min, text_of(timing.cycle_min));
 }
 
 }  // namespace
