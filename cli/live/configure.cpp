@@ -7,11 +7,11 @@
 #include <optional>
 #include <span>
 
-#include "biss/configure/configurator.hpp"
+#include "biss/configure/configure_link.hpp"
 #include "biss/frame/format_text.hpp"
 #include "device/quantity.hpp"
 #include "dump/write.hpp"
-#include "live/line_control.hpp"
+#include "live/line_reader.hpp"
 #include "verbs/common/access_option.hpp"
 #include "verbs/simulate/write.hpp"
 
@@ -77,7 +77,14 @@ class ConfigureRun {
   ConfigureRun(const live::SpiPortSetup& setup, const std::function<bool()>& go_on, Host& host)
       : name_("spi:" + setup.path),
         host_(host),
-        control_(value_or_fail(live::SpiPort::open(setup), ExitStatus::io), setup.clock, go_on) {}
+        go_on_(go_on),
+        bounds_(bounds_up_to_cds(period_of(setup.clock), {})),
+        reader_(value_or_fail(live::SpiPort::open(setup), ExitStatus::io), microseconds(10),
+                common_cycle, biss_static_timeout_max) {
+    // The port samples after the rising edge: on a short line, ACK is the second sample.
+    bounds_.lead_min_clocks = 1;
+    reader_.set_bytes(bytes_up_to_cds(bounds_));
+  }
 
   /// \param file gets the registers, unless its name is empty
   /// \return nothing if the format is not known
@@ -108,9 +115,10 @@ class ConfigureRun {
 
   /// \return the bytes, or `ok`, and the cause of a failure
   std::string access(const sim::ControlAccess& access, ExitStatus& status) {
-    ControlSession session(control_options);
-    std::vector<std::uint8_t> bytes(access.size);
     const bool reads = access.kind == sim::AccessKind::read;
+    // A byte that is written twice may matter.
+    ControlSession session(reads ? control_options : ControlOptions{});
+    std::vector<std::uint8_t> bytes(access.size);
     if (reads) session.read(access.slave, access.address, bytes);
     // Each register alone: only then the encoder may not delay the byte.
     for (unsigned k = 0; !reads && k < access.data.size() && !session.outcome().error; ++k) {
@@ -128,16 +136,37 @@ class ConfigureRun {
   }
 
  private:
+  // Makes the requests of a Configurator or of a ControlSession.
   template <class Master>
   void run(Master& master) {
-    if (control_.run(master)) return;
-    const auto fault = control_.fault();
-    throw wrong_file("{}: {}; a register, BSEL (0x40) too, may have another value than before",
-                     name_,
-                     fault ? fmt::format("transfers fail: {}; connect the port, or end the program "
-                                         "that uses it, and start again",
-                                         live::name_of(*fault))
-                           : "interrupted");
+    unsigned faults = 0;  // in a row
+    while (!master.done()) {
+      reader_.port().end_with(master.cdm_ahead());
+      std::optional<live::PortFault> fault;
+      Picoseconds time;
+      const auto transfer = reader_.next(
+          [&](live::PortFault why, Picoseconds began) {
+            fault = why;
+            time = began;
+          },
+          [&](Picoseconds) { return !fault && go_on_(); });
+      faults = fault ? faults + 1 : 0;
+      if (fault == live::PortFault::gone || faults == 10) {
+        throw ended(
+            fmt::format("transfers fail: {}; connect the port, or end the program that "
+                        "uses it, and start again",
+                        live::name_of(*fault)));
+      }
+      if (!transfer && !fault) throw ended("interrupted");
+      // A transfer that failed may have been made in part.
+      master.take_cds(transfer ? transfer->time : time,
+                      transfer ? cds_of(BitView(transfer->bytes), bounds_) : CdsBit::missing);
+    }
+  }
+
+  VerbError ended(const std::string& why) const {
+    return wrong_file("{}: {}; a register, BSEL (0x40) too, may have another value than before",
+                      name_, why);
   }
 
   void write_registers(const std::string& file, const Configuration& found, const EdsImage& image) {
@@ -154,7 +183,9 @@ class ConfigureRun {
 
   std::string name_;
   Host& host_;
-  live::LineControl control_;
+  const std::function<bool()>& go_on_;
+  FrameBounds bounds_;
+  live::LineReader reader_;
 };
 
 // Options of the user keep their values.
@@ -163,12 +194,13 @@ void take(const Configuration& found, Hertz clock, FormatArguments& device) {
   device.format = format_text(found.format).view();
   // D2: with the delay of START, 40 us at most.
   const Picoseconds ack = timing.ack_max + found.start_delay_clocks * period_of(clock);
-  if (device.ack_clocks.empty() && device.ack_max.empty()) {
-    device.ack_max = text_of(std::min(ack, biss_busy_max));
-  }
-  if (device.timeout.empty()) device.timeout = text_of(timing.timeout);
-  if (device.clock_max.empty()) device.clock_max = text_of(timing.clock_max);
-  if (device.cycle_min.empty()) device.cycle_min = text_of(timing.cycle_min);
+  const auto set = [](std::string& text, std::string found_text) {
+    if (text.empty()) text = std::move(found_text);
+  };
+  if (device.ack_clocks.empty()) set(device.ack_max, text_of(std::min(ack, biss_busy_max)));
+  set(device.timeout, text_of(timing.timeout));
+  set(device.clock_max, text_of(timing.clock_max));
+  set(device.cycle_min, text_of(timing.cycle_min));
 }
 
 }  // namespace

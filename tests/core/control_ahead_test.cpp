@@ -72,7 +72,9 @@ BISS_TEST(ControlAhead, EachWrongExpectation_EndsTheAccessWithoutAWrongWrite) {
   for (const bool inverts : {true, false}) {
     for (const auto protection : {RegisterProtection::read_write, RegisterProtection::read_only,
                                   RegisterProtection::not_available}) {
-      for (unsigned value = 0; value < 256; ++value) {
+      // A slave that refuses takes no byte.
+      const unsigned step = protection == RegisterProtection::read_write ? 1 : 17;
+      for (unsigned value = 0; value < 256; value += step) {
         // No CDS flipped, one flipped in each frame, one missing in each frame; of two bytes.
         for (std::uint32_t fault = 0; fault < 2 * 64; ++fault) {
           AheadLink link({.w_inversion = inverts,
