@@ -1,7 +1,10 @@
 // `biss emulate`: programs that know nothing of it read the emulated encoder through spidev.
+#include <iostream>
 #include <sstream>
 
 #include "tests/cli/emulator.hpp"
+#include "tests/common/long_run.hpp"
+#include "tests/common/random.hpp"
 
 namespace biss::verbs::emulate_test {
 
@@ -24,6 +27,46 @@ TEST_F(Emulate, ProgramInC_ReadsWhatWasSentOrDetectsTheFault) {
   const Outcome second = run_ok(emulate(options, reads));
   EXPECT_TRUE(second.out == first.out);
   EXPECT_TRUE(content_of(truth) == sent);
+}
+
+// 10^4 requests, in a long run 10^6. A checksum of 6 bits does not detect 1 of 64 long damages.
+TEST_F(Emulate, EveryFault_GivesNoWrongPositionBeyondTheShareOfTheChecksum) {
+  const std::string truth = folder.path("truth.csv");
+  const std::uint64_t count = test::rounds(50'000, 500);
+  std::uint64_t all_faults = 0;
+  std::uint64_t all_wrong = 0;
+  for (const char* const fault : {"flip",        "burst",           "glitch_ma",  "glitch_ma_idle",
+                                  "glitch_slo",  "glitch_slo_idle", "lost_clock", "double_clock",
+                                  "extra_clock", "ma_low",          "ma_high",    "slo_low",
+                                  "slo_high",    "late_start",      "no_answer",  "cut",
+                                  "brown_out",   "delay_step",      "nE",         "nW"}) {
+    SCOPED_TRACE(fault);
+    const Outcome outcome =
+        run_ok(emulate(Words("--time step:100us --motion sine --fault {}:0.05 --seed {} --truth {}",
+                             fault, test::random_of()() % 1'000'000, truth),
+                       Words{client, "read", "/dev/spidev0.0", std::to_string(count), "12", "0"}));
+    const std::string log = folder.file("words.log", outcome.out);
+    const auto rows = rows_of(run("decode --words {} -f resolute-26 --to csv", log).out);
+    const auto sent = rows_of(content_of(truth));
+    ASSERT_EQ(rows.size(), count);
+    ASSERT_EQ(sent.size(), count);
+    std::uint64_t faults = 0;
+    std::uint64_t wrong = 0;
+    bool before = false;
+    for (std::size_t k = 0; k < count; ++k) {
+      const bool now = !sent[k].at("faults").empty();
+      const bool good = rows[k].at("status") == "ok" && rows[k].at("nE") == "1";
+      const bool same = good && rows[k].at("position") == sent[k].at("position");
+      faults += now ? 1U : 0U;
+      wrong += good && !same ? 1U : 0U;
+      if (!now && !before) EXPECT_TRUE(same) << k << ' ' << rows[k].at("status");
+      before = now;
+    }
+    EXPECT_LE(wrong, faults / 32 + 2);
+    all_faults += faults;
+    all_wrong += wrong;
+  }
+  std::cout << all_faults << " faults, " << all_wrong << " wrong positions\n";
 }
 
 TEST_F(Emulate, Python3Spidev_ReadsWhatWasSentOrDetectsTheFault) {
