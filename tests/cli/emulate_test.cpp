@@ -59,7 +59,7 @@ TEST_F(Emulate, EveryFault_GivesNoWrongPositionBeyondTheShareOfTheChecksum) {
       const bool same = good && rows[k].at("position") == sent[k].at("position");
       faults += now ? 1U : 0U;
       wrong += good && !same ? 1U : 0U;
-      if (!now && !before) EXPECT_TRUE(same) << k << ' ' << rows[k].at("status");
+      EXPECT_TRUE(same || now || before) << k << ' ' << rows[k].at("status");
       before = now;
     }
     EXPECT_LE(wrong, faults / 32 + 2);
