@@ -27,11 +27,10 @@ std::optional<sockaddr_un> address_of(const std::string& path) {
 // \return the connected socket, or an error of errno, negative
 int connect_to(const sockaddr_un& address) {
   const int client = ::socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-  if (client < 0) return -errno;
   const auto* const to = reinterpret_cast<const sockaddr*>(&address);
-  if (::connect(client, to, sizeof address) == 0) return client;
+  if (client >= 0 && ::connect(client, to, sizeof address) == 0) return client;
   const int error = errno;
-  ::close(client);
+  if (client >= 0) ::close(client);
   return -error;
 }
 
@@ -46,10 +45,8 @@ bool is_of_owner(int client) {
 
 ControlSocket::~ControlSocket() {
   for (const auto& [client, begin] : clients_) ::close(client);
-  if (socket_ >= 0) {
-    ::unlink(path_.c_str());
-    ::close(socket_);
-  }
+  if (!path_.empty()) ::unlink(path_.c_str());
+  if (socket_ >= 0) ::close(socket_);
   if (events_ >= 0) ::close(events_);
 }
 
@@ -67,27 +64,21 @@ std::string ControlSocket::open(const std::string& path) {
     }
     ::unlink(path.c_str());
   }
-  const int made = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-  const mode_t before = ::umask(0177);
-  const bool bound =
-      made >= 0 && ::bind(made, reinterpret_cast<const sockaddr*>(&*address), sizeof *address) == 0;
-  const int error = errno;
-  ::umask(before);
-  if (!bound) {
-    if (made >= 0) ::close(made);
-    return fmt::format("{}: {}", path, std::strerror(error));
-  }
-  socket_ = made;
-  path_ = path;
+  socket_ = ::socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
   events_ = ::epoll_create1(EPOLL_CLOEXEC);
+  const mode_t before = ::umask(0177);
+  const auto* const to = reinterpret_cast<const sockaddr*>(&*address);
+  if (socket_ >= 0 && ::bind(socket_, to, sizeof *address) == 0) path_ = path;
+  ::umask(before);
   epoll_event event{.events = EPOLLIN, .data = {.fd = socket_}};
-  if (::listen(socket_, 8) == 0 && ::epoll_ctl(events_, EPOLL_CTL_ADD, socket_, &event) == 0) {
+  if (!path_.empty() && ::listen(socket_, 8) == 0 &&
+      ::epoll_ctl(events_, EPOLL_CTL_ADD, socket_, &event) == 0) {
     return {};
   }
   return fmt::format("{}: {}", path, std::strerror(errno));
 }
 
-void ControlSocket::serve(const std::function<std::string(std::string_view line)>& answer) {
+void ControlSocket::serve(const Answer& answer) {
   std::array<epoll_event, most_clients + 1> events{};
   const int count = ::epoll_wait(events_, events.data(), static_cast<int>(events.size()), 0);
   for (int k = 0; k < count; ++k) {
@@ -105,16 +96,15 @@ void ControlSocket::accept_client() {
   const int client = ::accept4(socket_, nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC);
   if (client < 0) return;
   epoll_event event{.events = EPOLLIN, .data = {.fd = client}};
-  if (clients_.size() >= most_clients || !is_of_owner(client) ||
-      ::epoll_ctl(events_, EPOLL_CTL_ADD, client, &event) != 0) {
+  if (clients_.size() < most_clients && is_of_owner(client) &&
+      ::epoll_ctl(events_, EPOLL_CTL_ADD, client, &event) == 0) {
+    clients_[client];
+  } else {
     ::close(client);
-    return;
   }
-  clients_[client];
 }
 
-bool ControlSocket::serve_client(int client,
-                                 const std::function<std::string(std::string_view line)>& answer) {
+bool ControlSocket::serve_client(int client, const Answer& answer) {
   std::array<char, 4096> block;
   const ssize_t got = ::recv(client, block.data(), block.size(), 0);
   if (got <= 0) return got < 0 && (errno == EAGAIN || errno == EINTR);

@@ -11,6 +11,7 @@ namespace biss::live {
 
 class ControlSocket {
  public:
+  using Answer = std::function<std::string(std::string_view line)>;
   static constexpr std::size_t most_clients = 16;
   static constexpr std::size_t longest_line = 1000;
 
@@ -27,11 +28,11 @@ class ControlSocket {
   int descriptor() const { return events_; }
   /// Answers the lines that are there, and never waits. Closes the connection of a client that does
   /// not read its answers, of another user, or with a line that is too long.
-  void serve(const std::function<std::string(std::string_view line)>& answer);
+  void serve(const Answer& answer);
 
  private:
   void accept_client();
-  bool serve_client(int client, const std::function<std::string(std::string_view line)>& answer);
+  bool serve_client(int client, const Answer& answer);
 
   std::string path_;
   int events_ = -1;

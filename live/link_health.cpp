@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <initializer_list>
 #include <utility>
 
 namespace biss::live {
@@ -14,10 +15,6 @@ constexpr std::size_t history_max = 200;
 constexpr std::size_t changes_max = 100;
 // An alarm ends after this many intervals without its reason.
 constexpr std::uint32_t quiet_min = 16;
-
-std::uint64_t& count_of(HealthPoint& point, Event event) {
-  return point.events[static_cast<std::size_t>(event)];
-}
 
 bool is_missing(CycleStatus status) {
   return status == CycleStatus::no_response || status == CycleStatus::not_ready ||
@@ -33,6 +30,13 @@ double share_of(std::uint64_t count, std::uint64_t cycles) {
 bool is_no_chance(double count, double expected) {
   constexpr double log_of_chance = -20.7;
   return count > expected && count - expected - count * std::log(count / expected) < log_of_chance;
+}
+
+std::string first_of(std::initializer_list<std::string> reasons) {
+  for (const std::string& each : reasons) {
+    if (!each.empty()) return each;
+  }
+  return "";
 }
 
 }  // namespace
@@ -54,13 +58,12 @@ void HealthPoint::add(const HealthPoint& other) {
 }
 
 void Baseline::add(const HealthPoint& point) {
-  if (intervals++ == 0) sum.time = point.time;
-  sum.add(point);
+  ++intervals;
   for (std::size_t k = 0; k < level_count; ++k) {
     if (!point.levels[k]) continue;
-    auto& range = ranges[k];
-    if (!range) range = {*point.levels[k], *point.levels[k]};
-    range = {std::min((*range)[0], *point.levels[k]), std::max((*range)[1], *point.levels[k])};
+    const std::int64_t value = *point.levels[k];
+    const auto [low, high] = ranges[k].value_or(std::array{value, value});
+    ranges[k] = {std::min(low, value), std::max(high, value)};
   }
   for (std::size_t k = 0; k < event_count; ++k) {
     shares[k] = std::max(shares[k], share_of(point.events[k], point.cycles));
@@ -75,18 +78,18 @@ void LinkHealth::add(const HealthSample& sample) {
   counts.warnings += sample.warning ? 1 : 0;
   HealthPoint& point = now_.point;
   ++point.cycles;
-  count_of(point, Event::error) += sample.error ? 1 : 0;
-  count_of(point, Event::warning) += sample.warning ? 1 : 0;
-  count_of(point, Event::noisy) += sample.noisy ? 1 : 0;
+  point.count(Event::error) += sample.error ? 1 : 0;
+  point.count(Event::warning) += sample.warning ? 1 : 0;
+  point.count(Event::noisy) += sample.noisy ? 1 : 0;
   if (is_missing(sample.status)) {
     ++missing_in_a_row_;
     return;
   }
-  if (is_fault(sample.status)) ++count_of(point, Event::damaged);
+  if (is_fault(sample.status)) ++point.count(Event::damaged);
   if (!is_good(sample.status)) return;
   ++point.good;
   if (missing_in_a_row_ != 0) {
-    ++count_of(point, missing_in_a_row_ == 1 ? Event::damaged : Event::gap);
+    ++point.count(missing_in_a_row_ == 1 ? Event::damaged : Event::gap);
     missing_in_a_row_ = 0;
   }
   if (sample.period) state_.period = sample.period->count;
@@ -109,7 +112,7 @@ std::optional<HealthPoint> LinkHealth::end_interval(std::int64_t time) {
   }
   if (const auto delay = point.level(Level::delay); delay && setup_.unit == LinkUnit::clock) {
     now_.levels[0].for_each_bucket([&](std::int64_t begin, std::uint64_t count) {
-      if (begin != *delay) count_of(point, Event::shifted) += count;
+      if (begin != *delay) point.count(Event::shifted) += count;
     });
   }
   now_ = {};
@@ -137,9 +140,8 @@ void LinkHealth::keep(const HealthPoint& point) {
   }
   if (history.size() == history_max) {
     for (std::size_t k = 0; k < history_max / 2; ++k) {
-      HealthPoint both = history[2 * k];
-      both.add(history[2 * k + 1]);
-      history[k] = both;
+      history[k] = history[2 * k];
+      history[k].add(history[2 * k + 1]);
     }
     history.resize(history_max / 2);
     state_.joined *= 2;
@@ -174,34 +176,25 @@ std::string LinkHealth::reason_of(Alarm alarm) const {
     return last.good == 0 ? fmt::format("no good frame in {} cycles", last.cycles) : "";
   }
   if (state_.baseline.intervals < setup_.baseline) return "";
-  const std::int64_t other_delay = least_move(Level::delay, 32);
+  const std::string other_delay = moved(Level::delay, 32);
+  const std::string less_margin = moved(Level::margin);
   switch (alarm) {
     case Alarm::contact:
       return more_often(Event::gap, "answers to several requests in a row are missing");
-    case Alarm::encoder: {
-      std::string reason = more_often(Event::error, "nE is active");
-      if (reason.empty()) reason = more_often(Event::warning, "nW is active");
-      return reason.empty() ? moved(Level::ack, least_move(Level::ack, 0)) : reason;
-    }
-    case Alarm::noise: {
-      std::string reason = more_often(Event::damaged, "frames are damaged");
-      if (reason.empty())
-        reason = more_often(Event::noisy,
-                            "pulses, or changes of SLO close to a sampling point, are seen");
-      if (!reason.empty()) return reason;
-      return moved(Level::delay, other_delay).empty() ? less_margin() : "";
-    }
-    case Alarm::cable: {
-      const std::string delay = moved(Level::delay, other_delay);
-      const std::string margin = less_margin();
-      return delay.empty() || margin.empty() ? "" : margin + ", and " + delay;
-    }
-    case Alarm::delay: {
-      std::string reason = moved(Level::delay, least_move(Level::delay, 8));
-      return reason.empty() ? more_often(Event::shifted,
-                                         "the answer comes a clock earlier or later than usual")
-                            : reason;
-    }
+    case Alarm::encoder:
+      return first_of({more_often(Event::error, "nE is active"),
+                       more_often(Event::warning, "nW is active"), moved(Level::ack)});
+    case Alarm::noise:
+      return first_of({more_often(Event::damaged, "frames are damaged"),
+                       more_often(Event::noisy,
+                                  "pulses, or changes of SLO close to a sampling point, are seen"),
+                       other_delay.empty() ? less_margin : ""});
+    case Alarm::cable:
+      return other_delay.empty() || less_margin.empty() ? "" : less_margin + ", and " + other_delay;
+    case Alarm::delay:
+      return first_of(
+          {moved(Level::delay, 8),
+           more_often(Event::shifted, "the answer comes a clock earlier or later than usual")});
     case Alarm::silent:
       break;
   }
@@ -237,49 +230,32 @@ std::string LinkHealth::more_often(Event event, std::string_view what) const {
   return "";
 }
 
-// Empty unless the last two intervals are that far from the baseline, on the same side.
-std::string LinkHealth::moved(Level level, std::int64_t least) const {
+// Empty unless the last two intervals are that far from the baseline, on the same side; a margin:
+// below it.
+// \param part of a period: the least move of a line delay
+std::string LinkHealth::moved(Level level, std::int64_t part) const {
   const auto& range = state_.baseline.ranges[static_cast<std::size_t>(level)];
   const HealthPoint& now = state_.recent.back();
   // A few frames of many are a wrong sample of the line.
   if (!range || state_.intervals < 2 || 2 * now.good < now.cycles) return "";
-  const auto beyond = [&](const HealthPoint& point) -> std::int64_t {
-    const auto value = point.level(level);
-    if (!value) return 0;
-    return *value > (*range)[1] ? *value - (*range)[1]
-                                : std::min<std::int64_t>(*value - (*range)[0], 0);
-  };
-  const std::int64_t last = beyond(now);
-  const std::int64_t before = beyond(state_.recent[state_.recent.size() - 2]);
-  const bool is_high = last >= least && before >= least;
-  if (!is_high && (last > -least || before > -least)) return "";
-  constexpr std::string_view names[] = {"line delay", "ACK", "margin"};
-  return fmt::format("{} {}; {} to {} in the baseline", names[static_cast<std::size_t>(level)],
-                     level_text(level, *now.level(level)), level_text(level, (*range)[0]),
-                     level_text(level, (*range)[1]));
-}
-
-std::string LinkHealth::less_margin() const {
-  std::string reason = moved(Level::margin, least_move(Level::margin, 0));
-  const auto& range = state_.baseline.ranges[static_cast<std::size_t>(Level::margin)];
-  return !reason.empty() && state_.recent.back().level(Level::margin) < (*range)[0] ? reason : "";
-}
-
-// The smallest move that counts: a part of a period for the line delay.
-std::int64_t LinkHealth::least_move(Level level, std::int64_t periods) const {
-  const auto& range = state_.baseline.ranges[static_cast<std::size_t>(level)];
-  if (!range) return 1;
+  const std::int64_t low = (*range)[0];
+  const std::int64_t high = (*range)[1];
   const bool is_clock = setup_.unit == LinkUnit::clock;
-  const std::int64_t scatter = 3 * ((*range)[1] - (*range)[0]);
-  switch (level) {
-    case Level::delay:
-      return std::max({is_clock ? 1 : state_.period / periods, scatter, std::int64_t{1}});
-    case Level::ack:
-      return std::max({(*range)[1] / 4, std::int64_t{is_clock ? 2 : 1'000'000}, scatter});
-    case Level::margin:
-      break;
-  }
-  return std::max<std::int64_t>(50, scatter);
+  const std::int64_t least = std::max(
+      {level == Level::margin ? 50
+       : level == Level::ack  ? std::max<std::int64_t>(high / 4, is_clock ? 2 : 1'000'000)
+                              : std::max<std::int64_t>(is_clock ? 1 : state_.period / part, 1),
+       3 * (high - low)});
+  const auto side_of = [&](const HealthPoint& point) {
+    const auto value = point.level(level);
+    if (value && *value - high >= least && level != Level::margin) return 1;
+    return value && low - *value >= least ? -1 : 0;
+  };
+  const int side = side_of(now);
+  if (side == 0 || side_of(state_.recent[state_.recent.size() - 2]) != side) return "";
+  return fmt::format("{} {}; {} to {} in the baseline", name_of(level),
+                     level_text(level, *now.level(level)), level_text(level, low),
+                     level_text(level, high));
 }
 
 std::string LinkHealth::level_text(Level level, std::int64_t value) const {
@@ -310,17 +286,15 @@ std::string LinkHealth::trend_text(Level level) const {
   }
   double xx = 0;
   double xy = 0;
+  double yy = 0;
   for (const auto& [x, y] : points) {
     xx += (x - mean_x) * (x - mean_x);
     xy += (x - mean_x) * (y - mean_y);
+    yy += (y - mean_y) * (y - mean_y);
   }
   if (xx <= 0) return "";
   const double slope = xy / xx;
-  double rest = 0;
-  for (const auto& [x, y] : points) {
-    rest += std::pow(y - mean_y - slope * (x - mean_x), 2);
-  }
-  const double doubt = std::sqrt(rest / (n - 2) / xx);
+  const double doubt = std::sqrt(std::max(yy - slope * xy, 0.0) / (n - 2) / xx);
   if (std::abs(slope) <= 5 * doubt) return "";
   const auto days = [&](double per_day) {
     return level_text(level, std::llround(std::abs(per_day)));

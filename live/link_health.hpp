@@ -39,6 +39,11 @@ struct HealthSample {
 enum class Level : std::uint8_t { delay, ack, margin };
 inline constexpr std::size_t level_count = 3;
 
+constexpr std::string_view name_of(Level level) {
+  constexpr std::string_view names[] = {"line delay", "ACK", "margin"};
+  return names[static_cast<std::size_t>(level)];
+}
+
 /// Cycles that are counted and compared with the baseline as a share of all cycles.
 enum class Event : std::uint8_t {
   damaged,  ///< a fault that is not part of a gap
@@ -64,7 +69,7 @@ struct HealthPoint {
   std::array<std::uint64_t, event_count> events{};
   std::array<std::optional<std::int64_t>, level_count> levels{};
 
-  std::uint64_t count(Event event) const { return events[static_cast<std::size_t>(event)]; }
+  std::uint64_t& count(Event event) { return events[static_cast<std::size_t>(event)]; }
   const auto& level(Level level) const { return levels[static_cast<std::size_t>(level)]; }
   /// Adds the counts; each level becomes the mean, weighted by the cycles.
   void add(const HealthPoint& other);
@@ -98,7 +103,6 @@ struct AlarmChange {
 /// The intervals that later ones are compared with.
 struct Baseline {
   std::uint64_t intervals = 0;
-  HealthPoint sum;
   /// The lowest and the highest value of a level, and the largest share of an event.
   std::array<std::optional<std::array<std::int64_t, 2>>, level_count> ranges{};
   std::array<double, event_count> shares{};
@@ -172,9 +176,7 @@ class LinkHealth {
   void judge(std::int64_t time);
   std::string reason_of(Alarm alarm) const;
   std::string more_often(Event event, std::string_view what) const;
-  std::string moved(Level level, std::int64_t least) const;
-  std::string less_margin() const;
-  std::int64_t least_move(Level level, std::int64_t periods) const;
+  std::string moved(Level level, std::int64_t part = 1) const;
 
   HealthSetup setup_;
   HealthState state_;

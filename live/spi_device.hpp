@@ -19,10 +19,7 @@ namespace biss::live {
 /// The memory of the program that makes a request. False: an address is not its own.
 class CallerMemory {
  public:
-  CallerMemory() = default;
   virtual ~CallerMemory() = default;
-  CallerMemory(const CallerMemory&) = delete;
-  CallerMemory& operator=(const CallerMemory&) = delete;
   virtual bool read(std::uint64_t address, std::span<std::uint8_t> to) = 0;
   virtual bool write(std::uint64_t address, std::span<const std::uint8_t> from) = 0;
 };
@@ -65,23 +62,20 @@ class SpiDevice {
   Picoseconds busy_until() const { return bus_.time(); }
 
  private:
-  struct Transfer;
-
-  SpiAnswer set(std::uint32_t command, std::uint32_t value);
-  int set_mode(std::uint32_t mode);
-  int set_bits(std::uint32_t bits);
+  SpiAnswer set_mode(std::uint32_t mode);
   SpiAnswer message(std::span<const std::uint8_t> argument, CallerMemory& memory);
-  int check(Transfer& transfer) const;
+  /// One transfer; null: without this buffer.
+  SpiAnswer transfer(const std::uint8_t* out, std::uint8_t* in, std::size_t bytes);
+  /// \param transfers with buffers of this program; what is 0 gets the value of the device
   /// \return 0 or an error; nothing was sent then
-  int run(std::span<Transfer> transfers);
-  void shift(const Transfer& transfer);
+  int run(std::span<spi_ioc_transfer> transfers);
 
   SpiBus& bus_;
   Hertz speed_max_;
   Hertz speed_;
   MessageTime clock_;
   std::uint32_t mode_ = 0;
-  std::uint32_t bits_per_word_ = 8;
+  std::uint8_t bits_per_word_ = 8;
   unsigned users_ = 0;
   Picoseconds begin_{};  // of the last message
 };

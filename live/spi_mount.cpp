@@ -38,47 +38,31 @@ class ProcessMemory final : public CallerMemory {
   explicit ProcessMemory(pid_t process) : process_(process) {}
 
   bool read(std::uint64_t address, std::span<std::uint8_t> to) override {
-    const iovec here{to.data(), to.size()};
-    return copy(process_vm_readv, here, address);
+    return copy(process_vm_readv, address, to.data(), to.size());
   }
   bool write(std::uint64_t address, std::span<const std::uint8_t> from) override {
-    const iovec here{const_cast<std::uint8_t*>(from.data()), from.size()};
-    return copy(process_vm_writev, here, address);
+    return copy(process_vm_writev, address, const_cast<std::uint8_t*>(from.data()), from.size());
   }
   /// EPERM: the system permits no access to this process.
   int error() const { return error_; }
 
  private:
   template <class Copy>
-  bool copy(const Copy& copy_memory, const iovec& here, std::uint64_t address) {
-    if (here.iov_len == 0) return true;
-    const iovec there{reinterpret_cast<void*>(static_cast<std::uintptr_t>(address)), here.iov_len};
-    const ssize_t copied = copy_memory(process_, &here, 1, &there, 1, 0);
+  bool copy(const Copy& copy_memory, std::uint64_t address, std::uint8_t* bytes, std::size_t size) {
+    const iovec here{bytes, size};
+    const iovec there{reinterpret_cast<void*>(static_cast<std::uintptr_t>(address)), size};
+    const ssize_t copied = size == 0 ? 0 : copy_memory(process_, &here, 1, &there, 1, 0);
     if (copied < 0) error_ = errno;
-    return copied == static_cast<ssize_t>(here.iov_len);
+    return copied == static_cast<ssize_t>(size);
   }
 
   pid_t process_;
   int error_ = 0;
 };
 
-struct stat file_attributes(uid_t owner, gid_t group) {
-  struct stat attributes {};
-  attributes.st_ino = FUSE_ROOT_ID;
-  // Without a size it has no pages that a program could give us as its buffer.
-  attributes.st_mode = S_IFREG | 0600;
-  attributes.st_nlink = 1;
-  attributes.st_uid = owner;
-  attributes.st_gid = group;
-  return attributes;
-}
-
 }  // namespace
 
 struct SpiMount::State {
-  State(SpiDevice& served, std::function<void()> on_done)
-      : device(served), before_reply(std::move(on_done)) {}
-
   SpiDevice& device;
   std::function<void()> before_reply;
   fuse_session* session = nullptr;
@@ -86,14 +70,19 @@ struct SpiMount::State {
   uid_t owner = getuid();
   gid_t group = getgid();
   fuse_buf buffer{};
-  std::string warning;
+  std::string warning{};
   bool warned = false;
 
   static State& of(fuse_req_t request) { return *static_cast<State*>(fuse_req_userdata(request)); }
 
   static void get_attributes(fuse_req_t request, fuse_ino_t, fuse_file_info*) {
-    const State& state = of(request);
-    const struct stat attributes = file_attributes(state.owner, state.group);
+    struct stat attributes {};
+    attributes.st_ino = FUSE_ROOT_ID;
+    // Without a size it has no pages that a program could give us as its buffer.
+    attributes.st_mode = S_IFREG | 0600;
+    attributes.st_nlink = 1;
+    attributes.st_uid = of(request).owner;
+    attributes.st_gid = of(request).group;
     fuse_reply_attr(request, &attributes, 3600);
   }
   // A shell truncates the file that it redirects to.
@@ -117,27 +106,23 @@ struct SpiMount::State {
     of(request).device.release();
     fuse_reply_err(request, 0);
   }
+  // A message is done. True: it failed, and has its reply.
+  static bool ends_with_error(fuse_req_t request, const SpiAnswer& answer) {
+    of(request).before_reply();
+    if (answer.result < 0) fuse_reply_err(request, -answer.result);
+    return answer.result < 0;
+  }
   static void read(fuse_req_t request, fuse_ino_t, std::size_t size, off_t, fuse_file_info*) {
-    State& state = of(request);
-    const SpiAnswer answer = state.device.read(size);
-    state.before_reply();
-    if (answer.result < 0) {
-      fuse_reply_err(request, -answer.result);
-    } else {
-      fuse_reply_buf(request, reinterpret_cast<const char*>(answer.out.data()), answer.out.size());
-    }
+    const SpiAnswer answer = of(request).device.read(size);
+    if (ends_with_error(request, answer)) return;
+    fuse_reply_buf(request, reinterpret_cast<const char*>(answer.out.data()), answer.out.size());
   }
   static void write(fuse_req_t request, fuse_ino_t, const char* bytes, std::size_t size, off_t,
                     fuse_file_info*) {
-    State& state = of(request);
     const SpiAnswer answer =
-        state.device.write({reinterpret_cast<const std::uint8_t*>(bytes), size});
-    state.before_reply();
-    if (answer.result < 0) {
-      fuse_reply_err(request, -answer.result);
-    } else {
-      fuse_reply_write(request, static_cast<std::size_t>(answer.result));
-    }
+        of(request).device.write({reinterpret_cast<const std::uint8_t*>(bytes), size});
+    if (ends_with_error(request, answer)) return;
+    fuse_reply_write(request, static_cast<std::size_t>(answer.result));
   }
   static void control(fuse_req_t request, fuse_ino_t, unsigned command, void*, fuse_file_info*,
                       unsigned, const void* in, std::size_t in_size, std::size_t) {
@@ -147,12 +132,8 @@ struct SpiMount::State {
     const SpiAnswer answer =
         state.device.control(command, {static_cast<const std::uint8_t*>(in), in_size}, memory);
     if (answer.result < 0 && (memory.error() == EPERM || caller == 0)) state.warn(caller);
-    state.before_reply();
-    if (answer.result < 0) {
-      fuse_reply_err(request, -answer.result);
-    } else {
-      fuse_reply_ioctl(request, answer.result, answer.out.data(), answer.out.size());
-    }
+    if (ends_with_error(request, answer)) return;
+    fuse_reply_ioctl(request, answer.result, answer.out.data(), answer.out.size());
   }
 
   void warn(pid_t caller) {
@@ -170,19 +151,16 @@ struct SpiMount::State {
 };
 
 SpiMount::SpiMount(SpiDevice& device, std::function<void()> before_reply)
-    : state_(std::make_unique<State>(device, std::move(before_reply))) {
+    : state_(new State{.device = device, .before_reply = std::move(before_reply)}) {
   fuse_set_log_func(keep_text);
-  static const fuse_lowlevel_ops operations = [] {
-    fuse_lowlevel_ops all{};
-    all.getattr = State::get_attributes;
-    all.setattr = State::set_attributes;
-    all.open = State::open;
-    all.release = State::release;
-    all.read = State::read;
-    all.write = State::write;
-    all.ioctl = State::control;
-    return all;
-  }();
+  fuse_lowlevel_ops operations{};
+  operations.getattr = State::get_attributes;
+  operations.setattr = State::set_attributes;
+  operations.open = State::open;
+  operations.release = State::release;
+  operations.read = State::read;
+  operations.write = State::write;
+  operations.ioctl = State::control;
   std::string program = "biss";
   std::string option = "-ofsname=biss";
   std::array<char*, 3> words{program.data(), option.data(), nullptr};

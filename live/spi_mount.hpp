@@ -16,8 +16,6 @@ class SpiMount {
   /// \param before_reply is called when a message is done, before the program learns of it
   SpiMount(SpiDevice& device, std::function<void()> before_reply);
   ~SpiMount();
-  SpiMount(const SpiMount&) = delete;
-  SpiMount& operator=(const SpiMount&) = delete;
 
   /// Mounts it on this empty regular file. \return empty, or why not, with the remedy
   std::string mount(const std::string& path);

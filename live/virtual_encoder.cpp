@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "biss/base/bits.hpp"
@@ -22,20 +23,6 @@ std::optional<Number> number_of(std::string_view text) {
   const auto [end, problem] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (text.empty() || problem != std::errc{} || end != text.data() + text.size()) return {};
   return number;
-}
-
-std::string far_end_kinds() {
-  std::vector<std::string_view> names;
-  for (const sim::FaultEntry& entry : sim::fault_list) {
-    if (is_of_far_end(entry.kind)) names.push_back(entry.name);
-  }
-  return fmt::format("{}", fmt::join(names, ", "));
-}
-
-// JSON integers above 2^53 are strings.
-std::string json_number(std::uint64_t number) {
-  if (number <= std::uint64_t{1} << 53U) return fmt::format("{}", number);
-  return fmt::format("\"{}\"", number);
 }
 
 }  // namespace
@@ -86,14 +73,12 @@ std::string VirtualEncoder::command(std::string_view line, Picoseconds now) {
     far_.set_motion(static_cast<sim::MotionKind>(motion - names.begin()));
     return fmt::format("ok motion {}", value);
   }
-  if (line == "plug" || line == "unplug") {
-    plugged_ = line == "plug";
-    far_.set_lasting(sim::FaultKind::cut, !plugged_, now);
-    return fmt::format("ok {}", line);
-  }
-  if (line == "power on" || line == "power off") {
-    powered_ = line == "power on";
-    far_.set_lasting(sim::FaultKind::brown_out, !powered_, now);
+  for (const auto& [on, off, flag, fault] :
+       {std::tuple("plug", "unplug", &plugged_, sim::FaultKind::cut),
+        std::tuple("power on", "power off", &powered_, sim::FaultKind::brown_out)}) {
+    if (line != on && line != off) continue;
+    *flag = line == on;
+    far_.set_lasting(fault, !*flag, now);
     return fmt::format("ok {}", line);
   }
   return fmt::format(
@@ -119,7 +104,8 @@ std::string VirtualEncoder::set_fault(const std::string& text) {
                        text);
   }
   if (!rule || !is_of_far_end(rule->kind)) {
-    return fmt::format("error: no kind of fault for '{}'; the kinds are {}", text, far_end_kinds());
+    return fmt::format("error: no kind of fault for '{}'; the kinds are {}", text,
+                       fmt::join(sim::names_of(sim::is_of_far_end), ", "));
   }
   if (rule->place &&
       !places_of(rule->kind, rule->place->unit, far_.nominal()).contains(*rule->place)) {
@@ -143,18 +129,15 @@ std::string VirtualEncoder::set_fault(const std::string& text) {
 std::string VirtualEncoder::set_position(std::string_view text, bool relative, Picoseconds now) {
   const std::uint64_t most = low_mask(position_bits_);
   if (position_bits_ == 0) return "error: the format has no position";
-  std::uint64_t position = 0;
+  auto position = number_of<std::uint64_t>(text);
   if (relative) {
     const auto counts = number_of<std::int64_t>(text);
     if (!counts) return fmt::format("error: '{}' is not a number of counts", text);
     position = (far_.encoder().position_at(now) + static_cast<std::uint64_t>(*counts)) & most;
-  } else {
-    const auto given = number_of<std::uint64_t>(text);
-    if (!given || *given > most) return fmt::format("error: '{}': give 0 to {}", text, most);
-    position = *given;
   }
-  far_.encoder().hold(position);
-  return fmt::format("ok at {}", position);
+  if (!position || *position > most) return fmt::format("error: '{}': give 0 to {}", text, most);
+  far_.encoder().hold(*position);
+  return fmt::format("ok at {}", *position);
 }
 
 std::string VirtualEncoder::set_flag(bool& flag, std::string_view text) {
@@ -171,11 +154,14 @@ std::string VirtualEncoder::status(Picoseconds now) {
     ++damaged;
     last = current->faults;
   }
+  // JSON integers above 2^53 are strings.
+  const std::uint64_t position = far_.encoder().position_at(now);
+  const std::string_view quote = position >> 53U == 0 ? "" : "\"";
   return fmt::format(
-      "ok {{\"requests\":{},\"faults\":{},\"position\":{},\"nE\":{:d},\"nW\":{:d},"
+      "ok {{\"requests\":{},\"faults\":{},\"position\":{}{}{},\"nE\":{:d},\"nW\":{:d},"
       "\"plugged\":{},\"powered\":{},\"last_cause\":{},\"time_ns\":{}}}",
-      far_.requests(), damaged, json_number(far_.encoder().position_at(now)), nE_, nW_, plugged_,
-      powered_, last == 0 ? "null" : '"' + sim::text_of(last) + '"', now.count / 1000);
+      far_.requests(), damaged, quote, position, quote, nE_, nW_, plugged_, powered_,
+      last == 0 ? "null" : '"' + sim::text_of(last) + '"', now.count / 1000);
 }
 
 }  // namespace biss::live

@@ -49,6 +49,14 @@ std::optional<FaultPlace> read_place(std::string_view text) {
 
 }  // namespace
 
+std::vector<std::string> names_of(bool (*is_offered)(FaultKind)) {
+  std::vector<std::string> names;
+  for (const FaultEntry& entry : fault_list) {
+    if (is_offered(entry.kind)) names.emplace_back(entry.name);
+  }
+  return names;
+}
+
 tl::expected<FaultRule, FaultTextError> parse_fault(std::string_view text) {
   const auto wrong = tl::make_unexpected(FaultTextError::form);
   const std::size_t mark = text.find_first_of(":@");

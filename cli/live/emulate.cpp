@@ -4,8 +4,11 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <poll.h>
+#include <sched.h>
+#include <sys/mount.h>
 #include <sys/signalfd.h>
 #include <sys/stat.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -15,13 +18,15 @@
 #include <chrono>
 #include <csignal>
 #include <cstring>
+#include <exception>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
-#include <utility>
+#include <system_error>
+#include <tuple>
 #include <vector>
 
-#include "cli/live/private_device.hpp"
 #include "live/control_socket.hpp"
 #include "live/spi_bus.hpp"
 #include "live/spi_device.hpp"
@@ -66,18 +71,16 @@ struct AskOptions {
 std::optional<Picoseconds> read_step(const std::string& text) {
   if (text == "real") return std::nullopt;
   constexpr std::string_view step = "step:";
-  if (!text.starts_with(step)) throw wrong_usage("--time: '{}' is not real or step:TIME", text);
-  const std::string time = text.substr(step.size());
-  const auto value = parse_duration(time);
-  if (!value.ok()) {
-    throw wrong_usage("--time: {}", quantity_error_text(Quantity::duration, time, value.error()));
+  const auto time =
+      parse_duration(std::string_view(text).substr(std::min(step.size(), text.size())));
+  if (!text.starts_with(step) || !time.ok() || *time < microseconds(1)) {
+    throw wrong_usage("--time: '{}' is not real or step:TIME with a TIME of at least 1us", text);
   }
-  if (*value < microseconds(1)) throw wrong_usage("--time: a step takes at least 1us");
-  return *value;
+  return *time;
 }
 
-sim::LineSetup setup_of(const EmulateOptions& options, const std::optional<Picoseconds>& step,
-                        Host& host) {
+sim::FarEndSetup setup_of(const EmulateOptions& options, const std::optional<Picoseconds>& step,
+                          Host& host) {
   LineOptions line = options.line;
   put_registers(options.registers, line, host);
   if (line.device.format.empty()) {
@@ -91,7 +94,9 @@ sim::LineSetup setup_of(const EmulateOptions& options, const std::optional<Picos
     throw wrong_usage("--fault: {} needs a simulated master, see biss simulate; the kinds are {}",
                       sim::name_of(rule.kind), fault_kinds_text(sim::is_of_far_end));
   }
-  return setup;
+  const sim::FarEndSetup end{.line = setup, .processing_max = setup.processing};
+  fail_if(wrong_faults(setup.faults, sim::FarEnd::nominal_of(end), UINT64_MAX));
+  return end;
 }
 
 Picoseconds real_time() {
@@ -99,24 +104,160 @@ Picoseconds real_time() {
   return nanoseconds(std::chrono::duration_cast<std::chrono::nanoseconds>(now).count());
 }
 
+// ---- A command that sees a device of ours: it runs in its own mount namespace, in which a name of
+// /dev is a FUSE file. No other program sees the file, and nothing of it remains.
+
+VerbError problem_of(const std::string& what) {
+  return wrong_file("{}: {}", what, std::strerror(errno));
+}
+
+void put_text(const std::string& path, const std::string& text, int flags = O_WRONLY) {
+  const int file = ::open(path.c_str(), flags | O_CLOEXEC, 0600);
+  const bool written =
+      file >= 0 && ::write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  if (file >= 0) ::close(file);
+  if (!written) throw problem_of(path);
+}
+
+void make_file(const std::string& path) { put_text(path, "", O_WRONLY | O_CREAT | O_EXCL); }
+
+void enter_namespace() {
+  const uid_t user = ::getuid();
+  const gid_t group = ::getgid();
+  if (::unshare(CLONE_NEWNS) != 0) {
+    if (::unshare(CLONE_NEWUSER | CLONE_NEWNS) != 0) {
+      throw problem_of(
+          "a mount namespace for the command is not permitted; run as root, or use --at FILE");
+    }
+    put_text("/proc/self/setgroups", "deny");
+    // As user 0: the file of a new FUSE mount belongs to that user.
+    put_text("/proc/self/uid_map", fmt::format("0 {} 1", user));
+    put_text("/proc/self/gid_map", fmt::format("0 {} 1", group));
+  }
+  if (::mount("none", "/", nullptr, MS_REC | MS_PRIVATE, nullptr) != 0) throw problem_of("/");
+}
+
+// A /dev of the command's own, with the same entries, in which a new name can be made. An entry that
+// cannot be there is missing.
+void renew_dev() {
+  const int old = ::open("/dev", O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (old < 0 || ::mount("biss", "/dev", "tmpfs", MS_NOSUID, "mode=755") != 0) {
+    throw problem_of("/dev");
+  }
+  for (const auto& entry :
+       std::filesystem::directory_iterator(fmt::format("/proc/self/fd/{}", old))) {
+    const std::string to = "/dev" / entry.path().filename();
+    std::error_code ignored;
+    if (entry.is_symlink(ignored)) {
+      std::filesystem::copy_symlink(entry, to, ignored);
+      continue;
+    }
+    if (entry.is_directory(ignored)) {
+      std::filesystem::create_directory(to, ignored);
+    } else {
+      make_file(to);
+    }
+    ::mount(entry.path().c_str(), to.c_str(), nullptr, MS_BIND | MS_REC, nullptr);
+  }
+  ::close(old);
+}
+
+void mount_device(const std::string& device, int fuse) {
+  if (::access(device.c_str(), F_OK) != 0) {
+    if (device.substr(0, device.rfind('/')) != "/dev") {
+      throw wrong_file("--as: {}: give a name in /dev, or a file that exists", device);
+    }
+    renew_dev();
+    make_file(device);
+  }
+  const std::string options =
+      fmt::format("fd={},rootmode=100000,user_id={},group_id={}", fuse, ::getuid(), ::getgid());
+  if (::mount("biss", device.c_str(), "fuse", MS_NOSUID | MS_NODEV, options.c_str()) != 0) {
+    throw problem_of(fmt::format("{}: cannot mount", device));
+  }
+}
+
+// \param fuse becomes /dev/fuse
+[[noreturn]] void run_in_child(const std::vector<std::string>& words, const std::string& device,
+                               int fuse, int report) {
+  std::string text;
+  try {
+    enter_namespace();
+    // FUSE mounts only in the user namespace that opened it.
+    const int opened = ::open("/dev/fuse", O_RDWR | O_CLOEXEC);
+    if (opened < 0) throw VerbError{ExitStatus::io, live::fuse_problem(errno)};
+    ::dup3(opened, fuse, O_CLOEXEC);
+    ::close(opened);
+    mount_device(device, fuse);
+    for (const int number : {SIGPIPE, SIGXFSZ, SIGINT, SIGTERM, SIGHUP, SIGCHLD}) {
+      std::signal(number, SIG_DFL);
+    }
+    sigset_t none;
+    sigemptyset(&none);
+    ::sigprocmask(SIG_SETMASK, &none, nullptr);
+    std::vector<char*> argv;
+    for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
+    argv.push_back(nullptr);
+    ::execvp(argv[0], argv.data());
+    text = fmt::format("{}: cannot start: {}", words.front(), std::strerror(errno));
+  } catch (const VerbError& problem) {
+    text = problem.text;
+  } catch (const std::exception& problem) {
+    text = problem.what();
+  }
+  const ssize_t written = ::write(report, text.data(), text.size());
+  ::_exit(written < 0 ? 126 : 127);
+}
+
+// Starts `words` with `device` as a new regular file of FUSE. Without the right to mount it uses a
+// user namespace, in which the user is number 0.
+// \pre words is not empty
+// \return the process, and an open descriptor of /dev/fuse; the file of the command is its root
+std::pair<pid_t, int> start_with_device(const std::vector<std::string>& words,
+                                        const std::string& device) {
+  // The child has our descriptors, and we wait, until it runs the command: its /dev/fuse is ours.
+  std::array<int, 2> ends{};
+  const int fuse = ::open("/dev/null", O_RDWR | O_CLOEXEC);
+  const bool opened = fuse >= 0 && ::pipe2(ends.data(), O_CLOEXEC) == 0;
+  const auto child = static_cast<pid_t>(
+      opened ? ::syscall(SYS_clone, CLONE_FILES | CLONE_VFORK | SIGCHLD, nullptr) : -1);
+  if (child < 0) throw wrong_file("cannot start a process: {}", std::strerror(errno));
+  if (child == 0) run_in_child(words, device, fuse, ends[1]);
+  std::array<char, 1000> text{};
+  ::close(ends[1]);
+  const ssize_t got = ::read(ends[0], text.data(), text.size());
+  ::close(ends[0]);
+  if (got <= 0) return {child, fuse};
+  ::waitpid(child, nullptr, 0);
+  throw VerbError{ExitStatus::io, std::string(text.data(), static_cast<std::size_t>(got))};
+}
+
+// ---- The emulation
+
 // The file that the device is mounted on. It is removed at the end if it was made here.
 class DeviceFile {
  public:
   explicit DeviceFile(const std::string& path) {
     struct stat found {};
+    struct stat around {};
     if (::lstat(path.c_str(), &found) == 0) {
-      check(path, found);
+      if (!S_ISREG(found.st_mode)) {
+        throw wrong_file("{}: is not a regular file; give a new name, or an empty file", path);
+      }
+      const auto folder = std::filesystem::absolute(path).parent_path();
+      if (::stat(folder.c_str(), &around) == 0 && around.st_dev != found.st_dev) {
+        throw wrong_file(
+            "{0}: something is mounted there; end that program, or remove it: fusermount3 -u {0}",
+            path);
+      }
+      if (found.st_size != 0) throw wrong_file("{}: is not empty; give a new name", path);
       return;
     }
     if (errno == ENOTCONN) {
       throw wrong_file(
-          "{0}: a device of an earlier run is still mounted; remove it: "
-          "fusermount3 -u {0}",
-          path);
+          "{0}: a device of an earlier run is still mounted; remove it: fusermount3 -u {0}", path);
     }
-    const int file = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600);
-    if (file < 0) throw wrong_file("{}: {}", path, std::strerror(errno));
-    ::close(file);
+    make_file(path);
     made_ = path;
   }
   ~DeviceFile() {
@@ -126,46 +267,27 @@ class DeviceFile {
   DeviceFile& operator=(const DeviceFile&) = delete;
 
  private:
-  static void check(const std::string& path, const struct stat& found) {
-    if (!S_ISREG(found.st_mode)) {
-      throw wrong_file("{}: is not a regular file; give a new name, or an empty file", path);
-    }
-    const std::size_t slash = path.rfind('/');
-    const std::string folder = slash == std::string::npos ? "." : path.substr(0, slash + 1);
-    struct stat around {};
-    if (::stat(folder.c_str(), &around) == 0 && around.st_dev != found.st_dev) {
-      throw wrong_file(
-          "{0}: something is mounted there; end that program, or remove it: "
-          "fusermount3 -u {0}",
-          path);
-    }
-    if (found.st_size != 0) throw wrong_file("{}: is not empty; give a new name", path);
-  }
-
   std::string made_;
 };
 
 class Emulation {
  public:
-  Emulation(const EmulateOptions& options, const sim::LineSetup& setup,
+  Emulation(const EmulateOptions& options, const sim::FarEndSetup& setup,
             const std::optional<Picoseconds>& step, Host& host)
       : options_(options),
         host_(host),
         step_(step),
-        format_(setup.format),
-        encoder_({.line = setup, .processing_max = setup.processing},
-                 [this](const sim::FarEndCycle& request) { put_truth(request); }),
+        format_(setup.line.format),
+        encoder_(setup, [this](const sim::FarEndCycle& request) { put_truth(request); }),
         bus_(encoder_, {.clock = options.controller_clock.value_or(Hertz{}),
                         .word_gap = options.byte_gap,
                         .ma = options.ma == "mosi" ? live::MaSource::mosi : live::MaSource::sck}),
-        device_(bus_, setup.clock, {.now = [this] { return now(); }, .step = step}),
+        device_(bus_, setup.line.clock, {.now = [this] { return now(); }, .step = step}),
         mount_(device_, [this] { wait(); }) {}
 
   ~Emulation() {
     if (signals_ >= 0) ::close(signals_);
   }
-  Emulation(const Emulation&) = delete;
-  Emulation& operator=(const Emulation&) = delete;
 
   ExitStatus run() {
     if (!options_.truth.empty()) {
@@ -178,8 +300,7 @@ class Emulation {
     const ExitStatus status = options_.command.empty() ? run_at_file() : run_command();
     encoder_.finish(now());
     const bool written = !truth_ || (truth_->finish() && truth_output_.finish());
-    if (!written) return truth_output_.status();
-    return status;
+    return written ? status : truth_output_.status();
   }
 
  private:
@@ -199,20 +320,18 @@ class Emulation {
   ExitStatus run_at_file() {
     const DeviceFile file(options_.at);
     fail_if(mount_.mount(options_.at), ExitStatus::io);
-    Output output(host_);
-    if (!output.open("") || !output.write(options_.at + "\n") || !output.finish()) {
-      return output.status();
-    }
+    const ExitStatus written =
+        write_output(host_, "", [&](Output& output) { return output.write(options_.at + "\n"); });
+    if (written != ExitStatus::done) return written;
     serve();
     mount_.unmount();
     return ExitStatus::done;
   }
 
   ExitStatus run_command() {
-    const StartedCommand started = start_with_device(options_.command, options_.as);
-    if (!started.problem.empty()) return host_.fail(ExitStatus::io, started.problem);
-    mount_.adopt(started.fuse);
-    child_ = started.process;
+    int fuse = -1;
+    std::tie(child_, fuse) = start_with_device(options_.command, options_.as);
+    mount_.adopt(fuse);
     serve();
     // A command that waits for the device cannot end before.
     mount_.unmount();
@@ -233,20 +352,16 @@ class Emulation {
 
   void serve() {
     while (!ended_) {
-      std::array<pollfd, 3> ready = sources();
-      ready[2] = {mount_.descriptor(), POLLIN, 0};
-      if (::poll(ready.data(), ready.size(), -1) < 0) continue;
-      if (ready[2].revents != 0 && !mount_.serve()) break;
-      answer(ready);
+      if (answer(mount_.descriptor(), nullptr) && !mount_.serve()) break;
       if (const std::string text = mount_.take_warning(); !text.empty()) host_.warn(text);
     }
   }
 
-  std::array<pollfd, 3> sources() const {
-    return {{{signals_, POLLIN, 0}, {control_.descriptor(), POLLIN, 0}, {-1, 0, 0}}};
-  }
-
-  void answer(const std::array<pollfd, 3>& ready) {
+  // Answers signals and commands, if there are any before the limit. \return the device is readable
+  bool answer(int device, const timespec* limit) {
+    std::array<pollfd, 3> ready{
+        {{signals_, POLLIN, 0}, {control_.descriptor(), POLLIN, 0}, {device, POLLIN, 0}}};
+    if (::ppoll(ready.data(), ready.size(), limit, nullptr) <= 0) return false;
     if (ready[0].revents != 0) take_signal();
     if (ready[1].revents != 0) {
       control_.serve([this](std::string_view line) -> std::string {
@@ -255,6 +370,7 @@ class Emulation {
         return "ok quit";
       });
     }
+    return ready[2].revents != 0;
   }
 
   void take_signal() {
@@ -283,8 +399,7 @@ class Emulation {
       if (rest <= spin) continue;
       const std::int64_t sleep_ns = (rest - spin).count / 1000;
       const timespec limit{.tv_sec = sleep_ns / 1'000'000'000, .tv_nsec = sleep_ns % 1'000'000'000};
-      std::array<pollfd, 3> ready = sources();
-      if (::ppoll(ready.data(), ready.size(), &limit, nullptr) > 0) answer(ready);
+      answer(-1, &limit);
       if (ended_) return;
     }
   }
@@ -326,24 +441,19 @@ ExitStatus run_emulate(const EmulateOptions& options, Host& host) {
     throw wrong_usage("--controller-clock: at least 1 MHz");
   }
   const auto step = read_step(options.time);
-  const sim::LineSetup setup = setup_of(options, step, host);
-  fail_if(wrong_faults(setup.faults,
-                       sim::FarEnd::nominal_of({.line = setup, .processing_max = setup.processing}),
-                       UINT64_MAX));
-  return Emulation(options, setup, step, host).run();
+  return Emulation(options, setup_of(options, step, host), step, host).run();
 }
 
 ExitStatus run_ask(const AskOptions& options, Host& host) {
-  std::string line = fmt::format("{}", fmt::join(options.words, " "));
+  const std::string line = fmt::format("{}", fmt::join(options.words, " "));
   std::string answer;
   if (line.find('\n') != std::string::npos) throw wrong_usage("WORDS: one line");
   if (!live::ask_control_socket(options.socket, line, answer)) {
     return host.fail(ExitStatus::io, answer);
   }
-  const ExitStatus written =
-      write_output(host, "", [&](Output& output) { return output.write(answer + "\n"); });
-  if (written != ExitStatus::done) return written;
-  return answer.starts_with("ok") ? ExitStatus::done : ExitStatus::data_failed;
+  return std::max(
+      write_output(host, "", [&](Output& output) { return output.write(answer + "\n"); }),
+      answer.starts_with("ok") ? ExitStatus::done : ExitStatus::data_failed);
 }
 
 void add_device_options(Verb verb, EmulateOptions& options) {

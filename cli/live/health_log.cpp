@@ -3,48 +3,60 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 
-#include <array>
 #include <fstream>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
 #include "report/summary.hpp"
-#include "report/text.hpp"
+#include "verbs/common/fields.hpp"
+
+namespace nlohmann {
+template <class T>
+struct adl_serializer<std::optional<T>> {
+  static void to_json(json& json, const std::optional<T>& value) {
+    json = value ? nlohmann::json(*value) : nlohmann::json(nullptr);
+  }
+  static void from_json(const json& json, std::optional<T>& value) {
+    value.reset();
+    if (!json.is_null()) value = json.get<T>();
+  }
+};
+}  // namespace nlohmann
+
+namespace biss::decode {
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Counts, cycles, by_status, errors, warnings)
+}  // namespace biss::decode
+
+namespace biss::live {
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HealthPoint, time, cycles, good, events, levels)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Baseline, intervals, ranges, shares)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(AlarmChange, time, alarm, begins, reason, faults)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HealthState, counts, baseline, intervals, period, recent,
+                                   history, joined, last_joined, reasons, quiet, changes)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HealthSetup, unit, baseline)
+}  // namespace biss::live
 
 namespace biss::cli {
 
 using namespace live;
 using namespace verbs;
+using nlohmann::json;
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FileMark, bytes, time, cycles)
 
 namespace {
+
+// The beginning of each state file.
+constexpr std::string_view state_begins = R"({"biss_watch":1,)";
 
 // The journal is written again when it is larger.
 constexpr std::uint64_t journal_max = std::uint64_t{1} << 20U;
 
 std::string time_text(std::int64_t time) {
   return fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(static_cast<std::time_t>(time)));
-}
-
-std::vector<report::Column> health_columns(LinkUnit unit) {
-  using report::Kind;
-  const auto count = [](std::string_view name) {
-    return report::Column{.name = std::string(name), .kind = Kind::unsigned_integer};
-  };
-  std::vector<report::Column> columns{
-      {.name = "time", .kind = Kind::text}, count("cycles"), count("good")};
-  for (std::size_t k = 0; k < event_count; ++k) {
-    columns.push_back(count(name_of(static_cast<Event>(k))));
-  }
-  if (unit == LinkUnit::clock) {
-    columns.push_back({.name = "line_delay_clocks", .kind = Kind::signed_integer});
-    columns.push_back({.name = "ack_clocks", .kind = Kind::signed_integer});
-  } else {
-    columns.push_back({.name = "line_delay_ns", .kind = Kind::nanoseconds});
-    columns.push_back({.name = "ack_ns", .kind = Kind::nanoseconds});
-  }
-  columns.push_back({.name = "margin_percent", .kind = Kind::real, .places = 1});
-  columns.push_back({.name = "alarms", .kind = Kind::text, .role = report::Role::warnings});
-  return columns;
 }
 
 std::string alarms_of(const HealthState& state) {
@@ -56,20 +68,25 @@ std::string alarms_of(const HealthState& state) {
   return names;
 }
 
-bool write_row(report::TableWriter& writer, const HealthPoint& point, LinkUnit unit,
-               const std::string& alarms) {
-  const std::string time = time_text(point.time);
-  std::vector<report::Cell> cells{time, point.cycles, point.good};
-  for (const std::uint64_t count : point.events) cells.emplace_back(count);
-  for (const Level level : {Level::delay, Level::ack}) {
-    const auto& value = point.level(level);
-    const bool is_time = unit == LinkUnit::picosecond && value;
-    cells.push_back(is_time ? report::Cell(Picoseconds{*value}) : report::Cell(value));
+FieldRow health_fields(const HealthPoint& point, LinkUnit unit, const std::string& alarms = {}) {
+  FieldRow fields{{"time", time_text(point.time)}, {"cycles", point.cycles}, {"good", point.good}};
+  for (std::size_t k = 0; k < event_count; ++k) {
+    fields.emplace_back(std::string(name_of(static_cast<Event>(k))), point.events[k]);
   }
-  const auto& margin = point.level(Level::margin);
-  cells.push_back(margin ? report::Cell(static_cast<double>(*margin) / 10) : report::Cell());
-  cells.emplace_back(alarms);
-  return writer.row(cells);
+  for (const auto& [level, name] : {std::pair(Level::delay, "line_delay"), {Level::ack, "ack"}}) {
+    const auto& value = point.level(level);
+    if (unit == LinkUnit::clock) {
+      fields.emplace_back(fmt::format("{}_clocks", name), value);
+    } else {
+      fields.emplace_back(fmt::format("{}_ns", name),
+                          value ? std::optional(Picoseconds{*value}) : std::nullopt);
+    }
+  }
+  std::optional<double> margin;
+  if (const auto& value = point.level(Level::margin)) margin = static_cast<double>(*value) / 10;
+  fields.push_back({"margin_percent", margin, {.places = 1}});
+  fields.push_back({"alarms", alarms, {.role = report::Role::warnings}});
+  return fields;
 }
 
 std::string text_of(const AlarmChange& change) {
@@ -89,12 +106,10 @@ std::string summary_of(const LinkHealth& health) {
   summary.entry("status", causes);
   summary.entry("flags", fmt::format("{} with nE = 0, {} with nW = 0", state.counts.errors,
                                      state.counts.warnings));
-  constexpr std::pair<Level, std::string_view> levels[] = {
-      {Level::delay, "line delay"}, {Level::ack, "ACK"}, {Level::margin, "margin"}};
-  for (const auto& [level, name] : levels) {
+  for (const Level level : {Level::delay, Level::ack, Level::margin}) {
     const auto last = state.recent.empty() ? std::nullopt : state.recent.back().level(level);
     if (!last) continue;
-    summary.entry(name, health.level_text(level, *last), health.trend_text(level));
+    summary.entry(name_of(level), health.level_text(level, *last), health.trend_text(level));
   }
   const std::string alarms = alarms_of(state);
   summary.entry("alarms", alarms.empty() ? "none" : alarms);
@@ -104,12 +119,38 @@ std::string summary_of(const LinkHealth& health) {
   return summary.text();
 }
 
+// Takes a line of a state file. Throws a std::exception if it is damaged.
+void take_line(SavedHealth& saved, std::string_view text) {
+  const json line = json::parse(text);
+  if (line.contains("state")) {
+    auto state = line.at("state").get<HealthState>();
+    for (const AlarmChange& change : state.changes) {
+      if (static_cast<std::size_t>(change.alarm) >= alarm_count) throw std::out_of_range("alarm");
+    }
+    saved.health.restore(line.at("now").get<HealthPoint>(), state.counts);
+    saved.health.restore(std::move(state));
+    saved.files = line.at("files").get<std::map<std::uint64_t, FileMark>>();
+    return;
+  }
+  const auto counts = line.at("counts").get<decode::Counts>();
+  if (line.contains("interval")) {
+    // Its alarms have the counts at its end.
+    saved.health.restore(HealthPoint{}, counts);
+    saved.health.take(line.at("interval").get<HealthPoint>());
+  }
+  saved.health.restore(line.at("now").get<HealthPoint>(), counts);
+  if (line.contains("file")) {
+    const auto [key, mark] = line.at("file").get<std::pair<std::uint64_t, FileMark>>();
+    saved.files[key] = mark;
+  }
+}
+
 }  // namespace
 
 HealthLog::HealthLog(HealthLogOptions options, Host& host)
     : options_(std::move(options)),
       host_(host),
-      saved_(options_.health, options_.settings),
+      saved_{LinkHealth(options_.health)},
       journal_(host),
       output_(host),
       publisher_(options_.publish, options_.health.unit) {
@@ -118,7 +159,7 @@ HealthLog::HealthLog(HealthLogOptions options, Host& host)
     const auto take = [&](std::string_view line) {
       ++number;
       try {
-        saved_.take_line(line);
+        take_line(saved_, line);
       } catch (const std::exception&) {
         throw wrong_file("{}: line {} is damaged; give another --state, or delete this file",
                          options_.state, number);
@@ -128,34 +169,36 @@ HealthLog::HealthLog(HealthLogOptions options, Host& host)
     journal_.open(options_.state,
                   {.owner = "biss watch",
                    .begins = std::string(state_begins),
-                   .header = saved_.header(),
+                   // In this order, so that it begins with state_begins.
+                   .header = nlohmann::ordered_json{{"biss_watch", 1},
+                                                    {"settings", options_.settings},
+                                                    {"setup", json(options_.health)}}
+                                 .dump(),
                    .refusal = "it was written with other options; give the same ones, or another "
                               "--state"},
                   take);
   }
   if (!output_.open(options_.output)) throw VerbError{ExitStatus::io, output_.error()};
   output_.write_soon();
-  rows_ = report::make_table_writer(options_.to, health_columns(options_.health.unit), output_,
-                                    output_.table_options());
+  rows_ =
+      report::make_table_writer(options_.to, columns_of(health_fields({}, options_.health.unit)),
+                                output_, output_.table_options());
   publisher_.set(saved_.health);
 }
 
 void HealthLog::add(const HealthSample& sample, Picoseconds time, std::int64_t now) {
-  if (!began_) {
-    began_ = time;
-    began_at_ = now;
-  }
-  if (time - *began_ >= options_.interval) {
-    end_interval();
+  const bool ends = began_ && time - *began_ >= options_.interval;
+  if (ends) end_interval();
+  if (ends || !began_) {
     began_ = time;
     began_at_ = now;
   }
   saved_.health.add(sample);
-  if (mark_ != nullptr) ++mark_->cycles;
+  if (file_ != nullptr) ++file_->second.cycles;
   // Not for each cycle.
   if (++unsaved_ % 64 != 0) return;
   const auto clock = std::chrono::steady_clock::now();
-  if (clock - saved_at_ >= std::chrono::milliseconds(500)) save(nullptr);
+  if (clock - saved_at_ >= std::chrono::milliseconds(500)) save();
 }
 
 void HealthLog::end_capture() {
@@ -164,24 +207,19 @@ void HealthLog::end_capture() {
 }
 
 FileMark& HealthLog::begin_file(std::uint64_t key) {
-  file_ = key;
-  mark_ = &saved_.files[key];
-  return *mark_;
+  file_ = &*saved_.files.try_emplace(key).first;
+  return file_->second;
 }
 
 void HealthLog::end_interval() {
   const auto point = saved_.health.end_interval(began_at_);
   if (!point) return;
-  const std::string alarms = alarms_of(saved_.health.state());
-  if (!write_row(*rows_, *point, options_.health.unit, alarms)) {
-    throw VerbError{ExitStatus::io, output_.error()};
-  }
-  report::StringSink text;
-  const auto message =
-      report::make_table_writer(report::Format::jsonl, health_columns(options_.health.unit), text);
-  write_row(*message, *point, options_.health.unit, alarms);
-  message->finish();
-  publisher_.send("interval", text.text().substr(0, text.text().find('\n')));
+  const FieldRow row =
+      health_fields(*point, options_.health.unit, alarms_of(saved_.health.state()));
+  if (!write_row(*rows_, row)) throw VerbError{ExitStatus::io, output_.error()};
+  std::string message = verbs::text_of({row}, report::Format::jsonl);
+  message.pop_back();
+  publisher_.send("interval", message);
   for (const AlarmChange& change : saved_.health.changes()) {
     host_.warn(fmt::format("{}  {}", time_text(change.time), text_of(change)));
     publisher_.send(fmt::format("alarm/{}", name_of(change.alarm)),
@@ -194,13 +232,19 @@ void HealthLog::save(const HealthPoint* interval) {
   saved_at_ = std::chrono::steady_clock::now();
   publisher_.set(saved_.health);
   if (!journal_.is_open()) return;
-  journal_.append(saved_.progress(file_, interval));
-  if (journal_.bytes() > journal_max) journal_.replace(saved_.snapshot());
+  const LinkHealth& health = saved_.health;
+  json line{{"now", health.interval()}, {"counts", health.state().counts}};
+  if (interval != nullptr) line["interval"] = *interval;
+  if (file_ != nullptr) line["file"] = *file_;
+  journal_.append(line.dump());
+  if (journal_.bytes() <= journal_max) return;
+  journal_.replace(
+      json{{"state", health.state()}, {"now", health.interval()}, {"files", saved_.files}}.dump());
 }
 
 ExitStatus HealthLog::finish() {
   end_capture();
-  save(nullptr);
+  save();
   if (!rows_->finish() || !output_.finish()) return output_.status();
   if (const std::uint64_t lost = publisher_.finish(); lost != 0) {
     host_.warn(fmt::format("--mqtt {}: the broker has not taken {}", options_.publish.mqtt,
@@ -220,19 +264,19 @@ ExitStatus show_health(const std::string& path, const std::string& output, repor
   }
   std::uint64_t number = 1;
   try {
-    SavedHealth saved = SavedHealth::from_header(line);
+    const auto setup = json::parse(line).at("setup").get<HealthSetup>();
+    SavedHealth saved{LinkHealth(setup)};
     // The last line may not be complete.
     while (std::getline(file, line) && !file.eof()) {
       ++number;
-      saved.take_line(line);
+      take_line(saved, line);
     }
     const ExitStatus written = write_output(host, output, [&](Output& rows) {
-      const auto table = report::make_table_writer(to, health_columns(saved.setup.unit), rows,
-                                                   rows.table_options());
+      std::vector<FieldRow> fields;
       for (const HealthPoint& point : saved.health.state().history) {
-        if (!write_row(*table, point, saved.setup.unit, "")) return false;
+        fields.push_back(health_fields(point, setup.unit));
       }
-      return table->finish();
+      return write_rows(health_fields({}, setup.unit), fields, to, rows, rows.table_options());
     });
     if (written == ExitStatus::done) host.print_summary(summary_of(saved.health));
     return written;

@@ -3,13 +3,14 @@
 
 #include <chrono>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "biss/base/units.hpp"
 #include "cli/live/publish.hpp"
-#include "cli/live/saved_health.hpp"
 #include "live/link_health.hpp"
 #include "report/table.hpp"
 #include "verbs/common/host.hpp"
@@ -17,6 +18,21 @@
 #include "verbs/common/output.hpp"
 
 namespace biss::cli {
+
+/// How much of a file was watched.
+struct FileMark {
+  std::uint64_t bytes = 0;
+  std::int64_t time = 0;  ///< of the last change, in nanoseconds since 1970
+  std::uint64_t cycles = 0;
+};
+
+/// The state file: lines of JSON. The header has the options, a snapshot all figures; after that a
+/// line for each interval, and for each second within one.
+struct SavedHealth {
+  live::LinkHealth health;
+  /// By the hash of the path and the number of the file in its file system.
+  std::map<std::uint64_t, FileMark> files{};
+};
 
 struct HealthLogOptions {
   live::HealthSetup health;
@@ -43,7 +59,8 @@ class HealthLog {
   /// The next cycles are of this file, which `key` names. Its cycles are counted.
   FileMark& begin_file(std::uint64_t key);
   /// Writes what is new since the last second.
-  void save() { save(nullptr); }
+  /// \param interval that ended; null: none did
+  void save(const live::HealthPoint* interval = nullptr);
 
   /// Writes the rest, and the summary.
   /// \return data_failed if an alarm is on
@@ -51,14 +68,12 @@ class HealthLog {
 
  private:
   void end_interval();
-  void save(const live::HealthPoint* interval);
 
   HealthLogOptions options_;
   verbs::Host& host_;
   SavedHealth saved_;
   verbs::Journal journal_;
-  std::uint64_t file_ = 0;
-  FileMark* mark_ = nullptr;  // of this file
+  std::map<std::uint64_t, FileMark>::value_type* file_ = nullptr;
   verbs::Output output_;
   std::unique_ptr<report::TableWriter> rows_;
   Publisher publisher_;

@@ -13,6 +13,7 @@
 #include <map>
 #include <optional>
 #include <thread>
+#include <tuple>
 
 #include "report/text.hpp"
 #include "verbs/common/host.hpp"
@@ -34,7 +35,7 @@ struct Publisher::Metrics {
         prometheus::BuildCounter().Name(name).Help(help).Register(*registry).Add(labels);
     counter.Increment(static_cast<double>(value) - counter.Value());
   }
-  void gauge(const char* name, const char* help, const Labels& labels, double value) {
+  void gauge(const std::string& name, const char* help, const Labels& labels, double value) {
     prometheus::BuildGauge().Name(name).Help(help).Register(*registry).Add(labels).Set(value);
   }
 
@@ -54,19 +55,18 @@ struct Publisher::Metrics {
     }
     if (state.recent.empty()) return;
     const HealthPoint& last = state.recent.back();
-    const double unit = is_clock ? 1 : 1e-12;
-    if (const auto delay = last.level(Level::delay)) {
-      gauge(is_clock ? "biss_line_delay_clocks" : "biss_line_delay_seconds",
-            "Median line delay of the last interval.", {}, static_cast<double>(*delay) * unit);
-    }
-    if (const auto ack = last.level(Level::ack)) {
-      gauge(is_clock ? "biss_ack_clocks" : "biss_ack_seconds", "Median ACK of the last interval.",
-            {}, static_cast<double>(*ack) * unit);
-    }
-    if (const auto margin = last.level(Level::margin)) {
-      gauge("biss_margin_ratio",
-            "Distance from the sampling point to the next change of SLO, in periods of MA.", {},
-            static_cast<double>(*margin) * 1e-3);
+    const std::string end = is_clock ? "clocks" : "seconds";
+    const double time = is_clock ? 1 : 1e-12;
+    for (const auto& [level, name, help, unit] :
+         {std::tuple(Level::delay, "line_delay_" + end, "Median line delay of the last interval.",
+                     time),
+          std::tuple(Level::ack, "ack_" + end, "Median ACK of the last interval.", time),
+          std::tuple(
+              Level::margin, std::string("margin_ratio"),
+              "Distance from the sampling point to the next change of SLO, in periods of MA.",
+              1e-3)}) {
+      const auto value = last.level(level);
+      if (value) gauge("biss_" + name, help, {}, static_cast<double>(*value) * unit);
     }
   }
 
@@ -93,8 +93,6 @@ struct Publisher::Broker {
     ::mosquitto_destroy(client);
     ::mosquitto_lib_cleanup();
   }
-  Broker(const Broker&) = delete;
-  Broker& operator=(const Broker&) = delete;
 
   mosquitto* client = nullptr;
   std::string topic;
@@ -104,32 +102,26 @@ struct Publisher::Broker {
 };
 
 Publisher::Publisher(const PublishOptions& options, LinkUnit unit) {
-  const auto port_of = [](const std::string& option, const std::string& address,
-                          std::string_view port) {
-    const auto number = report::number_in<std::uint16_t>(port);
-    if (!number) throw verbs::wrong_usage("{} '{}': the port is not a number", option, address);
-    return static_cast<int>(*number);
+  const auto port_of = [](const char* option, const std::string& address, std::size_t colon) {
+    const auto port = report::number_in<std::uint16_t>(std::string_view(address).substr(colon + 1));
+    if (!port) throw verbs::wrong_usage("{} '{}': the port is not a number", option, address);
+    return *port;
   };
-  if (!options.listen.empty()) {
-    const std::size_t colon = options.listen.rfind(':');
-    const std::string address = options.listen.substr(0, colon);
-    if (colon == std::string::npos || (address != "127.0.0.1" && address != "localhost")) {
-      throw verbs::wrong_usage("--listen '{}': write 127.0.0.1:PORT", options.listen);
+  if (const std::string& address = options.listen; !address.empty()) {
+    if (!address.starts_with("127.0.0.1:") && !address.starts_with("localhost:")) {
+      throw verbs::wrong_usage("--listen '{}': write 127.0.0.1:PORT", address);
     }
-    port_of("--listen", options.listen, std::string_view(options.listen).substr(colon + 1));
+    const int port = port_of("--listen", address, address.find(':'));
     try {
-      metrics_ = std::make_unique<Metrics>("127.0.0.1" + options.listen.substr(colon), unit);
+      metrics_ = std::make_unique<Metrics>(fmt::format("127.0.0.1:{}", port), unit);
     } catch (const std::exception&) {
       throw verbs::wrong_file("--listen {}: another program uses the port, or it may not be used",
-                              options.listen);
+                              address);
     }
   }
   if (options.mqtt.empty()) return;
   const std::size_t colon = options.mqtt.rfind(':');
-  const bool has_port = colon != std::string::npos;
-  const int port =
-      has_port ? port_of("--mqtt", options.mqtt, std::string_view(options.mqtt).substr(colon + 1))
-               : 1883;
+  const int port = colon == std::string::npos ? 1883 : port_of("--mqtt", options.mqtt, colon);
   if (options.topic.find_first_of("#+") != std::string::npos) {
     throw verbs::wrong_usage("--topic '{}': # and + cannot be in a topic", options.topic);
   }

@@ -21,8 +21,6 @@ class Publisher {
   /// Throws a VerbError if the address is wrong or in use.
   Publisher(const PublishOptions& options, live::LinkUnit unit);
   ~Publisher();
-  Publisher(const Publisher&) = delete;
-  Publisher& operator=(const Publisher&) = delete;
 
   /// The figures that Prometheus gets until the next call.
   void set(const live::LinkHealth& health);

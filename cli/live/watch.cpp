@@ -1,13 +1,11 @@
 #include "cli/live/watch.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
 #include <ctime>
 #include <memory>
 #include <optional>
@@ -17,6 +15,7 @@
 
 #include "archive/hash.hpp"
 #include "archive/listing.hpp"
+#include "biss/master/spi_read.hpp"
 #include "capture/bytes.hpp"
 #include "capture/open.hpp"
 #include "cli/live/end_by_signal.hpp"
@@ -52,9 +51,8 @@ live::HealthSample sample_of(const decode::Cycle& cycle, live::LinkUnit unit) {
   }
   sample.noisy = cycle.marginal.value_or(false);
   if (unit == live::LinkUnit::clock) {
-    if (!cycle.frame) return sample;
-    sample.delay = line_delay_clocks(*cycle.frame);
-    sample.ack = cycle.frame->ack_clocks;
+    if (cycle.frame) sample.delay = line_delay_clocks(*cycle.frame);
+    if (cycle.frame) sample.ack = cycle.frame->ack_clocks;
     return sample;
   }
   if (cycle.line_delay) sample.delay = cycle.line_delay->count;
@@ -73,52 +71,37 @@ live::HealthSample sample_of(const decode::Cycle& cycle, live::LinkUnit unit) {
 // A file that another program writes: at its end, waits for more until this program is to end.
 class GrowingFile final : public capture::ByteSource {
  public:
-  explicit GrowingFile(int descriptor) : descriptor_(descriptor) {}
-  ~GrowingFile() override { ::close(descriptor_); }
-  GrowingFile(const GrowingFile&) = delete;
-  GrowingFile& operator=(const GrowingFile&) = delete;
+  explicit GrowingFile(std::unique_ptr<ByteSource> file) : file_(std::move(file)) {}
 
   Result<std::size_t, capture::CaptureError> read(std::span<char> into) override {
     for (;;) {
-      const ssize_t got = ::read(descriptor_, into.data(), into.size());
-      if (got > 0) return static_cast<std::size_t>(got);
-      if (got < 0 && errno != EINTR) {
-        return failure(capture::CaptureError{.cause = capture::CaptureCause::read_failed});
-      }
-      if (EndBySignal::wanted()) return std::size_t{0};
+      const auto got = file_->read(into);
+      if (!got.ok() || *got != 0 || EndBySignal::wanted()) return got;
       pause();
     }
   }
 
  private:
-  int descriptor_;
+  std::unique_ptr<ByteSource> file_;
 };
 
 // The host of the command with one capture that grows.
-class GrowingHost final : public Host {
+class GrowingHost final : public MemoryHost {
  public:
-  GrowingHost(Host& outer, std::string path) : outer_(outer), path_(std::move(path)) {
-    given_.again = false;
-    given_.open = [this](const InputArguments& arguments) -> capture::Opened {
-      const int descriptor = ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
-      if (descriptor < 0) {
-        return tl::unexpected(capture::CaptureError{.cause = capture::CaptureCause::cannot_open});
-      }
-      return capture::open_capture(std::make_unique<GrowingFile>(descriptor), path_,
+  GrowingHost(Host& outer, const std::string& path) : MemoryHost(&outer), outer_(outer) {
+    const auto open = [path](const InputArguments& arguments) -> capture::Opened {
+      auto file = capture::open_bytes(path);
+      if (!file) return tl::unexpected(file.error());
+      return capture::open_capture(std::make_unique<GrowingFile>(*std::move(file)), path,
                                    {.analog = arguments.raw.analog});
     };
+    give(path, {.open = open, .again = false});
   }
 
   void warn(std::string_view text) override { outer_.warn(text); }
-  void print_summary(std::string_view text) override { outer_.print_summary(text); }
-  const GivenCapture* capture(const std::string& name) const override {
-    return name == path_ ? &given_ : nullptr;
-  }
 
  private:
   Host& outer_;
-  std::string path_;
-  GivenCapture given_;
 };
 
 class WatchRun {

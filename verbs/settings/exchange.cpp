@@ -4,8 +4,11 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
+#include <cstdint>
+#include <cstdlib>
+#include <map>
+#include <utility>
 
 #include "biss/frame/format_text.hpp"
 #include "device/nearest.hpp"
@@ -15,7 +18,7 @@
 namespace biss::verbs {
 namespace {
 
-using Number = std::optional<std::uint64_t>;
+using Number = std::optional<std::int64_t>;
 /// The value of each row of a master.
 using Values = std::vector<Number>;
 
@@ -24,138 +27,107 @@ using Values = std::vector<Number>;
 /// The bits of a channel in the order lead, multiturn, gap, singleturn, bits after the position.
 struct BitLayout {
   explicit BitLayout(const ChannelFormat& of) : channel(of) {
-    const biss::Field low = of.position.present() ? of.position : of.singleturn;
-    const biss::Field high = of.multiturn.present() ? of.multiturn : low;
-    multiturn = of.multiturn.bits;
-    singleturn = low.bits;
-    after = low.shift;
-    lead = of.data_bits - high.shift - high.bits;
-    gap = multiturn == 0 ? 0 : high.shift - low.shift - low.bits;
-    for (int shift = std::min(after, 2) - 1; shift >= 0; --shift) {
-      const bool is_error = of.error.present && of.error.shift == shift;
-      const bool is_warning = of.warning.present && of.warning.shift == shift;
-      status += is_error     ? (of.error.active_high ? 'E' : 'e')
-                : is_warning ? (of.warning.active_high ? 'W' : 'w')
-                             : 'p';
+    for (const auto& [flag, letters] : {std::pair(of.error, "eE"), std::pair(of.warning, "wW")}) {
+      if (!flag.present) continue;
+      const std::size_t from_end = flag.shift + std::size_t{1};
+      in_order = in_order && from_end <= status.size();
+      if (in_order) status[status.size() - from_end] = letters[flag.active_high ? 1 : 0];
     }
-    const auto in_status = [this](const FlagField& flag) {
-      return !flag.present || flag.shift < std::min(after, 2);
-    };
-    in_order = low.present() && gap >= 0 && !of.life_counter.present() && in_status(of.error) &&
-               in_status(of.warning);
-  }
-  int tail() const { return std::max(after - 2, 0); }
-  bool usual() const {
-    return channel.crc.polynomial == default_polynomial(channel.crc.width_bits);
   }
 
   ChannelFormat channel;
-  int lead = 0;
-  int multiturn = 0;
-  int gap = 0;
-  int singleturn = 0;
-  int after = 0;
+  biss::Field low = channel.position.present() ? channel.position : channel.singleturn;
+  biss::Field high = channel.multiturn.present() ? channel.multiturn : low;
+  int multiturn = channel.multiturn.bits;
+  int singleturn = low.bits;
+  int after = low.shift;
+  int tail = std::max(after - 2, 0);
+  int lead = channel.data_bits - high.shift - high.bits;
+  int gap = multiturn == 0 ? 0 : high.shift - low.shift - low.bits;
   /// A letter for each of the last two bits before the CRC: e, w, E, W as in a format, p padding.
-  std::string status;
-  bool in_order = true;
+  std::string status = std::string(static_cast<std::size_t>(after - tail), 'p');
+  bool in_order = low.present() && gap >= 0 && !channel.life_counter.present();
 };
 
-Number number_of_bits(int value) { return static_cast<std::uint64_t>(value); }
-Number power_of_2(int bits) {
-  return bits < 64 ? Number(std::uint64_t{1} << static_cast<unsigned>(bits)) : std::nullopt;
-}
-
-/// A term and its value for a frame; nothing: the row keeps its fallback.
-struct Term {
-  std::string_view name;
-  Number (*value)(const BitLayout& frame);
-};
-using F = const BitLayout&;
-constexpr auto terms = std::to_array<Term>({
-    {"multiturn", [](F f) { return number_of_bits(f.multiturn); }},
-    {"singleturn", [](F f) { return number_of_bits(f.singleturn); }},
-    {"position", [](F f) { return number_of_bits(f.multiturn + f.singleturn); }},
-    {"counts_multiturn", [](F f) { return power_of_2(f.multiturn); }},
-    {"counts_singleturn", [](F f) { return power_of_2(f.singleturn); }},
-    {"lead", [](F f) { return number_of_bits(f.lead); }},
-    {"tail", [](F f) { return number_of_bits(f.tail()); }},
-    {"payload", [](F f) { return number_of_bits(f.channel.data_bits - f.after + f.tail()); }},
-    {"first_multiturn", [](F f) { return f.multiturn == 0 ? Number() : number_of_bits(f.lead); }},
-    {"first_singleturn", [](F f) { return number_of_bits(f.lead + f.multiturn + f.gap); }},
-    {"after_bits", [](F f) { return number_of_bits(f.after); }},
-    {"after_all", [](F f) { return number_of_bits(f.after + f.channel.crc.width_bits); }},
-    {"data", [](F f) { return number_of_bits(f.channel.data_bits); }},
-    {"data_minus_1", [](F f) { return number_of_bits(f.channel.data_bits - 1); }},
-    {"frame", [](F f) { return number_of_bits(static_cast<int>(f.channel.total_bits())); }},
-    {"status_off", [](F f) { return number_of_bits(f.status == "ew" ? 0 : 1); }},
-    {"status_high", [](F f) { return number_of_bits(f.status == "EW" ? 1 : 0); }},
-    {"gray", [](F f) { return number_of_bits(f.channel.coded() ? 1 : 0); }},
-    {"polynomial", [](F f) { return Number(f.channel.crc.polynomial); }},
-    {"polynomial_half", [](F f) { return Number(f.channel.crc.polynomial >> 1U); }},
-    {"crc_width", [](F f) { return number_of_bits(f.channel.crc.width_bits); }},
-    {"crc_usual", [](F f) { return number_of_bits(f.usual() ? 0 : 1); }},
-    {"crc_field",
-     [](F f) {
-       const CrcSpec& crc = f.channel.crc;
-       return Number(f.usual() ? crc.width_bits : crc.polynomial >> 1U);
-     }},
-    {"crc_inverted",
-     [](F f) {
-       return f.channel.crc.present() ? number_of_bits(f.channel.crc.inverted) : Number();
-     }},
-    {"crc_start", [](F f) { return Number(f.channel.crc.start); }},
-    // Users may choose other values than these.
-    {"counts_free", [](F f) { return power_of_2(f.multiturn + f.singleturn); }},
-    {"turns_free", [](F f) { return number_of_bits(f.multiturn > 0 ? 1 : 0); }},
-});
-
-const Term* find_term(std::string_view name) {
-  const auto term = std::find_if(terms.begin(), terms.end(),
-                                 [name](const Term& each) { return each.name == name; });
-  return term == terms.end() ? nullptr : &*term;
+/// The value of each term for a frame; nothing: the row keeps its fallback.
+std::map<std::string_view, Number> terms_of(const BitLayout& frame) {
+  const ChannelFormat& channel = frame.channel;
+  const CrcSpec& crc = channel.crc;
+  const bool usual = crc.polynomial == default_polynomial(crc.width_bits);
+  const int position = frame.multiturn + frame.singleturn;
+  return {
+      {"multiturn", frame.multiturn},
+      {"singleturn", frame.singleturn},
+      {"position", position},
+      {"lead", frame.lead},
+      {"tail", frame.tail},
+      {"payload", channel.data_bits - frame.after + frame.tail},
+      {"first_multiturn", frame.multiturn == 0 ? Number() : frame.lead},
+      {"first_singleturn", frame.lead + frame.multiturn + frame.gap},
+      {"after_bits", frame.after},
+      {"after_all", frame.after + crc.width_bits},
+      {"data", channel.data_bits},
+      {"data_minus_1", channel.data_bits - 1},
+      {"frame", channel.total_bits()},
+      {"status_off", frame.status == "ew" ? 0 : 1},
+      {"status_high", frame.status == "EW" ? 1 : 0},
+      {"gray", channel.coded() ? 1 : 0},
+      {"polynomial", crc.polynomial},
+      {"polynomial_half", crc.polynomial >> 1U},
+      {"crc_width", crc.width_bits},
+      {"crc_usual", usual ? 0 : 1},
+      {"crc_field", usual ? Number(crc.width_bits) : crc.polynomial >> 1U},
+      {"crc_inverted", crc.present() ? Number(crc.inverted ? 1 : 0) : std::nullopt},
+      {"crc_start", crc.start},
+      // Users may choose other values than these.
+      {"counts_free", position},
+      {"turns_free", frame.multiturn > 0 ? 1 : 0},
+  };
 }
 
 // The row has a fact of the format.
 bool is_format(const Parameter& row) {
-  return find_term(row.term) != nullptr && !row.term.ends_with("_free");
+  static const auto terms = terms_of(BitLayout(ChannelFormat()));
+  return terms.contains(row.term) && !row.term.ends_with("_free");
 }
 
 // ---- From values to a format
 
 /// The format that values describe; what they leave open is as in most encoders.
-class FormatMaker {
- public:
-  /// \param polynomial of a CRC that has no usual one of its width
-  FormatMaker(const Master& master, const Values& values, std::uint32_t polynomial = 0)
-      : master_(master), values_(values), polynomial_(polynomial) {}
+struct FormatMaker {
+  const Master& master;
+  const Values& values;
+  /// The polynomial of a CRC whose width has no usual one.
+  std::int64_t polynomial = 0;
 
   tl::expected<FrameFormat, std::string> make() const {
     const std::string text = text_of_format();
+    if (text.empty()) {
+      return tl::unexpected<std::string>(
+          "the numbers of bits do not fit together, or are not in this table");
+    }
     const auto format = parse_format(text);
     if (format.ok()) return *format;
-    return tl::unexpected(text.empty()
-                              ? std::string("the numbers of bits do not fit together, or are not "
-                                            "in this table")
-                              : fmt::format("{}: {}", text, text_of(format.error().mistake)));
+    return tl::unexpected(fmt::format("{}: {}", text, text_of(format.error().mistake)));
   }
 
-  std::uint32_t crc_polynomial() const {
-    if (const auto full = get("polynomial")) return static_cast<std::uint32_t>(*full);
+  std::int64_t crc_polynomial() const {
+    if (const auto full = get("polynomial")) return *full;
     const auto half = get("crc_usual") == 1 ? get("crc_field") : get("polynomial_half");
-    if (half) return *half == 0 ? 0U : static_cast<std::uint32_t>(*half) << 1U | 1U;
+    if (half) return *half == 0 ? 0 : *half << 1 | 1;
     const auto width = get("crc_field") ? get("crc_field") : get("crc_width");
-    if (!width) return 0x43U;
+    if (!width) return 0x43;
     const std::uint32_t usual = default_polynomial(static_cast<unsigned>(*width));
-    return usual != 0 ? usual : polynomial_;
+    return usual != 0 ? usual : polynomial;
   }
 
  private:
   std::string text_of_format() const {
-    const std::uint32_t polynomial = crc_polynomial();
-    const std::int64_t width = polynomial == 0 ? 0 : std::int64_t{std::bit_width(polynomial)} - 1;
-    const std::int64_t turns_given = bits("multiturn", "counts_multiturn").value_or(-1);
-    auto singleturn = bits("singleturn", "counts_singleturn");
-    std::int64_t turns = std::max<std::int64_t>(turns_given, 0);
+    const std::int64_t crc = crc_polynomial();
+    const std::int64_t width = std::bit_width(static_cast<std::uint32_t>(crc) >> 1U);
+    const Number turns_given = get("multiturn");
+    Number singleturn = get("singleturn");
+    std::int64_t turns = turns_given.value_or(0);
     std::int64_t lead = get("lead").value_or(0);
     std::int64_t gap = 0;
     std::int64_t after = get("after_bits").value_or(2 + get("tail").value_or(0));
@@ -165,71 +137,53 @@ class FormatMaker {
       gap = *first - lead - turns;
       after = get("payload").value_or(0) - *first - singleturn.value_or(0) + 2;
     }
-    auto position = get("position");
+    Number position = get("position");
     if (const auto payload = get("payload")) position = *payload - lead - (after - 2);
     if (const auto data = get("data")) position = *data - after - lead;
     if (const auto data = get("data_minus_1")) position = *data + 1 - after;
     if (const auto frame = get("frame"); frame && !position) position = *frame - width - after;
-    if (position && singleturn && turns_given < 0) turns = *position - *singleturn;
+    if (position && singleturn && !turns_given) turns = *position - *singleturn;
     if (!singleturn) singleturn = position.value_or(0) - turns;
     if (*singleturn < 1 || turns < 0 || lead < 0 || gap < 0 || after < 0) return {};
-    std::vector<std::string> items;
-    const std::string gray = get("gray") == 1 ? ":gray" : "";
-    const auto add = [&items](std::string_view name, std::int64_t count, std::string_view suffix) {
-      if (count > 0) items.push_back(fmt::format("{}{}{}", name, count, suffix));
+    std::string text;
+    const auto add = [&text](std::string_view name, std::int64_t count,
+                             std::string_view suffix = "") {
+      if (count > 0) text += fmt::format("{}{}{},", name, count, suffix);
     };
-    add("pad", lead, "");
+    const std::string_view gray = get("gray") == 1 ? ":gray" : "";
+    add("pad", lead);
     add("mt", turns, gray);
-    add("pad", gap, "");
+    add("pad", gap);
     add(turns > 0 ? "st" : "pos", *singleturn, gray);
-    add("pad", after - 2, "");
+    add("pad", after - 2);
     const bool high = get("status_high") == 1;
-    if (after >= 1) items.emplace_back(high ? "E" : "nE");
-    if (after >= 2) items.emplace_back(high ? "W" : "nW");
-    if (const auto crc = get("crc_width"); polynomial == 0 && crc && *crc != 0) {
-      items.push_back(fmt::format("crc{}", *crc));  // an error
-    } else if (polynomial != 0) {
-      items.push_back(fmt::format("crc{}:0x{:X}:0x{:X}{}", width, polynomial,
-                                  get("crc_start").value_or(0),
-                                  get("crc_inverted").value_or(1) == 1 ? "" : ":plain"));
+    if (after >= 1) text += high ? "E," : "nE,";
+    if (after >= 2) text += high ? "W," : "nW,";
+    if (crc == 0) {
+      add("crc", get("crc_width").value_or(0));  // an error, unless it is 0
+    } else {
+      text += fmt::format("crc{}:0x{:X}:0x{:X}{},", width, crc, get("crc_start").value_or(0),
+                          get("crc_inverted").value_or(1) == 1 ? "" : ":plain");
     }
-    return fmt::format("{}", fmt::join(items, ","));
+    text.pop_back();
+    return text;
   }
 
-  std::optional<std::int64_t> get(std::string_view term) const {
-    const Parameter* const row = master_.find(term);
+  Number get(std::string_view term) const {
+    const Parameter* const row = master.find(term);
     if (row == nullptr) return std::nullopt;
-    const Number& value = values_[static_cast<std::size_t>(row - master_.parameters.data())];
-    return value ? std::optional(static_cast<std::int64_t>(*value)) : std::nullopt;
+    return values[static_cast<std::size_t>(row - master.parameters.data())];
   }
-
-  std::optional<std::int64_t> bits(std::string_view term, std::string_view counts) const {
-    const auto count = get(counts);
-    return count ? std::countr_zero(static_cast<std::uint64_t>(*count)) : get(term);
-  }
-
-  const Master& master_;
-  const Values& values_;
-  std::uint32_t polynomial_;
 };
-
-// The singleturn and multiturn bits are settings of their own.
-bool has_parts(const Master& master) {
-  return master.find("singleturn") != nullptr || master.find("counts_singleturn") != nullptr;
-}
 
 std::string crc_text(const CrcSpec& crc) {
   return crc.present() ? fmt::format("crc{}:0x{:X}", crc.width_bits, crc.polynomial) : "no CRC";
 }
 
-std::string has_only(const Master& master, std::string_view what, bool assumed = false) {
-  return assumed               ? fmt::format("{} is assumed for this master: no source", what)
+std::string has_only(const Master& master, std::string_view fact, std::string_view what) {
+  return master.assumes(fact)  ? fmt::format("{} is assumed for this master: no source", what)
          : master.open("more") ? fmt::format("not in this table, which has only {}", what)
                                : fmt::format("the master has only {}", what);
-}
-
-std::string_view no_parameter(const Master& master) {
-  return master.open("more") ? "not in this table" : "no parameter for it is known";
 }
 
 // Why the master cannot read the format: the first thing that it reads otherwise. Empty if it can.
@@ -238,31 +192,30 @@ std::string misread(const Master& master, const FrameFormat& format, const Frame
   const BitLayout seen(read.channel_list[0]);
   const CrcSpec& crc = sent.channel.crc;
   const CrcSpec& crc_seen = seen.channel.crc;
-  const bool assumed = master.assumes("crc");
   const bool any = master.any_polynomial();
   if (crc.present() ? !any && crc.polynomial != crc_seen.polynomial : crc_seen.present()) {
     return fmt::format("crc_polynomial: {}; {}", crc_text(crc),
-                       has_only(master, any ? "frames with one" : crc_text(crc_seen), assumed));
+                       has_only(master, "crc", any ? "frames with one" : crc_text(crc_seen)));
   }
   if (!any && crc.inverted != crc_seen.inverted && crc.present()) {
-    return "crc_plain: the CRC is not inverted; " + (assumed
-                                                         ? has_only(master, "an inverted one", true)
-                                                         : "the master has no setting for it");
+    return "crc_plain: the CRC is not inverted; " + has_only(master, "crc", "an inverted one");
   }
   if (!master.open("crc") && crc.start != crc_seen.start) {
     return fmt::format("crc_start: the start value is 0x{:X}; {}", crc.start,
-                       has_only(master, "0", assumed));
+                       has_only(master, "crc", "0"));
   }
+  const std::string_view no_parameter =
+      master.open("more") ? "not in this table" : "no parameter for it is known";
   if (sent.channel.coded() && !seen.channel.coded()) {
-    return fmt::format("coding: Gray code; {}", no_parameter(master));
+    return fmt::format("coding: Gray code; {}", no_parameter);
   }
   if (sent.channel.coded() && sent.multiturn > 0) {
     return "coding: Gray code of multiturn and singleturn bits; the setting is for one number";
   }
   if (master.open("arrangement")) return {};
-  if (sent.lead != seen.lead || sent.gap != seen.gap || sent.tail() != seen.tail()) {
+  if (sent.lead != seen.lead || sent.gap != seen.gap || sent.tail != seen.tail) {
     return fmt::format("padding: {}, {} and {} bits before, within and after the position; {}",
-                       sent.lead, sent.gap, sent.tail(), no_parameter(master));
+                       sent.lead, sent.gap, sent.tail, no_parameter);
   }
   const std::size_t needed = master.open("more") ? 2 : master.status_needed();
   if (sent.status.size() != seen.status.size() ||
@@ -271,43 +224,39 @@ std::string misread(const Master& master, const FrameFormat& format, const Frame
                              : needed == 1                           ? "nE and one more bit"
                              : master.find("status_high") != nullptr ? "nE,nW or E,W"
                                                                      : "nE,nW";
-    return "status: before the CRC, " + has_only(master, what, master.assumes("status"));
+    return "status: before the CRC, " + has_only(master, "status", what);
   }
   return {};
 }
 
 // ---- From a format to values
 
-std::uint64_t hertz_of(const Parameter& row, std::uint64_t value) {
-  for (const auto& [code, hertz] : row.codes) {
-    if (code == value) return hertz;
-  }
+std::int64_t hertz_of(const Parameter& row, std::int64_t value) {
+  if (!row.codes.empty()) return row.codes.contains(value) ? row.codes.at(value) : 0;
   if (row.base != 0) return row.base / (value + 1);
   if (row.unit != 0) return row.unit * value;
-  return value == 0 || !row.codes.empty() ? 0 : 1'000'000'000'000 / value;
+  return value == 0 ? 0 : picoseconds_per_second / value;
 }
 
 // The value for a clock, within 0.2 percent.
-tl::expected<std::uint64_t, std::string> clock_value(const Parameter& row, Hertz clock) {
-  std::vector<std::uint64_t> values;
-  for (const auto& each : row.codes) values.push_back(each.first);
-  if (row.base != 0) {
-    for (std::uint64_t value = row.low; value <= row.high; ++value) values.push_back(value);
-  } else if (row.codes.empty()) {
-    const std::uint64_t value =
-        row.unit != 0 ? clock.count / row.unit : 1'000'000'000'000 / clock.count;
+tl::expected<std::int64_t, std::string> clock_value(const Parameter& row, Hertz clock) {
+  std::vector<std::int64_t> values;
+  for (const auto& [code, rate] : row.codes) values.push_back(code);
+  for (auto value = row.low; row.base != 0 && value <= row.high; ++value) values.push_back(value);
+  if (values.empty()) {
+    const auto value =
+        row.unit != 0 ? clock.count / row.unit : picoseconds_per_second / clock.count;
     values.push_back(std::clamp(value, row.low, row.high));
   }
-  std::uint64_t lower = 0;
-  for (const std::uint64_t value : values) {
-    const std::uint64_t hertz = hertz_of(row, value);
-    const std::uint64_t off = hertz > clock.count ? hertz - clock.count : clock.count - hertz;
-    if (off * 500 <= clock.count) return value;
-    if (hertz < clock.count) lower = std::max(lower, hertz);
+  std::int64_t lower = 0;
+  for (const std::int64_t value : values) {
+    const std::int64_t rate = hertz_of(row, value);
+    if (std::abs(rate - clock.count) * 500 <= clock.count) return value;
+    if (rate < clock.count) lower = std::max(lower, rate);
   }
   return tl::unexpected(fmt::format(
       "clock: {} has no {}; {}", row.key, text_of(clock),
-      lower == 0 ? std::string("all its clocks are higher")
+      lower == 0 ? "all its clocks are higher"
                  : "the next lower one is " + text_of(hertz(static_cast<std::uint32_t>(lower)))));
 }
 
@@ -317,13 +266,12 @@ std::string range_text(const Parameter& row) {
 }
 
 // Why a number of a format is outside the limits of the row.
-std::string limit_text(const Master& master, const Parameter& row, std::uint64_t value) {
+std::string limit_text(const Master& master, const Parameter& row, std::int64_t value) {
   const bool no_crc = value == 0 && row.term.starts_with("crc_");
   if (no_crc || row.term.starts_with("polynomial") || row.term == "crc_usual") {
+    const std::string limit = row.key.empty() ? std::string(row.name) : range_text(row);
     return fmt::format("crc_polynomial: {}{}", value == 0 ? "no CRC; " : "",
-                       has_only(master, value == 0        ? "frames with one"
-                                        : row.key.empty() ? row.name
-                                                          : range_text(row)));
+                       has_only(master, "crc", value == 0 ? "frames with one" : limit));
   }
   const auto cause = row.term.starts_with("after_") ? "status" : row.term;
   return fmt::format("{}: {} is {}; {} {}", cause.substr(0, cause.find("_minus")),
@@ -340,166 +288,138 @@ tl::expected<Values, std::string> values_of(const Master& master, const FrameFor
   }
   const BitLayout frame(format.channel_list[0]);
   const ChannelFormat& channel = frame.channel;
-  if (channel.crc.deviates()) {
-    return tl::unexpected(std::string("crc_error: no master has a setting for this error"));
-  }
-  if (channel.position_lsb || channel.multiturn_lsb || channel.singleturn_lsb) {
-    return tl::unexpected(std::string("coding: no master reads the lowest bit first"));
-  }
-  if (!frame.in_order && !master.open("arrangement")) {
-    return tl::unexpected(std::string(
-        "arrangement: the master needs multiturn, singleturn, status bits and CRC in this order"));
-  }
-  const auto steps = [](const Parameter& row, Picoseconds time) {
-    const auto step = std::uint64_t{1'000'000'000'000} / row.steps;
-    return std::max(row.fallback.value_or(0),
-                    (static_cast<std::uint64_t>(time.count) + step - 1) / step);
-  };
+  const std::string_view why =
+      channel.crc.deviates() ? "crc_error: no master has a setting for this error"
+      : channel.position_lsb || channel.multiturn_lsb || channel.singleturn_lsb
+          ? "coding: no master reads the lowest bit first"
+      : frame.in_order || master.open("arrangement")
+          ? ""
+          : "arrangement: the master needs multiturn, singleturn, status bits and CRC in this "
+            "order";
+  if (!why.empty()) return tl::unexpected(std::string(why));
+  const auto terms = terms_of(frame);
   Values values;
   for (const Parameter& row : master.parameters) {
-    const Term* const term = find_term(row.term);
-    Number value = term == nullptr ? std::nullopt : term->value(frame);
+    const auto term = terms.find(row.term);
+    Number value = term == terms.end() ? row.fallback : term->second;
     if (row.term == "clock" && times.clock) {
       const auto found = clock_value(row, *times.clock);
       if (!found) return tl::unexpected(found.error());
       value = *found;
-    } else if (row.term == "busy" && times.ack_max) {
-      value = steps(row, *times.ack_max);
-    } else if (row.term == "timeout" && times.timeout) {
-      value = steps(row, *times.timeout);
+    }
+    if (const auto& time = row.term == "busy" ? times.ack_max : times.timeout;
+        time && (row.term == "busy" || row.term == "timeout")) {
+      const std::int64_t step = picoseconds_per_second / row.steps;
+      value = std::max(row.fallback.value_or(0), (time->count + step - 1) / step);
     }
     values.push_back(value ? value : row.fallback);
     if (values.back() && (*values.back() < row.low || *values.back() > row.high)) {
       return tl::unexpected(limit_text(master, row, *values.back()));
     }
   }
-  const auto read = FormatMaker(master, values, channel.crc.polynomial).make();
-  if (!read && !channel.crc.present()) {
-    return tl::unexpected("crc_polynomial: no CRC; " +
-                          has_only(master, "crc6:0x43", master.assumes("crc")));
-  }
-  std::string why = misread(master, format, read ? *read : FrameFormat());
-  if (!why.empty()) return tl::unexpected(std::move(why));
+  const auto read = FormatMaker{master, values, channel.crc.polynomial}.make();
+  // Values that do not fit together without a CRC: the master needs one.
+  const FrameFormat none =
+      channel.crc.present() ? FrameFormat() : parse_format("pos1,nE,nW,crc6").value();
+  std::string other = misread(master, format, read ? *read : none);
+  if (!other.empty()) return tl::unexpected(std::move(other));
   return values;
 }
 
 // ---- Values as text
 
-std::string text_of_value(const Parameter& row, std::uint64_t value) {
+std::string text_of_value(const Parameter& row, std::int64_t value) {
   if (!row.names.empty()) return std::string(row.names[static_cast<std::size_t>(value - row.low)]);
-  switch (row.form) {
-    case Form::hexadecimal:
-      return fmt::format("0x{:X}", value);
-    case Form::word:
-      return fmt::format("0x{:08X}", value);
-    case Form::dollar:
-      return fmt::format("${:06X}", value);
-    case Form::microseconds:
-      return fmt::format("{:g}", static_cast<double>(value) / 1e6);
-    case Form::decimal:
-      break;
-  }
-  return fmt::format("{}", value);
+  if (row.form == Form::microseconds) return fmt::format("{:g}", static_cast<double>(value) / 1e6);
+  constexpr const char* forms[] = {"{}", "", "{}", "0x{:X}", "0x{:08X}", "${:06X}"};
+  return fmt::format(fmt::runtime(forms[static_cast<std::size_t>(row.form)]),
+                     row.form == Form::power ? std::int64_t{1} << value : value);
 }
 
 Number value_in(const Parameter& row, std::string text) {
-  const auto name = std::find(row.names.begin(), row.names.end(), text);
-  if (name != row.names.end()) {
-    return row.low + static_cast<std::uint64_t>(name - row.names.begin());
+  if (!row.names.empty()) {
+    const auto name = std::find(row.names.begin(), row.names.end(), text);
+    return name == row.names.end() ? Number() : row.low + (name - row.names.begin());
   }
-  if (!row.names.empty()) return std::nullopt;
   if (row.form == Form::microseconds) {
     const auto time = parse_duration(text + "us");
     return time.ok() ? Number(time->count) : std::nullopt;
   }
-  if (row.high == 1 && (same_text(text, "true") || same_text(text, "false"))) {
-    return text.size() == 4 ? 1 : 0;
-  }
+  if (row.high == 1 && same_text(text, "true")) return 1;
+  if (row.high == 1 && same_text(text, "false")) return 0;
   if (text.starts_with('$')) text.replace(0, 1, "0x");
-  const auto count = parse_count(text);
-  return count.ok() ? Number(*count) : std::nullopt;
+  const auto count = parse_count(text, INT64_MAX);
+  if (!count.ok()) return std::nullopt;
+  if (row.form != Form::power) return static_cast<std::int64_t>(*count);
+  return std::has_single_bit(*count) ? Number(std::countr_zero(*count)) : std::nullopt;
 }
 
 std::string allowed_values(const Parameter& row) {
-  std::vector<std::uint64_t> codes;
-  for (const auto& each : row.codes) codes.push_back(each.first);
+  std::vector<std::int64_t> codes;
+  for (const auto& [code, rate] : row.codes) codes.push_back(code);
   if (!codes.empty()) return fmt::format("{}", fmt::join(codes, ", "));
   if (!row.names.empty()) return fmt::format("{}", fmt::join(row.names, ", "));
-  if (row.term.starts_with("counts_")) return "a power of 2";
+  if (row.form == Form::power) return "a power of 2";
   if (row.form == Form::microseconds) {
     return fmt::format("{} to {} us", text_of_value(row, row.low), text_of_value(row, row.high));
   }
   return (row.low == row.high ? "" : "a number from ") + range_text(row);
 }
 
-bool is_allowed(const Parameter& row, std::uint64_t value) {
-  if (row.term.starts_with("counts_") && !std::has_single_bit(value)) return false;
-  const bool is_code =
-      row.codes.empty() || std::any_of(row.codes.begin(), row.codes.end(),
-                                       [value](const auto& each) { return each.first == value; });
-  return value >= row.low && value <= row.high && is_code;
-}
-
 // ---- Settings as a user types them
 
 /// Reads `KEY=VALUE` texts; throws a VerbError if they are wrong.
-class SettingsReader {
- public:
-  explicit SettingsReader(const Master& master)
-      : rows_(master.parameters), master_(master), values_(rows_.size()) {}
+struct SettingsReader {
+  const Master& master;
+  /// Those that were given.
+  Values values = Values(master.parameters.size());
 
   void read(const std::string& setting) {
+    const auto& rows = master.parameters;
     const std::size_t equals = setting.find('=');
-    if (equals == std::string::npos)
-      fail("no_value", fmt::format("'{}': write KEY=VALUE", setting));
+    if (equals == std::string::npos) fail("no_value: '{}': write KEY=VALUE", setting);
     std::string key = setting.substr(0, equals);
-    for (const std::string_view channel : master_.channels) {
+    for (const std::string_view channel : master.channels) {
       if (!same_text(std::string_view(key).substr(0, channel.size()), channel)) continue;
-      key.replace(0, channel.size(), master_.channels.front());
+      key.replace(0, channel.size(), master.channels.front());
     }
-    const auto row = std::find_if(rows_.begin(), rows_.end(),
+    const auto row = std::find_if(rows.begin(), rows.end(),
                                   [&](const Parameter& each) { return is_key(each.key, key); });
-    if (row == rows_.end()) {
-      std::vector<std::string> keys;
-      for (const Parameter& each : rows_) {
-        if (!each.key.empty() && (keys.empty() || keys.back() != each.key)) {
-          keys.emplace_back(each.key);
-        }
-      }
+    if (row == rows.end()) {
+      const std::vector<std::string> keys = master.keys();
       const std::string near = nearest(key, keys);
-      fail("unknown_key",
-           fmt::format("'{}'{}; the keys are {}", key,
-                       near.empty() ? "" : ": did you mean " + near + "?", fmt::join(keys, ", ")));
+      fail("unknown_key: '{}'{}; the keys are {}", key,
+           near.empty() ? "" : ": did you mean " + near + "?", fmt::join(keys, ", "));
     }
-    if (row->term == "unknown") fail("unknown_value", fmt::format("{}: {}", row->key, row->doubt));
-    const auto first = static_cast<std::size_t>(row - rows_.begin());
-    if (values_[first]) fail("key_twice", std::string(row->key));
+    if (row->term == "unknown") fail("unknown_value: {}: {}", row->key, row->doubt);
+    const auto first = static_cast<std::size_t>(row - rows.begin());
+    if (values[first]) fail("key_twice: {}", row->key);
     read_value(first, setting.substr(equals + 1));
   }
 
-  /// The values that were given.
-  Values given() const { return values_; }
-
   /// The values of all rows; `assumed` gets the parameters that were left out.
-  Values finish(std::vector<std::string>& assumed) {
+  Values finish(std::vector<std::string>& assumed) const {
+    Values all = values;
     std::vector<std::string_view> missing;
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      const Parameter& row = rows_[i];
-      if (values_[i] || row.key.empty() || row.term == "clock") continue;
-      values_[i] = row.fallback;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+      const Parameter& row = master.parameters[i];
+      if (all[i] || row.key.empty() || row.term == "clock") continue;
+      all[i] = row.fallback;
       if (row.fallback && (row.bits == 0 || is_format(row))) {
         assumed.push_back(fmt::format("{}={}", row.key, text_of_value(row, *row.fallback)));
       }
       if (row.fallback || !is_format(row)) continue;
       if (missing.empty() || missing.back() != row.key) missing.push_back(row.key);
     }
-    if (!missing.empty()) fail("missing_key", fmt::format("give {}", fmt::join(missing, ", ")));
-    return values_;
+    if (!missing.empty()) fail("missing_key: give {}", fmt::join(missing, ", "));
+    return all;
   }
 
  private:
-  [[noreturn]] void fail(std::string_view cause, const std::string& why) const {
-    throw wrong_usage("{}: {}: {}", master_.name, cause, why);
+  template <class... Arguments>
+  [[noreturn]] void fail(fmt::format_string<Arguments...> why, Arguments&&... arguments) const {
+    throw wrong_usage("{}: {}", master.name,
+                      fmt::format(why, std::forward<Arguments>(arguments)...));
   }
 
   // The whole key, or its last part with its colon or point.
@@ -511,27 +431,29 @@ class SettingsReader {
 
   // All rows with the key of row `first`.
   void read_value(std::size_t first, const std::string& text) {
-    const bool is_word = rows_[first].bits != 0;
-    const bool alone = first + 1 == rows_.size() || rows_[first + 1].key != rows_[first].key;
-    const Number word = is_word ? value_in(rows_[first], text) : std::nullopt;
-    std::string_view rest = text;
-    std::uint64_t unknown = word.value_or(0);
+    const auto& rows = master.parameters;
+    const Parameter& key = rows[first];
+    const bool is_word = key.bits != 0;
+    const bool alone = first + 1 == rows.size() || rows[first + 1].key != key.key;
     const auto wrong = [&](const std::string& why) {
-      fail("wrong_value", fmt::format("{}={}: {}", rows_[first].key, text, why));
+      fail("wrong_value: {}={}: {}", key.key, text, why);
     };
     // Digits that are another number on a screen with hexadecimal numbers.
-    if (const Form form = rows_[first].form;
-        form != Form::decimal && form != Form::microseconds && text.size() > 1 &&
-        text.find_first_not_of("0123456789") == std::string::npos && parse_count(text).ok()) {
-      wrong(
-          fmt::format("write 0x{} or, if it is decimal, 0x{:X}", text, parse_count(text).value()));
+    if (const auto decimal = parse_count(text);
+        key.form >= Form::hexadecimal && text.size() > 1 &&
+        text.find_first_not_of("0123456789") == std::string::npos && decimal.ok()) {
+      wrong(fmt::format("write 0x{} or, if it is decimal, 0x{:X}", text, *decimal));
     }
-    for (std::size_t i = first; i < rows_.size() && rows_[i].key == rows_[first].key; ++i) {
-      const Parameter& row = rows_[i];
+    const Number word = is_word ? value_in(key, text) : std::nullopt;
+    std::int64_t unknown = word.value_or(0);
+    std::string_view rest = text;
+    for (std::size_t i = first; i < rows.size() && rows[i].key == key.key; ++i) {
+      const Parameter& row = rows[i];
       Number value;
       if (is_word) {
-        if (word && *word <= UINT32_MAX) value = (*word >> row.shift) & low_mask(row.bits);
-        unknown &= ~(low_mask(row.bits) << row.shift);
+        const std::int64_t mask = (std::int64_t{1} << row.bits) - 1;
+        if (word && *word <= UINT32_MAX) value = *word >> row.shift & mask;
+        unknown &= ~(mask << row.shift);
       } else if (rest.starts_with(row.before)) {
         rest.remove_prefix(row.before.size());
         if (row.may_be_negative && rest.starts_with('-')) rest.remove_prefix(1);
@@ -540,20 +462,15 @@ class SettingsReader {
         value = value_in(row, std::string(part));
         rest.remove_prefix(part.size());
       }
-      if (!value || !is_allowed(row, *value)) {
+      if (!value || *value < row.low || *value > row.high ||
+          (!row.codes.empty() && !row.codes.contains(*value))) {
         wrong(fmt::format("{}: {}", row.name, allowed_values(row)));
       }
-      values_[i] = value;
+      values[i] = value;
     }
     if (!is_word && !rest.empty()) wrong(fmt::format("'{}' is too much", rest));
-    if (unknown != 0) {
-      wrong(fmt::format("the bits 0x{:X} have no meaning in this table", unknown));
-    }
+    if (unknown != 0) wrong(fmt::format("the bits 0x{:X} have no meaning in this table", unknown));
   }
-
-  const std::vector<Parameter>& rows_;
-  const Master& master_;
-  Values values_;
 };
 
 // Why the value is not certain; empty if it is.
@@ -568,14 +485,14 @@ std::string contradiction(const Master& master, const FrameFormat& format, const
   if (!needed) return needed.error();
   // A polynomial has two forms.
   const bool same_crc =
-      FormatMaker(master, values).crc_polynomial() == format.channel_list[0].crc.polynomial;
+      FormatMaker{master, values}.crc_polynomial() == format.channel_list[0].crc.polynomial;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const Parameter& row = master.parameters[i];
     if (!is_format(row) || row.key.empty() || values[i] == (*needed)[i]) continue;
     if (row.term == "status_off" && values[i] == 1) continue;
     if (same_crc && (row.term == "crc_usual" || row.term == "crc_field")) continue;
     // Nor is it certain which form of a polynomial this is.
-    if (row.sure && row.term == "polynomial" && values[i] == *(*needed)[i] >> 1U) continue;
+    if (row.sure && row.term == "polynomial" && values[i] == *(*needed)[i] >> 1) continue;
     const std::string_view doubt = doubt_of(row, values[i]);
     return fmt::format(
         "{} ({}) is {}{} and must be {}{}{}", row.key, row.name, text_of_value(row, *values[i]),
@@ -590,7 +507,7 @@ std::vector<std::string> open_facts(const Master& master, const ChannelFormat& c
   if (master.open("arrangement")) {
     open.push_back(
         fmt::format("arrangement: {} bits before the CRC in any order", channel.data_bits));
-  } else if (!has_parts(master) && !channel.multiturn.present()) {
+  } else if (master.find("singleturn") == nullptr && !channel.multiturn.present()) {
     open.push_back(
         fmt::format("turns: pos{0}, or mtA,stB with A + B = {0}", channel.position_bits()));
   }
@@ -602,9 +519,9 @@ std::vector<std::string> open_facts(const Master& master, const ChannelFormat& c
   if (master.assumes("crc")) {
     open.emplace_back("crc: 0x43, start 0, inverted is assumed: no source");
   } else if (master.any_polynomial()) {
-    open.push_back(fmt::format("crc: {} are not in the settings",
-                               master.open("crc") ? "polynomial, start value and inversion"
-                                                  : "polynomial and start value"));
+    open.push_back(
+        fmt::format("crc: polynomial{} are not in the settings",
+                    master.open("crc") ? ", start value and inversion" : " and start value"));
   }
   if (const CrcSpec& crc = channel.crc; crc.polynomial != default_polynomial(crc.width_bits)) {
     open.push_back(
@@ -623,7 +540,7 @@ tl::expected<std::vector<Setting>, std::string> settings_for(const Master& maste
   const auto values = values_of(master, format, times);
   if (!values) return tl::unexpected(values.error());
   std::vector<Setting> settings;
-  std::uint64_t word = 0;
+  std::int64_t word = 0;
   for (std::size_t i = 0; i < values->size(); ++i) {
     const Parameter& row = master.parameters[i];
     const Number& value = (*values)[i];
@@ -652,9 +569,9 @@ tl::expected<std::vector<Setting>, std::string> settings_for(const Master& maste
 Found format_of(const Master& master, const std::vector<std::string>& settings,
                 const std::optional<FrameFormat>& expected) {
   Found found;
-  SettingsReader reader(master);
+  SettingsReader reader{master};
   for (const std::string& setting : settings) reader.read(setting);
-  const Values given = reader.given();
+  const Values& given = reader.values;
   const Values values = reader.finish(found.assumed);
   if (expected) {
     found.format = *expected;
@@ -662,7 +579,7 @@ Found format_of(const Master& master, const std::vector<std::string>& settings,
       found.not_compared.push_back(fact.substr(0, fact.find(':')) + ": as in -f");
     }
   } else {
-    const auto format = FormatMaker(master, values).make();
+    const auto format = FormatMaker{master, values}.make();
     if (!format) throw wrong_usage("{}: not_a_format: {}", master.name, format.error());
     found.format = *format;
     found.open = open_facts(master, found.format.channel_list[0]);
@@ -682,7 +599,7 @@ Found format_of(const Master& master, const std::vector<std::string>& settings,
       found.times.clock = hertz(static_cast<std::uint32_t>(hertz_of(row, *values[i])));
     } else if (row.term == "busy" || row.term == "timeout") {
       (row.term == "busy" ? found.times.ack_max : found.times.timeout) =
-          static_cast<std::int64_t>(*values[i]) * (milliseconds(1'000) / std::int64_t{row.steps});
+          *values[i] * (milliseconds(1'000) / row.steps);
     } else if (expected && row.low != row.high &&
                (!is_format(row) ||
                 (row.sure && row.term == "polynomial" && values[i] != row.sure))) {

@@ -26,37 +26,33 @@ std::string_view take_part(std::string_view& text, std::string_view separator) {
   return part;
 }
 
-std::uint64_t count_of(std::string_view text) { return parse_count(text).value(); }
-std::uint32_t rate_of(std::string_view text) { return parse_rate(text).value().count; }
+std::int64_t count_of(std::string_view text) {
+  return static_cast<std::int64_t>(parse_count(text, INT64_MAX).value());
+}
+std::int64_t rate_of(std::string_view text) { return parse_rate(text).value().count; }
 
 void read_table_option(std::string_view option, Parameter& row) {
+  constexpr std::string_view forms[] = {"", "us", "power", "hex", "word", "$"};
   std::string_view value = option;
   const std::string_view name = take_part(value, "=");
   if (option.find(':') != std::string_view::npos) {
-    const std::string_view code = take_part(option, ":");
-    row.codes.emplace_back(count_of(code), option.empty() ? 0 : rate_of(option));
-  } else if (option.starts_with('=')) {
+    const std::int64_t code = count_of(take_part(option, ":"));
+    row.codes[code] = option.empty() ? 0 : rate_of(option);
+  } else if (name.empty()) {
     row.fallback = count_of(value);
   } else if (name == "at") {
     row.shift = static_cast<unsigned>(count_of(take_part(value, "+")));
     row.bits = static_cast<unsigned>(count_of(value));
   } else if (name == "before") {
     row.before = value;
-  } else if (name == "base") {
-    row.base = rate_of(value);
   } else if (name == "sure") {
     row.sure = count_of(value);
-  } else if (name == "steps") {
-    row.steps = rate_of(value);
   } else if (name == "negative") {
     row.may_be_negative = true;
-  } else if (name == "unit") {
-    row.unit = rate_of(value);
+  } else if (!value.empty()) {
+    (name == "base" ? row.base : name == "unit" ? row.unit : row.steps) = rate_of(value);
   } else {
-    row.form = option == "hex"    ? Form::hexadecimal
-               : option == "word" ? Form::word
-               : option == "$"    ? Form::dollar
-                                  : Form::microseconds;
+    row.form = static_cast<Form>(std::find(forms, std::end(forms), name) - forms);
   }
 }
 
@@ -95,8 +91,9 @@ void read_table_line(std::string_view line, MastersTable& table) {
     while (!rest.empty()) master.channels.push_back(take_part(rest, " "));
   } else {
     constexpr std::pair<std::string_view, std::string_view Master::*> lines[] = {
-        {"place", &Master::place},   {"source", &Master::source}, {"note", &Master::note},
-        {"status", &Master::status}, {"free", &Master::free},     {"assumed", &Master::assumed}};
+        {"place", &Master::place}, {"source", &Master::source},   {"note", &Master::note},
+        {"free", &Master::free},   {"assumed", &Master::assumed},
+    };
     for (const auto& [name, text] : lines) {
       if (name == word) {
         master.*text = rest;
@@ -127,9 +124,13 @@ const Parameter* Master::find(std::string_view term) const {
   return row == parameters.end() ? nullptr : &*row;
 }
 
-std::size_t Master::status_needed() const {
-  if (find("status_off") != nullptr || find("after_bits") != nullptr) return 0;
-  return status.starts_with("carried") ? 0 : status.ends_with("carried") ? 1 : 2;
+std::vector<std::string> Master::keys() const {
+  std::vector<std::string> keys;
+  for (const Parameter& row : parameters) {
+    if (!row.key.empty()) keys.emplace_back(row.key);
+  }
+  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  return keys;
 }
 
 bool same_text(std::string_view a, std::string_view b) {

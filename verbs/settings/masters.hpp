@@ -4,35 +4,35 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <optional>
+#include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 namespace biss::verbs {
 
-enum class Form : std::uint8_t { decimal, hexadecimal, word, dollar, microseconds };
+enum class Form : std::uint8_t { decimal, microseconds, power, hexadecimal, word, dollar };
 
 /// One line of masters.txt. All text is static.
 struct Parameter {
   std::string_view key;  ///< empty: a limit that no parameter has
   std::string_view name;
   std::string_view term;
-  std::uint64_t low = 0;
-  std::uint64_t high = UINT64_MAX;
+  std::int64_t low = 0;
+  std::int64_t high = INT64_MAX;
   std::string_view known;
-  std::optional<std::uint64_t> fallback{};
+  std::optional<std::int64_t> fallback{};
   Form form = Form::decimal;
   std::string_view before{};
   unsigned shift = 0;
-  unsigned bits = 0;  ///< 0: not a part of a word
-  std::vector<std::pair<std::uint64_t, std::uint32_t>>
-      codes{};  ///< all values; of clocks, in hertz
-  std::uint32_t base = 0;
-  std::uint32_t unit = 0;
-  std::uint32_t steps = 1'000'000;  ///< of a time, in a second
+  unsigned bits = 0;                             ///< 0: not a part of a word
+  std::map<std::int64_t, std::int64_t> codes{};  ///< all values; of clocks, in hertz
+  std::int64_t base = 0;
+  std::int64_t unit = 0;
+  std::int64_t steps = 1'000'000;  ///< of a time, in a second
   bool may_be_negative = false;
-  std::optional<std::uint64_t> sure{};  ///< the value for which there is no doubt
+  std::optional<std::int64_t> sure{};  ///< the value for which there is no doubt
   std::vector<std::string_view> names{};
   std::string_view doubt{};
 
@@ -49,20 +49,21 @@ struct Master {
   /// The beginning of its keys, and of the same keys of other channels.
   std::vector<std::string_view> channels{};
   /// The lines of the table with these words.
-  std::string_view status{};
   std::string_view free{};
   std::string_view assumed{};
 
   /// The settings leave the fact open: `arrangement`, `polynomial` (its form is not known), `crc`
-  /// (it is not checked), or the master can do `more` than its rows.
+  /// (it is not checked), `status` or `warning` bits, or the master can do `more` than its rows.
   bool open(std::string_view fact) const { return free.find(fact) != std::string_view::npos; }
   bool any_polynomial() const { return open("crc") || open("polynomial"); }
   /// No source has its `crc`, or what it does with the `status` bits.
   bool assumes(std::string_view fact) const { return assumed.find(fact) != std::string_view::npos; }
   /// How many of the two bits before the CRC it evaluates; the rest may have any meaning.
-  std::size_t status_needed() const;
+  std::size_t status_needed() const { return open("status") ? 0 : open("warning") ? 1 : 2; }
   /// The first row with this term. Null if there is none.
   const Parameter* find(std::string_view term) const;
+  /// Each once.
+  std::vector<std::string> keys() const;
 };
 
 /// The text of masters.txt.

@@ -34,27 +34,25 @@ struct SettingsOptions {
 
 // ---- The masters
 
-FieldRow master_fields(const Master& master) {
-  std::vector<std::string_view> keys;
-  std::size_t uncertain = 0;
-  for (const Parameter& row : master.parameters) {
-    if (!row.key.empty() && (keys.empty() || keys.back() != row.key)) keys.push_back(row.key);
-    if (row.uncertain()) ++uncertain;
-  }
-  return {{"name", master.name},       {"product", master.product},
-          {"parameters", keys.size()}, {"uncertain", unless_0(uncertain)},
-          {"place", master.place},     {"note", unless_empty(master.note)},
-          {"source", master.source}};
+FieldRow master_fields(const Master& master, bool as_table) {
+  std::uint64_t uncertain = 0;
+  for (const Parameter& row : master.parameters) uncertain += row.uncertain() ? 1U : 0U;
+  FieldRow fields{{"name", master.name},
+                  {"product", master.product},
+                  {"parameters", master.keys().size()},
+                  {"uncertain", unless_0(uncertain)},
+                  {"place", master.place},
+                  {"note", unless_empty(master.note)},
+                  {"source", master.source}};
+  if (as_table) fields.resize(4, fields.front());
+  return fields;
 }
 
 ExitStatus list_masters(const SettingsOptions& options, Host& host) {
   return write_output(host, options.output, [&](Output& output) {
-    std::vector<FieldRow> rows;
-    for (const Master& master : masters()) {
-      rows.push_back(master_fields(master));
-      if (options.as_table()) rows.back().resize(4, rows.back().front());
-    }
-    return write_rows(rows, options.to, output);
+    return write_rows(masters(), options.to, output, [&](const Master& master) {
+      return master_fields(master, options.as_table());
+    });
   });
 }
 
@@ -63,20 +61,18 @@ ExitStatus list_masters(const SettingsOptions& options, Host& host) {
 // The longest ACK, if it is known.
 std::optional<Picoseconds> ack_of(const SettingsOptions& options, const Device& device,
                                   std::optional<Hertz> clock) {
-  if (const std::uint16_t clocks = device.timing.ack_clocks; clocks != 0) {
-    return clock ? std::optional(clocks * period_of(*clock)) : std::nullopt;
-  }
+  const std::uint16_t clocks = device.timing.ack_clocks;
+  if (clocks != 0 && clock) return clocks * period_of(*clock);
   const bool known = device.timing_known() || !options.arguments.ack_max.empty();
-  return known ? std::optional(device.timing.ack_max) : std::nullopt;
+  return known && clocks == 0 ? std::optional(device.timing.ack_max) : std::nullopt;
 }
 
 LineTimes times_of(const SettingsOptions& options, const Device& device) {
-  LineTimes times{.clock = options.clock, .ack_max = ack_of(options, device, options.clock)};
   const Timeout& timeout = device.timing.timeout;
-  if (!options.arguments.timeout.empty() && timeout.rule == TimeoutRule::fixed) {
-    times.timeout = timeout.time;
-  }
-  return times;
+  const bool given = !options.arguments.timeout.empty() && timeout.rule == TimeoutRule::fixed;
+  return {.clock = options.clock,
+          .ack_max = ack_of(options, device, options.clock),
+          .timeout = given ? std::optional(timeout.time) : std::nullopt};
 }
 
 FieldRow setting_fields(const Master& master, const Setting& setting, bool as_table) {
@@ -84,8 +80,8 @@ FieldRow setting_fields(const Master& master, const Setting& setting, bool as_ta
   std::vector<std::string_view> known;
   for (const Parameter* row : setting.rows) {
     names.push_back(row->name);
-    if (std::find(known.begin(), known.end(), row->known) == known.end())
-      known.push_back(row->known);
+    const bool is_new = std::find(known.begin(), known.end(), row->known) == known.end();
+    if (is_new) known.push_back(row->known);
   }
   FieldRow fields{{"parameter", setting.rows.front()->key},
                   {"value", setting.value},
@@ -149,8 +145,7 @@ Remarks remarks_of(const Master& master, const std::vector<Setting>& settings, b
 
 // Settings, or the reason why the master cannot read the format, of every master.
 ExitStatus show_all(const SettingsOptions& options, const Device& device, Host& host) {
-  std::vector<FieldRow> rows;
-  for (const Master& master : masters()) {
+  const auto fields_of = [&](const Master& master) -> FieldRow {
     const auto settings = settings_for(master, device.format, times_of(options, device));
     std::vector<std::string> texts;
     std::vector<std::string> remarks;
@@ -162,13 +157,14 @@ ExitStatus show_all(const SettingsOptions& options, const Device& device, Host& 
         remarks.push_back(fmt::format("{}: {}", heading, text));
       }
     }
-    rows.push_back({{"master", master.name},
-                    {"settings", unless_empty(fmt::format("{}", fmt::join(texts, " ")))},
-                    {"refused", unless_empty(settings ? "" : settings.error())},
-                    {"remarks", unless_empty(fmt::format("{}", fmt::join(remarks, "; ")))}});
-  }
-  return write_output(host, options.output,
-                      [&](Output& output) { return write_rows(rows, options.to, output); });
+    return {{"master", master.name},
+            {"settings", unless_empty(fmt::format("{}", fmt::join(texts, " ")))},
+            {"refused", unless_empty(settings ? "" : settings.error())},
+            {"remarks", unless_empty(fmt::format("{}", fmt::join(remarks, "; ")))}};
+  };
+  return write_output(host, options.output, [&](Output& output) {
+    return write_rows(masters(), options.to, output, fields_of);
+  });
 }
 
 ExitStatus show_settings(const SettingsOptions& options, Host& host) {
@@ -218,10 +214,8 @@ std::string page_of(const Found& found) {
 void refuse_options(const SettingsOptions& options, const Master& master) {
   const FormatArguments& given = options.arguments;
   const auto refuse = [&](const std::string& value, std::string_view option, const char* term) {
-    const bool compared = !given.format.empty() && master.find(term) != nullptr;
-    if (!value.empty() && !compared) {
-      throw wrong_usage("{}: is not compared with these settings", option);
-    }
+    if (value.empty() || (!given.format.empty() && master.find(term) != nullptr)) return;
+    throw wrong_usage("{}: is not compared with these settings", option);
   };
   refuse(options.clock ? "given" : "", "--clock", "");
   refuse(given.timeout, "--timeout", "");
@@ -266,12 +260,9 @@ ExitStatus show_format(const SettingsOptions& options, Host& host) {
   if (options.settings.empty()) throw wrong_usage("--from: needs KEY=VALUE");
   refuse_options(options, master);
   std::optional<Device> device;
-  std::optional<FrameFormat> expected;
-  if (!options.arguments.format.empty()) {
-    device = value_or_fail(choose_device(options.arguments));
-    expected = device->format;
-  }
-  Found found = format_of(master, options.settings, expected);
+  if (!options.arguments.format.empty()) device = value_or_fail(choose_device(options.arguments));
+  Found found =
+      format_of(master, options.settings, device ? std::optional(device->format) : std::nullopt);
   if (device) compare_times(options, *device, found);
   return write_output(host, options.output, [&](Output& output) {
     if (options.as_table()) return output.write(page_of(found));

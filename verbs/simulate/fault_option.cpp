@@ -16,16 +16,8 @@ namespace {
 
 using sim::PlaceUnit;
 
-std::vector<std::string> names_of(bool (*is_offered)(sim::FaultKind)) {
-  std::vector<std::string> names;
-  for (const sim::FaultEntry& entry : sim::fault_list) {
-    if (is_offered(entry.kind)) names.emplace_back(entry.name);
-  }
-  return names;
-}
-
 std::string unknown_kind(const std::string& kind) {
-  const std::string near = nearest(kind, names_of(sim::is_injectable));
+  const std::string near = nearest(kind, sim::names_of(sim::is_injectable));
   if (!near.empty()) return fmt::format("--fault: no kind '{}'; did you mean {}?", kind, near);
   return fmt::format("--fault: no kind '{}'; the kinds are {}", kind, fault_kinds_text());
 }
@@ -68,7 +60,7 @@ std::string wrong_place(sim::FaultKind kind, const sim::FaultPlace& place,
 }  // namespace
 
 std::string fault_kinds_text(bool (*is_offered)(sim::FaultKind)) {
-  return fmt::format("{}", fmt::join(names_of(is_offered), ", "));
+  return fmt::format("{}", fmt::join(sim::names_of(is_offered), ", "));
 }
 
 tl::expected<sim::FaultRule, std::string> read_fault(const std::string& text) {
