@@ -99,9 +99,9 @@ void LinkHealth::add(const HealthSample& sample) {
   }
 }
 
-std::optional<HealthPoint> LinkHealth::end_interval(std::int64_t time) {
+std::optional<HealthPoint> LinkHealth::end_interval(std::int64_t time, bool even_if_few) {
   changes_.clear();
-  if (now_.point.cycles < cycles_min) return std::nullopt;
+  if (now_.point.cycles < cycles_min && !even_if_few) return std::nullopt;
   HealthPoint point = now_.point;
   point.time = time;
   for (std::size_t k = 0; k < level_count; ++k) {
@@ -126,11 +126,18 @@ void LinkHealth::take(const HealthPoint& point) {
   const bool is_judged = state_.baseline.intervals >= setup_.baseline;
   if (is_judged) ++state_.intervals;
   judge(point.time);
-  if (!is_judged && point.good != 0) state_.baseline.add(point);
+  if (is_judged || point.good == 0) return;
+  state_.baseline.add(point);
+  state_.reference.add(point);
 }
 
 void LinkHealth::keep(const HealthPoint& point) {
-  if (state_.recent.size() == recent_max) state_.recent.erase(state_.recent.begin());
+  if (state_.recent.size() == recent_max) {
+    const bool is_quiet = std::all_of(state_.reasons.begin(), state_.reasons.end(),
+                                      [](const std::string& reason) { return reason.empty(); });
+    if (is_quiet && state_.intervals >= recent_max) state_.reference.add(state_.recent.front());
+    state_.recent.erase(state_.recent.begin());
+  }
   state_.recent.push_back(point);
   std::vector<HealthPoint>& history = state_.history;
   if (state_.last_joined != 0 && state_.last_joined < state_.joined) {
@@ -173,7 +180,9 @@ void LinkHealth::judge(std::int64_t time) {
 std::string LinkHealth::reason_of(Alarm alarm) const {
   const HealthPoint& last = state_.recent.back();
   if (alarm == Alarm::silent) {
-    return last.good == 0 ? fmt::format("no good frame in {} cycles", last.cycles) : "";
+    if (last.good != 0) return "";
+    return last.cycles == 0 ? "no cycle was read"
+                            : fmt::format("no good frame in {} cycles", last.cycles);
   }
   if (state_.baseline.intervals < setup_.baseline) return "";
   const std::string other_delay = moved(Level::delay, 32);
@@ -201,22 +210,20 @@ std::string LinkHealth::reason_of(Alarm alarm) const {
   return "";
 }
 
-// Empty unless the event is more frequent in the last interval, or in the last 16, than the baseline
-// and all intervals before allow.
+// Empty unless the event is more frequent in the last interval, the last 16, or the last 64, than the
+// baseline and the intervals without an alarm before allow.
 std::string LinkHealth::more_often(Event event, std::string_view what) const {
   const auto index = static_cast<std::size_t>(event);
   const double largest_share = state_.baseline.shares[index];
-  HealthPoint all;
-  for (const HealthPoint& point : state_.history) all.add(point);
   HealthPoint window;
-  const std::size_t most = std::min<std::uint64_t>(16, state_.intervals);
+  const std::size_t most = std::min<std::uint64_t>(state_.recent.size(), state_.intervals);
   for (std::size_t k = 1; k <= most; ++k) {
     window.add(state_.recent[state_.recent.size() - k]);
-    if (k != 1 && k != most) continue;
+    if (k != 1 && k != 16 && k != most) continue;
     const std::uint64_t count = window.events[index];
     if (count < 3 || share_of(count, window.cycles) <= 2 * largest_share) continue;
-    const std::uint64_t before = all.events[index] - count;
-    const std::uint64_t cycles = all.cycles - window.cycles;
+    const std::uint64_t before = state_.reference.events[index];
+    const std::uint64_t cycles = state_.reference.cycles;
     // The highest rate at which what was before is not unlikely. Chance makes no gaps.
     const auto likely = static_cast<double>(before + 1);
     const double rate = (likely + 3 * std::sqrt(likely)) / static_cast<double>(cycles);
@@ -237,7 +244,8 @@ std::string LinkHealth::moved(Level level, std::int64_t part) const {
   const auto& range = state_.baseline.ranges[static_cast<std::size_t>(level)];
   const HealthPoint& now = state_.recent.back();
   // A few frames of many are a wrong sample of the line.
-  if (!range || state_.intervals < 2 || 2 * now.good < now.cycles) return "";
+  if (!range || state_.intervals < 2 || state_.recent.size() < 2 || 2 * now.good < now.cycles)
+    return "";
   const std::int64_t low = (*range)[0];
   const std::int64_t high = (*range)[1];
   const bool is_clock = setup_.unit == LinkUnit::clock;
@@ -276,7 +284,8 @@ std::string LinkHealth::trend_text(Level level) const {
                           static_cast<double>(*value));
     }
   }
-  if (points.size() < least_points) return "";
+  // A change within minutes is not a trend of days.
+  if (points.size() < least_points || points.back().first - points.front().first < 0.25) return "";
   double mean_x = 0;
   double mean_y = 0;
   const auto n = static_cast<double>(points.size());

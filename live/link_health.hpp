@@ -115,7 +115,9 @@ struct HealthState {
   decode::Counts counts;
   Baseline baseline;
   std::uint64_t intervals = 0;  ///< after the baseline
-  std::int64_t period = 0;      ///< of MA, in picoseconds
+  /// The baseline, and later intervals without an alarm that are no longer in `recent`.
+  HealthPoint reference;
+  std::int64_t period = 0;  ///< of MA, in picoseconds
   /// The last ones, for the alarms.
   std::vector<HealthPoint> recent;
   /// All of them; when there are too many, each two become one.
@@ -145,8 +147,9 @@ class LinkHealth {
 
   void add(const HealthSample& sample);
   /// Ends the interval, which began at `time`.
-  /// \return nothing if it has too few cycles and goes on
-  std::optional<HealthPoint> end_interval(std::int64_t time);
+  /// \param even_if_few also with fewer cycles than cycles_min, or with none
+  /// \return nothing if it has too few cycles, and goes on
+  std::optional<HealthPoint> end_interval(std::int64_t time, bool even_if_few = false);
   /// The figures of an interval, as end_interval() returned them to another run.
   void take(const HealthPoint& point);
   /// The interval that goes on: its counts.

@@ -34,8 +34,8 @@ namespace biss::live {
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HealthPoint, time, cycles, good, events, levels)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Baseline, intervals, ranges, shares)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(AlarmChange, time, alarm, begins, reason, faults)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HealthState, counts, baseline, intervals, period, recent,
-                                   history, joined, last_joined, reasons, quiet, changes)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HealthState, counts, baseline, intervals, reference, period,
+                                   recent, history, joined, last_joined, reasons, quiet, changes)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(HealthSetup, unit, baseline)
 }  // namespace biss::live
 
@@ -45,7 +45,7 @@ using namespace live;
 using namespace verbs;
 using nlohmann::json;
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FileMark, bytes, time, cycles)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FileMark, bytes, time, cycles, head, hash)
 
 namespace {
 
@@ -95,7 +95,7 @@ std::string text_of(const AlarmChange& change) {
                      change.reason, change.faults);
 }
 
-std::string summary_of(const LinkHealth& health) {
+std::string summary_of(const LinkHealth& health, std::uint64_t baseline) {
   const HealthState& state = health.state();
   report::Summary summary;
   summary.title(report::counted(state.counts.cycles, "cycle"));
@@ -112,6 +112,10 @@ std::string summary_of(const LinkHealth& health) {
     summary.entry(name_of(level), health.level_text(level, *last), health.trend_text(level));
   }
   const std::string alarms = alarms_of(state);
+  if (state.baseline.intervals < baseline) {
+    summary.entry("baseline", fmt::format("{} of {} intervals", state.baseline.intervals, baseline),
+                  "until it is complete, `silent` is the only alarm");
+  }
   summary.entry("alarms", alarms.empty() ? "none" : alarms);
   for (const AlarmChange& change : state.changes) {
     summary.entry("", fmt::format("{}  {}", time_text(change.time), text_of(change)));
@@ -130,6 +134,7 @@ void take_line(SavedHealth& saved, std::string_view text) {
     saved.health.restore(line.at("now").get<HealthPoint>(), state.counts);
     saved.health.restore(std::move(state));
     saved.files = line.at("files").get<std::map<std::uint64_t, FileMark>>();
+    saved.format = line.at("format").get<std::string>();
     return;
   }
   const auto counts = line.at("counts").get<decode::Counts>();
@@ -139,6 +144,7 @@ void take_line(SavedHealth& saved, std::string_view text) {
     saved.health.take(line.at("interval").get<HealthPoint>());
   }
   saved.health.restore(line.at("now").get<HealthPoint>(), counts);
+  saved.format = line.at("format").get<std::string>();
   if (line.contains("file")) {
     const auto [key, mark] = line.at("file").get<std::pair<std::uint64_t, FileMark>>();
     saved.files[key] = mark;
@@ -184,12 +190,22 @@ HealthLog::HealthLog(HealthLogOptions options, Host& host)
       report::make_table_writer(options_.to, columns_of(health_fields({}, options_.health.unit)),
                                 output_, output_.table_options());
   publisher_.set(saved_.health);
+  // A broker may still have the alarms of an earlier run.
+  for (std::size_t k = 0; k < alarm_count; ++k) {
+    publisher_.send(fmt::format("alarm/{}", name_of(static_cast<Alarm>(k))),
+                    saved_.health.state().reasons[k]);
+  }
+}
+
+void HealthLog::wait(Picoseconds time, std::int64_t now) {
+  if (began_ && time - *began_ < options_.interval) return;
+  if (began_) end_interval(true);
+  began_ = time;
+  began_at_ = now;
 }
 
 void HealthLog::add(const HealthSample& sample, Picoseconds time, std::int64_t now) {
-  const bool ends = began_ && time - *began_ >= options_.interval;
-  if (ends) end_interval();
-  if (ends || !began_) {
+  if (!began_ || (time - *began_ >= options_.interval && end_interval())) {
     began_ = time;
     began_at_ = now;
   }
@@ -211,9 +227,10 @@ FileMark& HealthLog::begin_file(std::uint64_t key) {
   return file_->second;
 }
 
-void HealthLog::end_interval() {
-  const auto point = saved_.health.end_interval(began_at_);
-  if (!point) return;
+// False if the interval goes on.
+bool HealthLog::end_interval(bool even_if_few) {
+  const auto point = saved_.health.end_interval(began_at_, even_if_few);
+  if (!point) return false;
   const FieldRow row =
       health_fields(*point, options_.health.unit, alarms_of(saved_.health.state()));
   if (!write_row(*rows_, row)) throw VerbError{ExitStatus::io, output_.error()};
@@ -226,20 +243,40 @@ void HealthLog::end_interval() {
                     change.begins ? change.reason : "");
   }
   save(&*point);
+  return true;
 }
 
 void HealthLog::save(const HealthPoint* interval) {
   saved_at_ = std::chrono::steady_clock::now();
   publisher_.set(saved_.health);
   if (!journal_.is_open()) return;
+  try {
+    write_state(interval);
+    state_failed_ = false;
+  } catch (const VerbError& error) {
+    if (!std::exchange(state_failed_, true)) {
+      host_.warn(error.text + "; watching goes on, and the state is tried again");
+    }
+  }
+}
+
+void HealthLog::write_state(const HealthPoint* interval) {
   const LinkHealth& health = saved_.health;
   json line{{"now", health.interval()}, {"counts", health.state().counts}};
   if (interval != nullptr) line["interval"] = *interval;
   if (file_ != nullptr) line["file"] = *file_;
-  journal_.append(line.dump());
-  if (journal_.bytes() <= journal_max) return;
-  journal_.replace(
-      json{{"state", health.state()}, {"now", health.interval()}, {"files", saved_.files}}.dump());
+  line["format"] = saved_.format;
+  // A line that is missing would be missing for ever.
+  if (!state_failed_) journal_.append(line.dump());
+  if (!state_failed_ && journal_.bytes() <= journal_max + 2 * snapshot_bytes_) return;
+  const std::string all = json{
+      {"state", health.state()},
+      {"now", health.interval()},
+      {"files", saved_.files},
+      {"format",
+       saved_.format}}.dump();
+  snapshot_bytes_ = all.size();
+  journal_.replace(all);
 }
 
 ExitStatus HealthLog::finish() {
@@ -250,8 +287,11 @@ ExitStatus HealthLog::finish() {
     host_.warn(fmt::format("--mqtt {}: the broker has not taken {}", options_.publish.mqtt,
                            report::counted(lost, "message")));
   }
-  host_.print_summary(summary_of(saved_.health));
-  return alarms_of(saved_.health.state()).empty() ? ExitStatus::done : ExitStatus::data_failed;
+  host_.print_summary(summary_of(saved_.health, options_.health.baseline));
+  const bool any = saved_.health.state().counts.cycles != 0;
+  if (!any) host_.warn("no cycle was read");
+  return any && alarms_of(saved_.health.state()).empty() ? ExitStatus::done
+                                                         : ExitStatus::data_failed;
 }
 
 ExitStatus show_health(const std::string& path, const std::string& output, report::Format to,
@@ -278,7 +318,7 @@ ExitStatus show_health(const std::string& path, const std::string& output, repor
       }
       return write_rows(health_fields({}, setup.unit), fields, to, rows, rows.table_options());
     });
-    if (written == ExitStatus::done) host.print_summary(summary_of(saved.health));
+    if (written == ExitStatus::done) host.print_summary(summary_of(saved.health, setup.baseline));
     return written;
   } catch (const std::exception&) {
     throw wrong_file("{}: line {} is damaged", path, number);

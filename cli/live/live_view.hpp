@@ -152,12 +152,16 @@ class LiveView final : public verbs::MemoryHost {
     new_second_ = seconds >= 1;
     if (new_second_) seconds_ = second_ == Clock::time_point{} ? 0 : seconds;
     if (new_second_) second_ = now;
-    const char key = Screen::key();
-    if (key == 'u') ++unit_;
+    // All keys that have come; one of a kind counts.
+    std::string keys;
+    for (char key = Screen::key(); key != '\0' && keys.size() < 4096; key = Screen::key())
+      keys += key;
+    const auto pressed = [&keys](char key) { return keys.find(key) != std::string::npos; };
+    if (pressed('u')) ++unit_;
     report::Summary text;
     text.title(setup_.title);
     for (std::size_t k = 0; k < axis->axes(); ++k) {
-      if (key == 'z') shown_[k].zero = axis->position(k).position;
+      if (pressed('z')) shown_[k].zero = axis->position(k).position;
       if (axis->axes() > 1) text.title(fmt::format("channel {}", k + 1));
       add_channel(text, *axis, k);
     }
@@ -167,7 +171,7 @@ class LiveView final : public verbs::MemoryHost {
     if (!lines().empty()) text.entry("message", lines().back());
     text.title("z zero  u unit  r record  q end");
     screen_->show(text.text());
-    return key;
+    return pressed('q') ? 'q' : pressed('r') ? 'r' : '\0';
   }
 
  private:

@@ -24,7 +24,9 @@ using namespace live;
 
 struct Publisher::Metrics {
   Metrics(const std::string& address, LinkUnit unit)
-      : exposer(address, 1), is_clock(unit == LinkUnit::clock) {
+      // A connection without a request must not block the others.
+      : exposer({"listening_ports", address, "num_threads", "4", "request_timeout_ms", "2000"}),
+        is_clock(unit == LinkUnit::clock) {
     exposer.RegisterCollectable(registry);
   }
 
@@ -55,6 +57,8 @@ struct Publisher::Metrics {
     }
     if (state.recent.empty()) return;
     const HealthPoint& last = state.recent.back();
+    gauge("biss_last_interval_timestamp_seconds", "Begin of the last interval.", {},
+          static_cast<double>(last.time));
     const std::string end = is_clock ? "clocks" : "seconds";
     const double time = is_clock ? 1 : 1e-12;
     for (const auto& [level, name, help, unit] :
@@ -78,13 +82,20 @@ struct Publisher::Metrics {
 struct Publisher::Broker {
   static constexpr std::uint64_t waiting_max = 1000;
 
-  Broker(const std::string& host, int port) {
+  Broker(std::string name, int number) : host(std::move(name)), port(number) {
     ::mosquitto_lib_init();
     client = ::mosquitto_new(nullptr, true, this);
     ::mosquitto_publish_callback_set(
         client, [](mosquitto*, void* self, int) { ++static_cast<Broker*>(self)->taken; });
     ::mosquitto_reconnect_delay_set(client, 1, 10, true);
-    ::mosquitto_connect_async(client, host.c_str(), port, 30);
+    connect();
+  }
+  // Until the broker takes the first connection; later ones are made by the library.
+  void connect() {
+    if (connected || Clock::now() < next) return;
+    next = Clock::now() + std::chrono::seconds(1);
+    if (::mosquitto_connect_async(client, host.c_str(), port, 30) != MOSQ_ERR_SUCCESS) return;
+    connected = true;
     ::mosquitto_loop_start(client);
   }
   ~Broker() {
@@ -94,6 +105,11 @@ struct Publisher::Broker {
     ::mosquitto_lib_cleanup();
   }
 
+  using Clock = std::chrono::steady_clock;
+  std::string host;
+  int port;
+  bool connected = false;
+  Clock::time_point next{};
   mosquitto* client = nullptr;
   std::string topic;
   std::uint64_t sent = 0;
@@ -122,16 +138,21 @@ Publisher::Publisher(const PublishOptions& options, LinkUnit unit) {
   if (options.mqtt.empty()) return;
   const std::size_t colon = options.mqtt.rfind(':');
   const int port = colon == std::string::npos ? 1883 : port_of("--mqtt", options.mqtt, colon);
+  const std::string broker = options.mqtt.substr(0, colon);
+  if (broker.empty() || port == 0 || broker.find_first_of(":/[") != std::string::npos) {
+    throw verbs::wrong_usage("--mqtt '{}': write HOST or HOST:PORT", options.mqtt);
+  }
   if (options.topic.find_first_of("#+") != std::string::npos) {
     throw verbs::wrong_usage("--topic '{}': # and + cannot be in a topic", options.topic);
   }
-  broker_ = std::make_unique<Broker>(options.mqtt.substr(0, colon), port);
+  broker_ = std::make_unique<Broker>(broker, port);
   broker_->topic = options.topic;
 }
 
 Publisher::~Publisher() = default;
 
 void Publisher::set(const LinkHealth& health) {
+  if (broker_) broker_->connect();
   if (metrics_) metrics_->set(health);
 }
 
@@ -152,6 +173,7 @@ std::uint64_t Publisher::finish() {
   if (!broker_) return 0;
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(1);
   while (broker_->taken < broker_->sent && std::chrono::steady_clock::now() < end) {
+    broker_->connect();
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
   return broker_->sent - broker_->taken + broker_->dropped;

@@ -156,7 +156,7 @@ class ReadRun {
     if (opened != ExitStatus::done) return opened;
     if (!capture.next()) return capture.status();
     capture.read([this](std::uint64_t, const decode::Cycle& cycle) {
-      on_cycle_(cycle);
+      on_cycle_(&cycle, cycle.time);
       return true;
     });
     return ExitStatus::done;
@@ -248,6 +248,7 @@ class ReadRun {
   std::optional<LoggedWord> next() {
     const auto on_fault = [this](live::PortFault fault, Picoseconds time) {
       if (axis_) axis_->take(time, {});
+      if (on_cycle_) on_cycle_(nullptr, time);
       const bool is_first = !std::exchange(fails_, true);
       if (record_ && is_first)
         record_->comment(fmt::format("a transfer failed: {}", name_of(fault)));

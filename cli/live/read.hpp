@@ -28,7 +28,8 @@ struct ReadOptions {
   bool live = false;
 };
 
-using OnPortCycle = std::function<void(const decode::Cycle&)>;
+/// Gets each cycle, and its time; null: a transfer failed.
+using OnPortCycle = std::function<void(const decode::Cycle* cycle, Picoseconds time)>;
 
 /// Declares --port, and the options of add_request_options().
 verbs::Option& add_port_options(verbs::Verb verb, ReadOptions& options);

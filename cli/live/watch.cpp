@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <ctime>
+#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -15,6 +16,7 @@
 
 #include "archive/hash.hpp"
 #include "archive/listing.hpp"
+#include "biss/frame/format_text.hpp"
 #include "biss/master/spi_read.hpp"
 #include "capture/bytes.hpp"
 #include "capture/open.hpp"
@@ -71,17 +73,33 @@ live::HealthSample sample_of(const decode::Cycle& cycle, live::LinkUnit unit) {
 // A file that another program writes: at its end, waits for more until this program is to end.
 class GrowingFile final : public capture::ByteSource {
  public:
-  explicit GrowingFile(std::unique_ptr<ByteSource> file) : file_(std::move(file)) {}
+  GrowingFile(std::string path, std::unique_ptr<ByteSource> file)
+      : path_(std::move(path)), file_(std::move(file)) {
+    is_replaced();
+  }
 
   Result<std::size_t, capture::CaptureError> read(std::span<char> into) override {
     for (;;) {
       const auto got = file_->read(into);
-      if (!got.ok() || *got != 0 || EndBySignal::wanted()) return got;
+      if (got.ok()) taken_ += *got;
+      if (!got.ok() || *got != 0 || EndBySignal::wanted() || is_replaced()) return got;
       pause();
     }
   }
 
  private:
+  // The name has another file, or the file begins again: the rest of this one will not come.
+  bool is_replaced() {
+    struct stat now {};
+    if (::stat(path_.c_str(), &now) != 0) return false;
+    const bool same = number_.value_or(now.st_ino) == now.st_ino;
+    number_ = now.st_ino;
+    return !same || static_cast<std::uint64_t>(now.st_size) < taken_;
+  }
+
+  std::string path_;
+  std::optional<ino_t> number_;
+  std::uint64_t taken_ = 0;
   std::unique_ptr<ByteSource> file_;
 };
 
@@ -92,7 +110,7 @@ class GrowingHost final : public MemoryHost {
     const auto open = [path](const InputArguments& arguments) -> capture::Opened {
       auto file = capture::open_bytes(path);
       if (!file) return tl::unexpected(file.error());
-      return capture::open_capture(std::make_unique<GrowingFile>(*std::move(file)), path,
+      return capture::open_capture(std::make_unique<GrowingFile>(path, *std::move(file)), path,
                                    {.analog = arguments.raw.analog});
     };
     give(path, {.open = open, .again = false});
@@ -103,6 +121,11 @@ class GrowingHost final : public MemoryHost {
  private:
   Host& outer_;
 };
+
+// An alarm matters more than a file that cannot be read.
+ExitStatus status_of(ExitStatus health, ExitStatus reading) {
+  return health == ExitStatus::data_failed ? health : std::max(health, reading);
+}
 
 class WatchRun {
  public:
@@ -117,13 +140,22 @@ class WatchRun {
                        ::stat(paths.front().c_str(), &about) == 0 && S_ISREG(about.st_mode);
     do {
       bool is_new = false;
-      for (const auto& file : value_or_fail(archive::list_files(paths), ExitStatus::io)) {
+      const auto files = archive::list_files(paths);
+      if (!files && (!options_.follow || log_.is_empty())) {
+        throw VerbError{ExitStatus::io, files.error()};
+      }
+      // A folder may be away for a while.
+      if (!files && !std::exchange(is_away_, true)) {
+        host_.warn(files.error() + "; waiting for it");
+      }
+      is_away_ = !files;
+      for (const auto& file : files.value_or(std::vector<archive::ListedFile>())) {
         if (EndBySignal::wanted()) break;
         if (file.cause.empty()) is_new |= read(file, grows);
       }
       for (int k = 0; k < 10 && options_.follow && !is_new && !EndBySignal::wanted(); ++k) pause();
     } while (options_.follow && !EndBySignal::wanted());
-    return std::max(log_.finish(), status_);
+    return status_of(log_.finish(), status_);
   }
 
  private:
@@ -132,20 +164,29 @@ class WatchRun {
     struct stat about {};
     if (::stat(file.path.c_str(), &about) != 0) return false;
     FileMark& mark =
-        log_.begin_file(archive::hash_of(fmt::format("{}:{}", about.st_ino, file.path)));
+        log_.begin_file(archive::hash_of(fmt::format("{}:{}", about.st_dev, about.st_ino)));
     if (mark.bytes == file.stamp.bytes && mark.time == file.stamp.time) return false;
-    // A shorter file is another one.
-    if (file.stamp.bytes < mark.bytes) mark = {};
+    // A file with another beginning is another one.
+    std::string head(4096, '\0');
+    head.resize(static_cast<std::size_t>(std::max<std::streamsize>(
+        std::ifstream(file.path, std::ios::binary).read(head.data(), 4096).gcount(), 0)));
+    if (head.size() < mark.head || archive::hash_of(head.substr(0, mark.head)) != mark.hash) {
+      mark = {};
+    }
+    mark.head = head.size();
+    mark.hash = archive::hash_of(head);
     mark.bytes = file.stamp.bytes;
     mark.time = file.stamp.time;
     GrowingHost growing(host_, file.path);
     CaptureArguments arguments = options_.read.decode.capture;
     arguments.files = {file.path};
+    if (grows) arguments.beginning = 4096;
     DecodedCapture capture(grows ? static_cast<Host&>(growing) : host_);
     if (capture.open(arguments) != ExitStatus::done || !capture.next()) {
       if (!EndBySignal::wanted()) status_ = std::max(status_, capture.status());
       return true;
     }
+    if (arguments.device.format.empty() && !use_known_format(capture)) return true;
     const std::uint64_t known = mark.cycles;
     std::uint64_t cycles = 0;
     const bool whole = capture.read([&](std::uint64_t, const decode::Cycle& cycle) {
@@ -166,9 +207,28 @@ class WatchRun {
     return true;
   }
 
+  // All captures are judged by the format of the first one: a damaged one shows another format, or none.
+  bool use_known_format(DecodedCapture& capture) {
+    std::string& known = log_.format();
+    if (known.empty() && capture.format()) {
+      known = format_text(*capture.format()).view();
+      host_.warn(fmt::format("{}: all captures are judged by its format, {}; -f gives another one",
+                             capture.name(), known));
+    }
+    if (!known.empty()) {
+      capture.judge_by(*parse_format(known));
+      return true;
+    }
+    status_ =
+        host_.fail(ExitStatus::io,
+                   capture.name() + ": its format is not known, so nothing is judged; give -f");
+    return false;
+  }
+
   const WatchOptions& options_;
   Host& host_;
   HealthLog log_;
+  bool is_away_ = false;
   ExitStatus status_ = ExitStatus::done;
 };
 
@@ -176,10 +236,12 @@ ExitStatus watch_port(const WatchOptions& options, Host& host) {
   HealthLogOptions chosen = options.log;
   chosen.health.unit = live::LinkUnit::clock;
   HealthLog log(chosen, host);
-  const ExitStatus status = read_port(options.read, host, [&log](const decode::Cycle& cycle) {
-    log.add(sample_of(cycle, live::LinkUnit::clock), cycle.time, seconds_now());
-  });
-  return std::max(log.finish(), status);
+  const ExitStatus status =
+      read_port(options.read, host, [&log](const decode::Cycle* cycle, Picoseconds time) {
+        if (cycle == nullptr) return log.wait(time, seconds_now());
+        log.add(sample_of(*cycle, live::LinkUnit::clock), time, seconds_now());
+      });
+  return status_of(log.finish(), status);
 }
 
 ExitStatus run_watch(const WatchOptions& options, Host& host) {

@@ -127,10 +127,14 @@ TEST_F(Watch, State_CountsEachCycleOnce) {
   const Outcome again = watch(Words("--state {} --to csv", state));
   EXPECT_EQ(rows_of(again.out).size(), 0U);
   EXPECT_EQ(cycles_in_state(), 900U);
-  // One file has more cycles, and one is new.
+  // One file is new, and will have more cycles.
   capture(3, "--cable 80m --jitter 3ns", 500);
-  std::ofstream(path(2)) << content_of(path(3));
-  capture(3, "--cable 80m --jitter 3ns");
+  const std::string whole = content_of(path(3));
+  const std::size_t half = whole.find('\n', whole.size() / 2) + 1;
+  std::ofstream(path(3)) << whole.substr(0, half);
+  EXPECT_EQ(watch(Words("--state {}", state)).status, 0);
+  EXPECT_LT(cycles_in_state(), 1200U);
+  std::ofstream(path(3), std::ios::app) << whole.substr(half);
   EXPECT_EQ(watch(Words("--state {}", state)).status, 0);
   EXPECT_EQ(cycles_in_state(), 1400U);
 }
@@ -195,6 +199,33 @@ TEST_F(Watch, FolderThatGetsNewFiles) {
   EXPECT_EQ(end(process, SIGTERM), 0);
 }
 
+TEST_F(Watch, WithoutAFormat_AllAreJudgedByTheFormatOfTheFirst) {
+  healthy(8);
+  for (int k = 0; k < 4; ++k) capture(8 + k, "--cable 80m --jitter 3ns --fault flip:0.8");
+  for (int k = 0; k < 4; ++k) capture(12 + k, "--cable 80m --jitter 3ns --fault nE:1");
+  const Outcome outcome = run("watch {} --baseline 8 --state {}", captures, state);
+  EXPECT_EQ(outcome.status, 1);
+  EXPECT_THAT(outcome.err, HasSubstr("judged by its format, pos26,nE,nW,crc6"));
+  EXPECT_THAT(outcome.err, HasSubstr("alarm noise: frames are damaged"));
+  EXPECT_THAT(outcome.err, HasSubstr("alarm encoder: nE is active"));
+  // Nothing of a capture without a format.
+  EXPECT_THAT(run("watch {}", path(12)), fails(1, "its format is not known"));
+}
+
+TEST_F(Watch, FileThatIsOverwritten_IsAnotherFile) {
+  healthy(1);
+  const std::string file = folder.file("line.csv", content_of(path(0)));
+  EXPECT_EQ(run("watch {} -f resolute-26 --state {}", file, state).status, 0);
+  capture(1, "--cable 70m --jitter 3ns", 400);
+  std::ofstream(file) << content_of(path(1));
+  EXPECT_EQ(run("watch {} -f resolute-26 --state {}", file, state).status, 0);
+  EXPECT_EQ(cycles_in_state(), 700U);
+}
+
+TEST_F(Watch, NothingToWatch_IsNotSuccess) {
+  EXPECT_THAT(watch({}), fails(1, "no cycle was read"));
+}
+
 TEST_F(Watch, FileThatCannotBeRead_IsNamed_AndTheOthersAreWatched) {
   healthy(2);
   std::ofstream(captures + "/b.vcd") << "no capture";
@@ -243,7 +274,7 @@ TEST_F(Watch, Prometheus) {
 TEST_F(Watch, BrokerThatIsNotThere_IsNamed) {
   healthy(2);
   const Outcome outcome = watch(Words("--mqtt 127.0.0.1:1 --topic axis/1 --to csv"));
-  EXPECT_THAT(outcome, fails(0, "--mqtt 127.0.0.1:1: the broker has not taken 2 messages"));
+  EXPECT_THAT(outcome, fails(0, "--mqtt 127.0.0.1:1: the broker has not taken 8 messages"));
   EXPECT_EQ(rows_of(outcome.out).size(), 2U);
   EXPECT_THAT(watch(Words("--mqtt 127.0.0.1:1 --topic axis/#")), refuses(2, "--topic"));
 }
@@ -259,7 +290,7 @@ TEST_F(Watch, SubscriberOfABroker) {
   const std::string got = folder.path("got.txt");
   ASSERT_TRUE(wait_for([port] { return view_test::Client(port).connected(); }));
   const pid_t subscriber =
-      start(Words("mosquitto_sub -p {} -t axis/# -v -C 12", port), "/dev/null", got);
+      start(Words("mosquitto_sub -p {} -t axis/# -v -C 18", port), "/dev/null", got);
   std::this_thread::sleep_for(std::chrono::milliseconds(300));
   const Outcome outcome = watch(Words("--mqtt 127.0.0.1:{} --topic axis", port));
   EXPECT_THAT(outcome.err, Not(HasSubstr("has not taken")));
@@ -267,7 +298,7 @@ TEST_F(Watch, SubscriberOfABroker) {
   ::waitpid(subscriber, &status, 0);
   end(broker, SIGTERM);
   const std::string text = content_of(got);
-  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 12) << text;
+  EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), 18) << text;
   EXPECT_THAT(text, ContainsRegex("axis/interval \\{\"time\":.*\"cycles\":300"));
   EXPECT_THAT(text, ContainsRegex("axis/alarm/encoder nW is active"));
 }
@@ -300,6 +331,22 @@ TEST_F(WatchPort, WarningAndUnpluggedCable_AreAlarms) {
   EXPECT_TRUE(wait_for([&] { return cycles_in(state) > cycles + 1'000; })) << content_of(err);
   EXPECT_EQ(end(process, SIGTERM), 1);
   EXPECT_THAT(content_of(err), HasSubstr("alarm encoder"));
+}
+
+TEST_F(WatchPort, DeviceThatVanishes_IsSilent) {
+  auto encoder = std::make_unique<Emulator>(folder, Words());
+  const std::string state = folder.path("axis.health");
+  const std::string err = folder.path("watch.err");
+  const pid_t process = start(
+      Words{BISS_COMMAND, "watch", "--port", "spi:" + encoder->at} +
+          Words("-f resolute-26 --clock 4MHz --interval 250ms --baseline 4 --state {}", state),
+      "/dev/null", "/dev/null", err);
+  ASSERT_TRUE(wait_for([&] { return cycles_in(state) > 2'000; })) << content_of(err);
+  encoder.reset();
+  EXPECT_TRUE(wait_for([&] {
+    return content_of(err).find("alarm silent: no cycle was read") != std::string::npos;
+  })) << content_of(err);
+  EXPECT_EQ(end(process, SIGTERM), 1);
 }
 
 }  // namespace biss::verbs::watch_test
