@@ -182,7 +182,7 @@ TEST_F(Watch, FileThatGrows) {
   ASSERT_TRUE(wait_for([&] { return std::filesystem::exists(state); }));
   write(whole.size() / 2 + 5, whole.size());
   ASSERT_TRUE(wait_for([&] { return cycles_in_state() > 5000; }));
-  EXPECT_EQ(end(process, SIGINT), 0);
+  EXPECT_EQ(end(process, SIGTERM), 0);
   EXPECT_GE(cycles_in_state(), 5990U);
   // The next run takes the rest, and nothing again.
   EXPECT_EQ(run("watch {} -f resolute-26 --interval 50ms --state {}", growing, state).status, 0);
