@@ -235,7 +235,7 @@ class ReadRun {
                        options_.port);
     }
     // An uncertain clock is only printed.
-    if (!reached_ || reached_->uncertainty.count > reached_->clock.count / 30) return;
+    if (!reached_ || reached_->uncertainty.count > reached_->clock.count / 10) return;
     // The rate that was asked, less 2 % and what the measurement does not know.
     const std::int64_t least = std::int64_t{options_.clock.count} * 98 / 100;
     if (std::int64_t{reached_->clock.count} + reached_->uncertainty.count >= least) return;

@@ -72,11 +72,15 @@ TEST_F(Read, ClockThatIsLowerThanAsked_IsNamed) {
   const Words reads = read(Words("-f resolute-26 --clock 4MHz --cycles 20 -o {}", rows));
   // The emulator keeps up with this clock also with sanitizers.
   const Words slow = read(Words("-f resolute-26 --clock 250kHz --cycles 20 -o {}", rows));
-  EXPECT_THAT(run(emulate({"--controller-clock", "5MHz"}, reads)).err, warning);
-  EXPECT_THAT(run(emulate({"--byte-gap", "400ns"}, reads)).err, warning);
+  // Other programs can make a measurement uncertain.
+  for (const Words& cause : {Words("--controller-clock 5MHz"), Words("--byte-gap 400ns")}) {
+    std::string err;
+    for (int i = 0; i < 20 && !Matches(warning)(err); ++i) err = run(emulate(cause, reads)).err;
+    EXPECT_THAT(err, warning);
+  }
   // Other programs can make all transfers of a measurement slower.
   std::string err;
-  for (int i = 0; i < 5 && (i == 0 || Matches(warning)(err)); ++i) err = run(emulate({}, slow)).err;
+  for (int i = 0; i < 20 && (i == 0 || Matches(warning)(err)); ++i) err = run(emulate({}, slow)).err;
   EXPECT_THAT(err, Not(warning));
 }
 
