@@ -80,7 +80,8 @@ TEST_F(Read, ClockThatIsLowerThanAsked_IsNamed) {
   }
   // Other programs can make all transfers of a measurement slower.
   std::string err;
-  for (int i = 0; i < 20 && (i == 0 || Matches(warning)(err)); ++i) err = run(emulate({}, slow)).err;
+  for (int i = 0; i < 20 && (i == 0 || Matches(warning)(err)); ++i)
+    err = run(emulate({}, slow)).err;
   EXPECT_THAT(err, Not(warning));
 }
 
