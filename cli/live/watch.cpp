@@ -175,8 +175,18 @@ class WatchRun {
     }
     mark.head = head.size();
     mark.hash = archive::hash_of(head);
-    mark.bytes = file.stamp.bytes;
-    mark.time = file.stamp.time;
+    read_rest(file, grows, mark);
+    // A file that is left in the middle is read again, from the cycle after the last one.
+    if (!EndBySignal::wanted()) {
+      mark.bytes = file.stamp.bytes;
+      mark.time = file.stamp.time;
+    }
+    log_.save();
+    return true;
+  }
+
+  // The cycles that are not counted yet.
+  void read_rest(const archive::ListedFile& file, bool grows, const FileMark& mark) {
     GrowingHost growing(host_, file.path);
     CaptureArguments arguments = options_.read.decode.capture;
     arguments.files = {file.path};
@@ -184,9 +194,9 @@ class WatchRun {
     DecodedCapture capture(grows ? static_cast<Host&>(growing) : host_);
     if (capture.open(arguments) != ExitStatus::done || !capture.next()) {
       if (!EndBySignal::wanted()) status_ = std::max(status_, capture.status());
-      return true;
+      return;
     }
-    if (arguments.device.format.empty() && !use_known_format(capture)) return true;
+    if (arguments.device.format.empty() && !use_known_format(capture)) return;
     const std::uint64_t known = mark.cycles;
     std::uint64_t cycles = 0;
     const bool whole = capture.read([&](std::uint64_t, const decode::Cycle& cycle) {
@@ -196,18 +206,14 @@ class WatchRun {
                grows ? seconds_now() : file.stamp.time / 1'000'000'000);
       return !EndBySignal::wanted();
     });
-    if (EndBySignal::wanted()) {
-      // The rest is read in the next run.
-      mark.bytes = 0;
-    } else if (!whole) {
+    if (!whole && !EndBySignal::wanted()) {
       status_ = std::max(status_, host_.fail(ExitStatus::io, capture.input().error()));
     }
     log_.end_capture();
-    log_.save();
-    return true;
   }
 
-  // All captures are judged by the format of the first one: a damaged one shows another format, or none.
+  // All captures are judged by the format of the first one. A damaged capture shows another format,
+  // or none.
   bool use_known_format(DecodedCapture& capture) {
     std::string& known = log_.format();
     if (known.empty() && capture.format()) {

@@ -164,6 +164,23 @@ TEST_F(Watch, KilledAtAnyTime_LosesAndDoublesNothing) {
   EXPECT_EQ(status_of(run("watch show {}", state).err), status_of(run("watch show {}", other).err));
 }
 
+// The state as a run leaves it that is killed after any of its lines.
+TEST_F(Watch, StateThatEndsAfterAnyLine_LosesAndDoublesNothing) {
+  for (int k = 0; k < 3; ++k) capture(k, "--cable 80m --jitter 3ns", 600);
+  const Words words("--interval 10ms --state {}", state);
+  EXPECT_EQ(watch(words).status, 0);
+  const std::string whole = content_of(state);
+  int lines = 0;
+  for (std::size_t end = whole.find('\n'); end != std::string::npos;
+       end = whole.find('\n', end + 1)) {
+    std::ofstream(state) << whole.substr(0, end + 1);
+    EXPECT_LE(watch(words).status, 1);
+    EXPECT_EQ(cycles_in_state(), 1800U) << "after line " << lines;
+    ++lines;
+  }
+  EXPECT_GT(lines, 10);
+}
+
 TEST_F(Watch, FileThatGrows) {
   capture(0, "--cable 80m --jitter 3ns", 6000);
   const std::string whole = content_of(path(0));
